@@ -1,0 +1,73 @@
+#pragma once
+/// The front end: corners found on a grid and followed by pyramidal Lucas-Kanade.
+#include <Eigen/StdVector>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "vir/camera/camera_model.h"
+#include "vir/core/options.h"
+#include "vir/core/time.h"
+
+namespace vir {
+
+struct TrackerOptions {
+  int max_tracks = 150;
+  double min_distance_px = 25;
+  int grid_cell_px = 60;
+  int pyramid_levels = 3;
+  int window_px = 21;
+  int max_iterations = 15;
+  double forward_backward_px = 0.7;  ///< 0 = no backward check
+  double outlier_px = 2.0;           ///< distance from the epipolar line given the known rotation
+  double min_corner_score = 20;
+};
+void describe(OptionVisitor& v, TrackerOptions& o);
+
+/// One feature in one image.
+struct FeatureObservation {
+  std::uint64_t id = 0;  ///< never reused in a run
+  int age = 0;           ///< images this track has been seen in before this one
+  Vec2 px = Vec2::Zero();
+  Vec3 bearing = Vec3::UnitZ();         ///< unit, camera frame
+  Mat23 dpx_dbearing = Mat23::Zero();   ///< projection Jacobian at `bearing` [px]
+  Vec3 bearing_rate = Vec3::Zero();     ///< d bearing / dt [1/s], zero for a new track
+};
+
+/// What the tracker says of one image.
+struct TrackedFrame {
+  TimeNs t = 0;
+  std::vector<FeatureObservation> features;  ///< ordered by id
+  int continued = 0;          ///< tracks carried over from the previous image
+  int lost_flow = 0;          ///< LK failed or left the image
+  int lost_backward = 0;      ///< forward-backward check failed
+  int lost_outlier = 0;       ///< contradicts the common motion
+  int detected = 0;           ///< new corners
+  double median_flow_px = 0;  ///< median image motion of the continued tracks
+  double median_parallax_px = 0;  ///< the same after the predicted rotation is taken out
+  double mean_intensity = 0;  ///< 0..255
+  bool usable = true;         ///< false: empty, wrong size or type; `reason` says why
+  std::string reason;
+  double ms_pyramid = 0, ms_flow = 0, ms_detect = 0;  ///< for frames.csv only, never for decisions
+};
+
+class FeatureTracker {
+ public:
+  FeatureTracker(const TrackerOptions& options, std::shared_ptr<const CameraModel> camera);
+  ~FeatureTracker();
+  /// Follows the features into `gray` (CV_8UC1; not kept, not modified). `R_C0_C1` is the rotation
+  /// that takes coordinates in this camera frame to the previous one, from the gyro. An unusable
+  /// image drops no state: the next one is matched against the last usable.
+  TrackedFrame process(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1);
+  /// The back end found these to be wrong: stop following them.
+  void drop(const std::vector<std::uint64_t>& ids);
+  /// Forgets all tracks (after a gap).
+  void reset();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vir
