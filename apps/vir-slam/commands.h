@@ -34,5 +34,6 @@ void loadPlugins(const Common& common);
 void requireFile(const std::string& path, const std::string& what);
 
 void addPlugins(CLI::App& app, Common& common);
+void addRun(CLI::App& app, Common& common);
 
 }  // namespace vir::app
