@@ -41,6 +41,12 @@ std::string origin(const std::string& plugin_file) {
   return plugin_file.empty() ? "this program" : plugin_file;
 }
 
+/// MRPT replaces a class of the same name without a word.
+bool takenInMrpt(const mrpt::hwdrivers::TSensorClassId* id) {
+  const auto sensor = mrpt::hwdrivers::CGenericSensor::createSensorPtr(id->className);
+  return sensor != nullptr && sensor->GetRuntimeClass() != id;
+}
+
 template <typename Map, typename Text>
 std::string listed(const Map& map, Text text) {
   std::string out;
@@ -93,6 +99,10 @@ void registerSensor(const mrpt::hwdrivers::TSensorClassId* id, const std::string
     r.problems.push_back("sensor '" + alias + "' (class " + class_name +
                          ") is registered twice: by " + origin(known.plugin_file) + " and by " +
                          origin(r.current_plugin));
+    return;
+  }
+  if (takenInMrpt(id)) {
+    r.problems.push_back("sensor '" + alias + "': MRPT has a class " + class_name + " already");
     return;
   }
   r.sensors[lower(alias)] = {lower(alias), class_name, description, r.current_plugin};
