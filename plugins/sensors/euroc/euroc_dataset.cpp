@@ -1,7 +1,6 @@
 #include <Eigen/Core>
 //
 #include <mrpt/config/CConfigFileBase.h>
-#include <mrpt/core/Clock.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/math/CQuaternion.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
@@ -14,7 +13,8 @@
 
 #include "euroc_dataset.h"
 #include "input_error.h"
-#include "mrpt_config_visitor.h"
+#include "vir/pipeline/grabber_settings.h"
+#include "vir/pipeline/mrpt_time.h"
 
 namespace vir {
 
@@ -26,12 +26,6 @@ using euroc::Event;
 
 /// Events per doProcess(): enough to be fast, few enough to keep the queue small.
 constexpr int kBatch = 64;
-
-/// Exact to MRPT's tick of 100 ns; the way over seconds in a double is not.
-mrpt::Clock::time_point mrptTime(TimeNs t) {
-  constexpr std::int64_t kTicksFrom1601To1970 = 116444736000000000LL;
-  return mrpt::Clock::time_point(mrpt::Clock::duration(t / 100 + kTicksFrom1601To1970));
-}
 
 mrpt::poses::CPose3D mrptPose(const Pose& T) {
   return {mrpt::math::CQuaternionDouble(T.q.w(), T.q.x(), T.q.y(), T.q.z()), T.p.x(), T.p.y(),
@@ -100,9 +94,7 @@ void EurocDataset::describe(OptionVisitor& v) { euroc::describe(v, options_); }
 
 void EurocDataset::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
-  euroc::MrptConfigVisitor reader(config, section);
-  describe(reader);
-  reader.requireAllKnown();
+  readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
 }
 
 void EurocDataset::setPathForExternalImages(const std::string& directory) {
@@ -174,7 +166,7 @@ void EurocDataset::emit(const Event& event) {
     emitImage(event, std::get<euroc::ImageRow>(event.what));
     return;
   }
-  obs->timestamp = mrptTime(event.t);
+  obs->timestamp = toMrptTime(event.t);
   ++given_[counter];
   appendObservation(obs);
 }
@@ -184,7 +176,7 @@ void EurocDataset::emitImage(const Event& event, const euroc::ImageRow& row) {
   const std::string file = recording_->folder().camera_dir + "/data/" + row.file;
   if (!store_->store(event.t, file, event.where, &stored)) return;
   auto obs = std::make_shared<mrpt::obs::CObservationImage>(*image_template_);
-  obs->timestamp = mrptTime(event.t);
+  obs->timestamp = toMrptTime(event.t);
   if (stored.external_name.empty()) {
     obs->image = mrpt::img::CImage(stored.pixels, mrpt::img::SHALLOW_COPY);
   } else {
