@@ -1,6 +1,7 @@
 /// vir-slam evaluate: estimates against a reference as a table, JSON and a plot.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -88,6 +89,10 @@ void writePlot(const std::string& path, const Trajectory& reference,
   for (const Evaluated& e : estimates) {
     if (e.result) results.push_back({e.name, *e.result});
   }
+  if (results.empty()) {
+    std::fprintf(stderr, "%s: not written, there is nothing to show\n", path.c_str());
+    return;
+  }
   const Figure figure = comparisonFigure(reference, results, subtitle);
   const bool png = path.size() > 4 && path.compare(path.size() - 4, 4, ".png") == 0;
   if (png) {
@@ -95,6 +100,11 @@ void writePlot(const std::string& path, const Trajectory& reference,
   } else {
     writeText(path, toSvg(figure), "the plot");
   }
+}
+
+/// File names need not be UTF-8, JSON must be.
+std::string jsonText(const nlohmann::json& json) {
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 std::vector<Evaluated> evaluateAll(const Arguments& args, const EvaluationOptions& options,
@@ -105,7 +115,7 @@ std::vector<Evaluated> evaluateAll(const Arguments& args, const EvaluationOption
     Evaluated e;
     e.file = args.estimates[i];
     e.name = names[i];
-    const Trajectory estimate = readFile(e.file, "estimate", &e.read);
+    const Trajectory estimate = readFile(e.file, "trajectory", &e.read);
     if (!args.images.empty()) e.images = imageCoverage(images, estimate);
     try {
       e.result = evaluate(reference, estimate, options);
@@ -123,9 +133,10 @@ std::vector<Evaluated> evaluateAll(const Arguments& args, const EvaluationOption
 int run(const Arguments& args) {
   EvaluationOptions options;
   parseAlignment(args.align, &options.alignment);
+  if (!std::isfinite(args.max_gap_s)) throw UsageError("--max-gap-s must be a finite number");
   options.association.max_gap = fromSeconds(args.max_gap_s);
   ReadReport read;
-  const Trajectory reference = readFile(args.reference, "reference", &read);
+  const Trajectory reference = readFile(args.reference, "reference trajectory", &read);
   std::vector<TimeNs> images;
   if (!args.images.empty()) {
     requireFile(args.images, "list of images");
@@ -138,7 +149,7 @@ int run(const Arguments& args) {
   const std::string how = describeComparison(options);
   std::fputs(evaluationTable("Reference " + args.reference + "\n" + how, all).c_str(), stdout);
   if (!args.json.empty()) {
-    writeText(args.json, evaluationJson(args.reference, options, all).dump(2) + "\n", "JSON");
+    writeText(args.json, jsonText(evaluationJson(args.reference, options, all)), "JSON");
   }
   if (!args.plot.empty()) writePlot(args.plot, reference, all, how);
   int code = kOk;
