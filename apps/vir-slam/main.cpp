@@ -21,6 +21,7 @@ Visual-inertial(-ranging) SLAM on MRPT rawlogs.)";
 constexpr void (*kCommands[])(CLI::App&, Common&) = {
     addRun,
     addImport,
+    addEvaluate,
     addPlugins,
 };
 
