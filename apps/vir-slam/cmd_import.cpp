@@ -1,6 +1,5 @@
 /// vir-slam import DRIVER SOURCE --out FILE.rawlog: a recorded sensor at full speed into a rawlog.
 #include <CLI/CLI.hpp>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -8,8 +7,8 @@
 #include <memory>
 
 #include "commands.h"
+#include "console.h"
 #include "image_folder.h"
-#include "progress_bar.h"
 #include "vir/core/settings.h"
 #include "vir/pipeline/mrpt_time.h"
 #include "vir/pipeline/rawlog_writer.h"
@@ -25,9 +24,6 @@ struct ImportArguments {
   std::vector<std::string> set;
   int compression = 1;
 };
-
-volatile std::sig_atomic_t interrupted = 0;
-void onInterrupt(int) { interrupted = 1; }
 
 /// What went into the rawlog under one label.
 struct LabelStatistics {
@@ -57,10 +53,10 @@ void configure(const ImportArguments& a, RecordedSource& source) {
 Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, RecordedSource& source,
                 RawlogWriter& writer) {
   Statistics statistics;
-  ProgressBar bar("importing");
+  ProgressBar bar;
   bool more = true;
   while (more) {
-    if (interrupted) throw std::runtime_error("interrupted; no rawlog was written");
+    if (interrupted()) throw std::runtime_error("interrupted; no rawlog was written");
     more = !source.finished();
     if (more) sensor.doProcess();
     for (const auto& [stamp, object] : sensor.getObservations()) {
@@ -164,9 +160,8 @@ void addImport(CLI::App& app, Common& common) {
       ->check(CLI::Range(0, 9))
       ->capture_default_str();
   command->callback([a, &common] {
-    const auto before = std::signal(SIGINT, onInterrupt);
+    catchInterrupt();
     run(*a, common);
-    std::signal(SIGINT, before);
   });
 }
 

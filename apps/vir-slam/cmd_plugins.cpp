@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "commands.h"
+#include "run_options.h"
 #include "vir/core/ini_writer.h"
 #include "vir/pipeline/estimator_registry.h"
 #include "vir/pipeline/plugin_loader.h"
@@ -31,14 +32,19 @@ void list() {
 /// The settings of the estimator or recorded sensor `name` as a commented ini.
 std::string reference(const std::string& name) {
   IniWriter writer(IniWriter::Style::reference);
+  const std::string head =
+      "// Every setting with its default. Written by: vir-slam plugins " + name + "\n\n";
   for (const auto& e : registeredEstimators()) {
     if (e.name != name) continue;
+    RunOptions run;
+    run.driver = name;
+    describe(writer, run);
     createEstimator(name)->describe(writer);
-    return writer.text();
+    return head + writer.text();
   }
   const auto sensor = createSensor(name);
   if (auto* recorded = dynamic_cast<RecordedSource*>(sensor.get())) recorded->describe(writer);
-  return writer.text();
+  return head + writer.text();
 }
 
 }  // namespace
@@ -49,7 +55,7 @@ void addPlugins(CLI::App& app, Common& common) {
                                          "List the plugins, or the settings of one\n"
                                          "Examples:\n"
                                          "  vir-slam plugins\n"
-                                         "  vir-slam plugins vir > reference.ini");
+                                         "  vir-slam plugins vir > ini/reference.ini");
   command->add_option("NAME", *name, "Estimator or sensor: print its settings as an ini");
   command->callback([name, &common] {
     loadPlugins(common);

@@ -34,6 +34,8 @@ void loadPlugins(const Common& common);
 void requireFile(const std::string& path, const std::string& what);
 
 void addImport(CLI::App& app, Common& common);
+void addEvaluate(CLI::App& app, Common& common);
 void addPlugins(CLI::App& app, Common& common);
+void addRun(CLI::App& app, Common& common);
 
 }  // namespace vir::app

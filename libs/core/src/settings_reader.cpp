@@ -113,11 +113,16 @@ void SettingsReader::choice(const char* key, std::string& v,
 
 void SettingsReader::ignoreSection(const std::string& name) { ignored_.insert(ini::lower(name)); }
 
+bool SettingsReader::passedOver(const SettingOrigin& origin) const {
+  return !tolerant_file_.empty() && origin.file == tolerant_file_;
+}
+
 void SettingsReader::finish() const {
   std::set<std::string> declared;
   for (const std::string& name : declared_sections_) declared.insert(ini::lower(name));
   for (const auto& [name, origin] : settings_.sections_) {
     if (declared.count(ini::lower(name)) > 0 || ignored_.count(ini::lower(name)) > 0) continue;
+    if (passedOver(origin)) continue;
     const std::vector<std::string> names(declared_sections_.begin(), declared_sections_.end());
     const std::string near = ini::nearest(name, names);
     throw SettingsError(origin, name, "",
@@ -126,7 +131,7 @@ void SettingsReader::finish() const {
   }
   for (const Setting& s : settings_.settings_) {
     const std::string section = ini::lower(s.section);
-    if (ignored_.count(section) > 0) continue;
+    if (ignored_.count(section) > 0 || passedOver(s.origin)) continue;
     std::vector<std::string> keys;
     bool known = false;
     for (const auto& [known_section, key] : known_) {

@@ -73,9 +73,7 @@ RelativeError relativeError(const EvaluationResult& result, const std::vector<do
     if (by_distance) percent.push_back(100.0 * E.p.norm() / travelled);
     rotation.push_back(angleDeg(E.q));
     // The same error turned into the world, where the vertical is z whatever the body's axes are.
-    const Quat turned_r = r_j.q * r_i.q.conjugate();
-    const Quat turned_e = e_j.q * e_i.q.conjugate();
-    yaw.push_back(std::abs(twistAboutZDeg(turned_e * turned_r.conjugate())));
+    yaw.push_back(std::abs(twistAboutZDeg(r_j.q * E.q * r_j.q.conjugate())));
   }
   error.translation_m = statisticsOf(translation);
   error.translation_pct = statisticsOf(percent);

@@ -77,7 +77,7 @@ void drawAxes(const Panel& panel, const Axes& axes, Canvas* canvas) {
   const Vec2 end = panel.corner + panel.size;
   const auto step = [](const std::vector<double>& t) { return t.size() > 1 ? t[1] - t[0] : 1.0; };
   const std::vector<double> xs =
-      axisTicks(axes.x.low, axes.x.high, std::max(2, static_cast<int>(panel.size.x() / 90)));
+      axisTicks(axes.x.low, axes.x.high, std::max(3, static_cast<int>(panel.size.x() / 80)));
   for (const double v : xs) {
     const double px = axes.toPx({v, axes.y.low}).x();
     canvas->polyline({{px, panel.corner.y()}, {px, end.y()}}, kGrid, 1);
@@ -85,7 +85,7 @@ void drawAxes(const Panel& panel, const Axes& axes, Canvas* canvas) {
                  false);
   }
   const std::vector<double> ys =
-      axisTicks(axes.y.low, axes.y.high, std::max(2, static_cast<int>(panel.size.y() / 50)));
+      axisTicks(axes.y.low, axes.y.high, std::max(4, static_cast<int>(panel.size.y() / 45)));
   for (const double v : ys) {
     const double px = axes.toPx({axes.x.low, v}).y();
     canvas->polyline({{panel.corner.x(), px}, {end.x(), px}}, kGrid, 1);
@@ -109,7 +109,7 @@ std::vector<Vec2> thinned(const std::vector<Vec2>& stroke, const Axes& axes) {
   for (std::size_t i = 0; i < stroke.size(); ++i) {
     const Vec2 px = axes.toPx(stroke[i]);
     const bool last = i + 1 == stroke.size();
-    if (points.empty() || last || (px - points.back()).norm() > 0.4) points.push_back(px);
+    if (points.empty() || last || (px - points.back()).norm() > 0.6) points.push_back(px);
   }
   return points;
 }
@@ -123,7 +123,7 @@ std::vector<double> axisTicks(double low, double high, int wanted) {
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
   double step = 10 * power;
   for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= raw * (1 - 1e-9)) {
+    if (factor * power >= 0.7 * raw) {
       step = factor * power;
       break;
     }

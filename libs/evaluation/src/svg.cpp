@@ -7,7 +7,7 @@ namespace {
 
 std::string number(double v) {
   char text[48];
-  std::snprintf(text, sizeof text, "%.2f", v);
+  std::snprintf(text, sizeof text, "%.1f", v);
   return text;
 }
 

@@ -112,6 +112,17 @@ TEST(Evaluate, RpeOfATiltErrorHasNoYaw) {
   EXPECT_LT(r.rpe_distance[0].yaw_deg.max, 1e-9);
 }
 
+TEST(Evaluate, RpeDoesNotDependOnTheWorlds) {
+  const Trajectory ref = test::winding(60, 20);
+  const Trajectory est = test::noisy(ref, 0.02, 0.01, 4);
+  const Pose T(expQuat(Vec3(0.2, -0.1, 2)), Vec3(5, 5, 5));
+  const EvaluationResult a = evaluate(ref, est, unaligned());
+  const EvaluationResult b = evaluate(ref, test::seenFrom(est, T), unaligned());
+  EXPECT_GT(a.rpe_distance[2].yaw_deg.rmse, 0.1);
+  EXPECT_NEAR(a.rpe_distance[2].yaw_deg.rmse, b.rpe_distance[2].yaw_deg.rmse, 1e-9);
+  EXPECT_NEAR(a.rpe_distance[2].translation_m.rmse, b.rpe_distance[2].translation_m.rmse, 1e-9);
+}
+
 TEST(Evaluate, PiecesAcrossAHoleAreNotUsed) {
   const Trajectory ref = line(30);
   Trajectory est;

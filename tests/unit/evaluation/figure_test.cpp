@@ -10,9 +10,9 @@ namespace {
 TEST(AxisTicks, RoundSteps) {
   EXPECT_EQ(axisTicks(0, 10, 5), (std::vector<double>{0, 2, 4, 6, 8, 10}));
   const std::vector<double> t = axisTicks(-0.034, 0.031, 6);
-  ASSERT_EQ(t.size(), 3u);
-  EXPECT_NEAR(t[0], -0.02, 1e-15);
-  EXPECT_NEAR(t[2], 0.02, 1e-15);
+  ASSERT_EQ(t.size(), 7u);  // 0.065 / 6 is nearer to 0.01 than to 0.02
+  EXPECT_NEAR(t[0], -0.03, 1e-15);
+  EXPECT_NEAR(t[6], 0.03, 1e-15);
   EXPECT_LE(axisTicks(1e9, 1e9 + 1e-3, 6).size(), 13u);
 }
 

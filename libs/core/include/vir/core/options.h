@@ -28,7 +28,8 @@ class OptionVisitor {
   virtual void value(const char* key, double& v, Bounds<double> bounds, const char* doc) = 0;
   virtual void value(const char* key, std::string& v, const char* doc) = 0;
   /// A list of numbers, written with blanks between; `size` 0 = any length.
-  virtual void value(const char* key, std::vector<double>& v, std::size_t size, const char* doc) = 0;
+  virtual void value(const char* key, std::vector<double>& v, std::size_t size,
+                     const char* doc) = 0;
   /// One of a fixed set of words.
   virtual void choice(const char* key, std::string& v, const std::vector<std::string>& allowed,
                       const char* doc) = 0;

@@ -100,15 +100,18 @@ class SettingsReader : public OptionVisitor {
 
   /// The section belongs to somebody else: its keys are not checked by finish().
   void ignoreSection(const std::string& name);
+  /// The file holds settings for several readers: what is unknown in it is passed over.
+  void ignoreUnknownFrom(const std::string& file) { tolerant_file_ = file; }
   /// Throws SettingsError for a section nobody declared, or a key in a declared one that nobody
   /// asked for, with the nearest known name.
   void finish() const;
 
  private:
   const Setting* lookUp(const char* key);
+  bool passedOver(const SettingOrigin& origin) const;
 
   const Settings& settings_;
-  std::string section_;
+  std::string section_, tolerant_file_;
   std::set<std::string> ignored_;                        // lower case
   std::set<std::string> declared_sections_;              // as declared
   std::set<std::pair<std::string, std::string>> known_;  // (lower-case section, key as declared)

@@ -16,13 +16,14 @@ namespace vir {
 
 /// Milliseconds of CPU time in the stages of one image (reporting only).
 struct StageTimes {
-  double pyramid = 0, flow = 0, detect = 0, initialise = 0, optimise = 0, marginalise = 0, total = 0;
+  double pyramid = 0, flow = 0, detect = 0, initialise = 0, optimise = 0, marginalise = 0,
+         total = 0;
 };
 
 /// The state as estimated when one image (or odometry pose) was processed: causal.
 struct StateEstimate {
-  TimeNs t = 0;          ///< stamp of the image
-  bool valid = false;    ///< false before initialisation and when lost: `health` says why
+  TimeNs t = 0;        ///< stamp of the image
+  bool valid = false;  ///< false before initialisation and when lost: `health` says why
   Pose T_W_B;
   Vec3 v_W_B = Vec3::Zero();      ///< [m/s]
   Vec3 bias_gyro = Vec3::Zero();  ///< [rad/s]

@@ -30,24 +30,24 @@ struct FeatureObservation {
   std::uint64_t id = 0;  ///< never reused in a run
   int age = 0;           ///< images this track has been seen in before this one
   Vec2 px = Vec2::Zero();
-  Vec3 bearing = Vec3::UnitZ();         ///< unit, camera frame
-  Mat23 dpx_dbearing = Mat23::Zero();   ///< projection Jacobian at `bearing` [px]
-  Vec3 bearing_rate = Vec3::Zero();     ///< d bearing / dt [1/s], zero for a new track
+  Vec3 bearing = Vec3::UnitZ();        ///< unit, camera frame
+  Mat23 dpx_dbearing = Mat23::Zero();  ///< projection Jacobian at `bearing` [px]
+  Vec3 bearing_rate = Vec3::Zero();    ///< d bearing / dt [1/s], zero for a new track
 };
 
 /// What the tracker says of one image.
 struct TrackedFrame {
   TimeNs t = 0;
   std::vector<FeatureObservation> features;  ///< ordered by id
-  int continued = 0;          ///< tracks carried over from the previous image
-  int lost_flow = 0;          ///< LK failed or left the image
-  int lost_backward = 0;      ///< forward-backward check failed
-  int lost_outlier = 0;       ///< contradicts the common motion
-  int detected = 0;           ///< new corners
-  double median_flow_px = 0;  ///< median image motion of the continued tracks
-  double median_parallax_px = 0;  ///< the same after the predicted rotation is taken out
-  double mean_intensity = 0;  ///< 0..255
-  bool usable = true;         ///< false: empty, wrong size or type; `reason` says why
+  int continued = 0;                         ///< tracks carried over from the previous image
+  int lost_flow = 0;                         ///< LK failed or left the image
+  int lost_backward = 0;                     ///< forward-backward check failed
+  int lost_outlier = 0;                      ///< contradicts the common motion
+  int detected = 0;                          ///< new corners
+  double median_flow_px = 0;                 ///< median image motion of the continued tracks
+  double median_parallax_px = 0;             ///< the same after the predicted rotation is taken out
+  double mean_intensity = 0;                 ///< 0..255
+  bool usable = true;  ///< false: empty, wrong size or type; `reason` says why
   std::string reason;
   double ms_pyramid = 0, ms_flow = 0, ms_detect = 0;  ///< for frames.csv only, never for decisions
 };

@@ -1,0 +1,58 @@
+#include <cmath>
+#include <stdexcept>
+
+#include "models.h"
+
+namespace vir {
+
+double turningPoint(const std::vector<double>& coefficients, double x_max) {
+  const auto slope = [&](double x) {
+    double s = 1.0;
+    double power = 1.0;
+    for (std::size_t i = 0; i < coefficients.size(); ++i) {
+      power *= x * x;
+      s += static_cast<double>(2 * i + 3) * coefficients[i] * power;
+    }
+    return s;
+  };
+  constexpr int kSteps = 20000;
+  double lo = 0.0;
+  for (int i = 1; i <= kSteps; ++i) {
+    double hi = x_max * i / kSteps;
+    if (slope(hi) > 0.0) {
+      lo = hi;
+      continue;
+    }
+    for (int k = 0; k < 60; ++k) {
+      const double mid = 0.5 * (lo + hi);
+      (slope(mid) > 0.0 ? lo : hi) = mid;
+    }
+    return lo;
+  }
+  return x_max;
+}
+
+namespace {
+void require(bool ok, const std::string& name, double value, const std::string& allowed) {
+  if (ok) return;
+  throw std::invalid_argument("camera calibration: " + name + " = " + std::to_string(value) +
+                              " must be " + allowed);
+}
+}  // namespace
+
+std::shared_ptr<const CameraModel> makeCamera(const CameraCalibration& c) {
+  require(c.width > 0, "width", c.width, "a positive number of pixels");
+  require(c.height > 0, "height", c.height, "a positive number of pixels");
+  require(std::isfinite(c.fx) && c.fx > 0, "fx", c.fx, "a positive focal length in pixels");
+  require(std::isfinite(c.fy) && c.fy > 0, "fy", c.fy, "a positive focal length in pixels");
+  require(std::isfinite(c.cx), "cx", c.cx, "finite");
+  require(std::isfinite(c.cy), "cy", c.cy, "finite");
+  for (std::size_t i = 0; i < c.dist.size(); ++i) {
+    require(std::isfinite(c.dist[i]), "distortion coefficient " + std::to_string(i), c.dist[i],
+            "finite");
+  }
+  if (c.distortion == Distortion::equidistant) return std::make_shared<EquidistantCamera>(c);
+  return std::make_shared<PinholeCamera>(c);
+}
+
+}  // namespace vir

@@ -1,0 +1,35 @@
+#pragma once
+/// Inertial residual between two frames (paper, section "IMU factor").
+#include <ceres/sized_cost_function.h>
+
+#include "vir/imu/preintegration.h"
+
+namespace vir {
+
+/// Residual [15], whitened, in the order of ImuErrorIndex; parameters: pose i, speed_bias i, pose
+/// j, speed_bias j.
+///   r_p  = R_i^T (p_j - p_i - v_i dt - g dt^2/2) - dp
+///   r_th = Log(dq^-1 q_i^-1 q_j)
+///   r_v  = R_i^T (v_j - v_i - g dt) - dv
+///   r_b  = b_j - b_i
+/// Keeps a reference to the preintegration: it must outlive the factor.
+class ImuFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9> {
+ public:
+  ImuFactor(const Preintegration& preintegration, double gravity);
+  /// First-estimate Jacobians: where a pointer is not null, Jacobians are evaluated there instead
+  /// of at the current value (order as the parameters). The residual is always the current one.
+  void linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
+                   const double* sb_j);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  void residual(double const* const* x, Vec15* r) const;
+  void jacobians(double const* const* x, double** out) const;
+  const Preintegration& pre_;
+  Vec3 g_W_;
+  Mat15 sqrt_info_;
+  const double* lin_[4] = {nullptr, nullptr, nullptr, nullptr};
+};
+
+}  // namespace vir

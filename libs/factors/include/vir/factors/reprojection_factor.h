@@ -1,0 +1,96 @@
+#pragma once
+/// Vision residual: a landmark seen in another frame than its host (paper, section "Vision
+/// Factor").
+#include <ceres/sized_cost_function.h>
+
+#include "vir/geometry/pose.h"
+
+namespace vir {
+
+using Mat32 = Eigen::Matrix<double, 3, 2>;
+
+/// Orthonormal basis of the tangent plane at a unit vector.
+Mat32 tangentBasis(const Vec3& unit);
+
+/// One sight of a landmark. `weight` = (projection Jacobian at the bearing) / sigma_px, so that
+/// weight * (predicted bearing - bearing) is the whitened pixel residual to first order, for any
+/// camera model, without evaluating its distortion again.
+struct Sight {
+  Vec3 bearing = Vec3::UnitZ();  ///< unit, camera frame
+  Mat23 weight = Mat23::Zero();
+  Vec3 rate = Vec3::Zero();  ///< d bearing / dt [1/s], for the time offset
+};
+
+/// The landmark on the host's ray: direction d = bearing + basis (u, v), inverse distance rho;
+/// p_C = d / rho. u, v carry the noise of the host's own sight.
+struct HostRay {
+  Vec3 bearing = Vec3::UnitZ();
+  Mat32 basis = Mat32::Zero();
+  Vec3 rate = Vec3::Zero();
+};
+
+/// All Jacobians of one reprojection; those not wanted are still computed (they share everything).
+struct ReprojectionJacobians {
+  Eigen::Matrix<double, 2, 6> pose_i, pose_j, extrinsic;
+  Mat23 landmark;
+  Vec2 time_offset;
+};
+
+/// Whitened residual [2] of the landmark hosted in frame i, seen in frame j. Scaled by the inverse
+/// distance throughout, so that points at infinity (rho = 0) are regular.
+/// `td_s`: change of the time offset against the one the frames' stamps were corrected with.
+Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T_W_Bi,
+                          const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark, double td_s,
+                          ReprojectionJacobians* J);
+
+/// Parameters: pose i, pose j, landmark. Calibration fixed.
+class ReprojectionFactor final : public ceres::SizedCostFunction<2, 7, 7, 3> {
+ public:
+  ReprojectionFactor(const HostRay& host, const Sight& sight, const Pose& T_B_C)
+      : host_(host), sight_(sight), T_B_C_(T_B_C) {}
+  /// First-estimate Jacobians, see ImuFactor::linearizeAt.
+  void linearizeAt(const double* pose_i, const double* pose_j) {
+    lin_i_ = pose_i;
+    lin_j_ = pose_j;
+  }
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  HostRay host_;
+  Sight sight_;
+  Pose T_B_C_;
+  const double* lin_i_ = nullptr;
+  const double* lin_j_ = nullptr;
+};
+
+/// Parameters: pose i, pose j, extrinsic, landmark, time offset (camera-IMU calibration estimated).
+class ReprojectionCalibrationFactor final : public ceres::SizedCostFunction<2, 7, 7, 7, 3, 1> {
+ public:
+  /// `td_ref_s`: the offset the frames' stamps were corrected with.
+  ReprojectionCalibrationFactor(const HostRay& host, const Sight& sight, double td_ref_s)
+      : host_(host), sight_(sight), td_ref_(td_ref_s) {}
+  void linearizeAt(const double* pose_i, const double* pose_j) {
+    lin_i_ = pose_i;
+    lin_j_ = pose_j;
+  }
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  HostRay host_;
+  Sight sight_;
+  double td_ref_;
+  const double* lin_i_ = nullptr;
+  const double* lin_j_ = nullptr;
+};
+
+/// The host's own sight: whitened residual [2] = weight * basis * (u, v). Parameter: landmark.
+class HostSightFactor final : public ceres::SizedCostFunction<2, 3> {
+ public:
+  HostSightFactor(const HostRay& host, const Mat23& weight) : J_(weight * host.basis) {}
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  Eigen::Matrix2d J_;
+};
+
+}  // namespace vir

@@ -1,0 +1,98 @@
+#include "vir/factors/imu_factor.h"
+
+#include "vir/factors/pose_manifold.h"
+
+namespace vir {
+namespace {
+using RowMajor15x7 = Eigen::Matrix<double, 15, 7, Eigen::RowMajor>;
+using RowMajor15x9 = Eigen::Matrix<double, 15, 9, Eigen::RowMajor>;
+
+Vec3 vec(const double* x) { return {x[0], x[1], x[2]}; }
+}  // namespace
+
+ImuFactor::ImuFactor(const Preintegration& preintegration, double gravity)
+    : pre_(preintegration), g_W_(0, 0, -gravity), sqrt_info_(preintegration.sqrtInformation()) {}
+
+void ImuFactor::linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
+                            const double* sb_j) {
+  lin_[0] = pose_i;
+  lin_[1] = sb_i;
+  lin_[2] = pose_j;
+  lin_[3] = sb_j;
+}
+
+void ImuFactor::residual(double const* const* x, Vec15* r) const {
+  const Pose Ti = poseFrom(x[0]), Tj = poseFrom(x[2]);
+  const Vec3 vi = vec(x[1]), bgi = vec(x[1] + 3), bai = vec(x[1] + 6);
+  const Vec3 vj = vec(x[3]), bgj = vec(x[3] + 3), baj = vec(x[3] + 6);
+  const double dt = pre_.dt();
+  const Quat qit = Ti.q.conjugate();
+  r->segment<3>(kP) =
+      qit * (Tj.p - Ti.p - vi * dt - 0.5 * g_W_ * dt * dt) - pre_.correctedDp(bgi, bai);
+  r->segment<3>(kTheta) = logQuat(pre_.correctedDq(bgi).conjugate() * (qit * Tj.q));
+  r->segment<3>(kV) = qit * (vj - vi - g_W_ * dt) - pre_.correctedDv(bgi, bai);
+  r->segment<3>(kBg) = bgj - bgi;
+  r->segment<3>(kBa) = baj - bai;
+}
+
+void ImuFactor::jacobians(double const* const* x, double** out) const {
+  const Pose Ti = poseFrom(x[0]), Tj = poseFrom(x[2]);
+  const Vec3 vi = vec(x[1]), bgi = vec(x[1] + 3);
+  const Vec3 vj = vec(x[3]);
+  const double dt = pre_.dt();
+  const Mat3 RiT = Ti.R().transpose();
+  const Mat9x6& B = pre_.biasJacobian();
+  const Vec3 r_theta = logQuat(pre_.correctedDq(bgi).conjugate() * (Ti.q.conjugate() * Tj.q));
+  const Mat3 Jr_inv = rightJacobianInverseSO3(r_theta);
+  if (out[0]) {
+    Eigen::Map<RowMajor15x7> J(out[0]);
+    RowMajor15x7 U = RowMajor15x7::Zero();
+    U.block<3, 3>(kP, 0) = -RiT;
+    U.block<3, 3>(kP, 3) = hat(RiT * (Tj.p - Ti.p - vi * dt - 0.5 * g_W_ * dt * dt));
+    U.block<3, 3>(kTheta, 3) = -Jr_inv * (Tj.q.conjugate() * Ti.q).toRotationMatrix();
+    U.block<3, 3>(kV, 3) = hat(RiT * (vj - vi - g_W_ * dt));
+    J.noalias() = sqrt_info_ * U;
+  }
+  if (out[1]) {
+    Eigen::Map<RowMajor15x9> J(out[1]);
+    RowMajor15x9 U = RowMajor15x9::Zero();
+    U.block<3, 3>(kP, 0) = -RiT * dt;
+    U.block<3, 6>(kP, 3) = -B.block<3, 6>(kP, 0);
+    // dq(bg) = dq Exp(B (bg - bg0)): its inverse stands on the left of the logarithm.
+    const Vec3 shift = B.block<3, 3>(kTheta, 0) * (bgi - pre_.biasGyro());
+    U.block<3, 3>(kTheta, 3) =
+        -Jr_inv * expSO3(-r_theta) * rightJacobianSO3(shift) * B.block<3, 3>(kTheta, 0);
+    U.block<3, 3>(kV, 0) = -RiT;
+    U.block<3, 6>(kV, 3) = -B.block<3, 6>(kV, 0);
+    U.block<6, 6>(kBg, 3) = -Eigen::Matrix<double, 6, 6>::Identity();
+    J.noalias() = sqrt_info_ * U;
+  }
+  if (out[2]) {
+    Eigen::Map<RowMajor15x7> J(out[2]);
+    RowMajor15x7 U = RowMajor15x7::Zero();
+    U.block<3, 3>(kP, 0) = RiT;
+    U.block<3, 3>(kTheta, 3) = Jr_inv;
+    J.noalias() = sqrt_info_ * U;
+  }
+  if (out[3]) {
+    Eigen::Map<RowMajor15x9> J(out[3]);
+    RowMajor15x9 U = RowMajor15x9::Zero();
+    U.block<3, 3>(kV, 0) = RiT;
+    U.block<6, 6>(kBg, 3).setIdentity();
+    J.noalias() = sqrt_info_ * U;
+  }
+}
+
+bool ImuFactor::Evaluate(double const* const* parameters, double* residuals, double** J) const {
+  Vec15 r;
+  residual(parameters, &r);
+  Eigen::Map<Vec15>(residuals).noalias() = sqrt_info_ * r;
+  if (J) {
+    const double* at[4];
+    for (int k = 0; k < 4; ++k) at[k] = lin_[k] ? lin_[k] : parameters[k];
+    jacobians(at, J);
+  }
+  return true;
+}
+
+}  // namespace vir

@@ -1,0 +1,44 @@
+#include "vir/factors/linear_prior_factor.h"
+
+#include "vir/factors/pose_manifold.h"
+
+namespace vir {
+
+LinearPriorFactor::LinearPriorFactor(const LinearPrior& prior) : prior_(prior) {
+  set_num_residuals(static_cast<int>(prior.r0.size()));
+  for (const LinearPrior::Block& b : prior.blocks) {
+    mutable_parameter_block_sizes()->push_back(b.ambient);
+  }
+}
+
+bool LinearPriorFactor::Evaluate(double const* const* x, double* residuals,
+                                 double** jacobians) const {
+  Eigen::VectorXd dx(prior_.columns());
+  for (std::size_t k = 0; k < prior_.blocks.size(); ++k) {
+    const LinearPrior::Block& b = prior_.blocks[k];
+    if (b.ambient == 7) {
+      poseMinus(x[k], b.x0.data(), dx.data() + b.offset);
+    } else {
+      for (int i = 0; i < b.ambient; ++i) dx[b.offset + i] = x[k][i] - b.x0[i];
+    }
+  }
+  const int n = num_residuals();
+  Eigen::Map<Eigen::VectorXd>(residuals, n).noalias() = prior_.r0 + prior_.J * dx;
+  if (!jacobians) return true;
+  for (std::size_t k = 0; k < prior_.blocks.size(); ++k) {
+    if (!jacobians[k]) continue;
+    const LinearPrior::Block& b = prior_.blocks[k];
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    Eigen::Map<RowMajor> J(jacobians[k], n, b.ambient);
+    J.leftCols(b.local()) = prior_.J.middleCols(b.offset, b.local());
+    if (b.ambient == 7) {
+      // The rotation's difference is Log(q0^-1 q): its derivative is the inverse right Jacobian.
+      const Vec3 theta = dx.segment<3>(b.offset + 3);
+      J.middleCols<3>(3) = prior_.J.middleCols<3>(b.offset + 3) * rightJacobianInverseSO3(theta);
+      J.col(6).setZero();
+    }
+  }
+  return true;
+}
+
+}  // namespace vir

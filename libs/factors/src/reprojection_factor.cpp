@@ -1,0 +1,118 @@
+#include "vir/factors/reprojection_factor.h"
+
+#include <cmath>
+
+#include "vir/factors/pose_manifold.h"
+
+namespace vir {
+namespace {
+using RowMajor2x7 = Eigen::Matrix<double, 2, 7, Eigen::RowMajor>;
+using RowMajor2x3 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
+
+void lift(const Eigen::Matrix<double, 2, 6>& J, double* out) {
+  if (!out) return;
+  Eigen::Map<RowMajor2x7> M(out);
+  M.leftCols<6>() = J;
+  M.col(6).setZero();
+}
+}  // namespace
+
+Mat32 tangentBasis(const Vec3& unit) {
+  // The axis the vector is least along gives the best-conditioned cross product.
+  int axis = 0;
+  unit.cwiseAbs().minCoeff(&axis);
+  const Vec3 e = Vec3::Unit(axis);
+  const Vec3 a = unit.cross(e).normalized();
+  Mat32 B;
+  B.col(0) = a;
+  B.col(1) = unit.cross(a);
+  return B;
+}
+
+Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T_W_Bi,
+                          const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark, double td_s,
+                          ReprojectionJacobians* J) {
+  const double rho = landmark[2];
+  const Mat3 R_B_C = T_B_C.R();
+  const Mat3 R_i = T_W_Bi.R(), R_j = T_W_Bj.R();
+  const Vec3 d = host.bearing + host.basis * landmark.head<2>() - td_s * host.rate;
+  const Vec3 x_Bi = R_B_C * d + rho * T_B_C.p;
+  const Vec3 x_W = R_i * x_Bi + rho * (T_W_Bi.p - T_W_Bj.p);
+  const Vec3 x_Bj = R_j.transpose() * x_W;
+  const Vec3 s = R_B_C.transpose() * (x_Bj - rho * T_B_C.p);
+  const double n = std::max(s.norm(), 1e-9);
+  const Vec3 su = s / n;
+  const Vec2 r = sight.weight * (su - (sight.bearing - td_s * sight.rate));
+  if (!J) return r;
+
+  const Mat23 D = (sight.weight - (sight.weight * su) * su.transpose()) / n;
+  const Mat23 D_Bj = D * R_B_C.transpose();
+  const Mat23 D_W = D_Bj * R_j.transpose();
+  const Mat23 D_Bi = D_W * R_i;
+  const Mat23 D_Ci = D_Bi * R_B_C;
+  J->pose_i.leftCols<3>() = rho * D_W;
+  J->pose_i.rightCols<3>() = -D_Bi * hat(x_Bi);
+  J->pose_j.leftCols<3>() = -rho * D_W;
+  J->pose_j.rightCols<3>() = D_Bj * hat(x_Bj);
+  J->extrinsic.leftCols<3>() = rho * (D_Bi - D_Bj);
+  J->extrinsic.rightCols<3>() = D * hat(s) - D_Ci * hat(d);
+  J->landmark.leftCols<2>() = D_Ci * host.basis;
+  J->landmark.col(2) = D_Bi * T_B_C.p + D_W * (T_W_Bi.p - T_W_Bj.p) - D_Bj * T_B_C.p;
+  J->time_offset = sight.weight * sight.rate - D_Ci * host.rate;
+  return r;
+}
+
+bool ReprojectionFactor::Evaluate(double const* const* x, double* residuals,
+                                  double** jacobians) const {
+  const Vec3 landmark(x[2][0], x[2][1], x[2][2]);
+  const bool elsewhere = lin_i_ || lin_j_;
+  ReprojectionJacobians J;
+  Eigen::Map<Vec2> r(residuals);
+  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C_, landmark, 0.0,
+                           jacobians && !elsewhere ? &J : nullptr);
+  if (!jacobians) return true;
+  if (elsewhere) {
+    reprojectionResidual(host_, sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
+                         poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C_, landmark, 0.0, &J);
+  }
+  lift(J.pose_i, jacobians[0]);
+  lift(J.pose_j, jacobians[1]);
+  if (jacobians[2]) (Eigen::Map<RowMajor2x3>(jacobians[2])) = J.landmark;
+  return true;
+}
+
+bool ReprojectionCalibrationFactor::Evaluate(double const* const* x, double* residuals,
+                                             double** jacobians) const {
+  const Vec3 landmark(x[3][0], x[3][1], x[3][2]);
+  const Pose T_B_C = poseFrom(x[2]);
+  const double td = x[4][0] - td_ref_;
+  const bool elsewhere = lin_i_ || lin_j_;
+  ReprojectionJacobians J;
+  Eigen::Map<Vec2> r(residuals);
+  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C, landmark, td,
+                           jacobians && !elsewhere ? &J : nullptr);
+  if (!jacobians) return true;
+  if (elsewhere) {
+    reprojectionResidual(host_, sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
+                         poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C, landmark, td, &J);
+  }
+  lift(J.pose_i, jacobians[0]);
+  lift(J.pose_j, jacobians[1]);
+  lift(J.extrinsic, jacobians[2]);
+  if (jacobians[3]) (Eigen::Map<RowMajor2x3>(jacobians[3])) = J.landmark;
+  if (jacobians[4]) (Eigen::Map<Vec2>(jacobians[4])) = J.time_offset;
+  return true;
+}
+
+bool HostSightFactor::Evaluate(double const* const* x, double* residuals,
+                               double** jacobians) const {
+  Eigen::Map<Vec2>(residuals).noalias() = J_ * Vec2(x[0][0], x[0][1]);
+  if (jacobians && jacobians[0]) {
+    Eigen::Map<RowMajor2x3> M(jacobians[0]);
+    M.leftCols<2>() = J_;
+    M.col(2).setZero();
+  }
+  return true;
+}
+
+}  // namespace vir

@@ -1,0 +1,53 @@
+#pragma once
+/// Readings waiting to be integrated between images.
+#include <deque>
+#include <optional>
+
+#include "vir/imu/preintegration.h"
+
+namespace vir {
+
+struct ImuBufferCounters {
+  long accepted = 0;
+  long not_finite = 0;    ///< NaN or infinite: dropped
+  long out_of_order = 0;  ///< not later than the previous: dropped
+  long gaps = 0;          ///< intervals longer than the limit that were bridged
+};
+
+class ImuBuffer {
+ public:
+  /// An interval longer than `max_gap_s` counts as a gap: bridged, with inflated noise.
+  explicit ImuBuffer(double max_gap_s = 0.05) : max_gap_s_(max_gap_s) {}
+
+  /// Takes a reading; false (and counted) if it cannot be used.
+  bool add(const ImuSample& s);
+  /// Is there a reading at or after t, so that everything up to t can be integrated?
+  bool covers(TimeNs t) const { return !samples_.empty() && samples_.back().t >= t; }
+  bool empty() const { return samples_.empty(); }
+  TimeNs firstTime() const { return samples_.front().t; }
+  TimeNs lastTime() const { return samples_.back().t; }
+
+  /// Integrates from t0 to t1, with readings interpolated at both ends. Where readings are missing
+  /// (before the first, after the last, or in a gap) the nearest is held and the noise inflated;
+  /// `gap` tells. Throws std::invalid_argument if t1 <= t0 or the buffer is empty.
+  Preintegration integrate(TimeNs t0, TimeNs t1, const ImuNoise& noise, const Vec3& bias_gyro,
+                           const Vec3& bias_acc, bool* gap = nullptr);
+
+  /// Mean and standard deviation (norm over axes) of gyro and accelerometer in [t0, t1]; false if
+  /// fewer than 3 readings are inside.
+  bool statistics(TimeNs t0, TimeNs t1, Vec3* gyro_mean, Vec3* acc_mean, double* gyro_std,
+                  double* acc_std) const;
+
+  /// Forgets what lies before t, except the last reading before it (needed to interpolate).
+  void dropBefore(TimeNs t);
+  void clear() { samples_.clear(); }
+  const ImuBufferCounters& counters() const { return counters_; }
+
+ private:
+  ImuSample at(TimeNs t) const;
+  double max_gap_s_;
+  std::deque<ImuSample> samples_;
+  ImuBufferCounters counters_;
+};
+
+}  // namespace vir

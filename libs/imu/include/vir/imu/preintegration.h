@@ -1,0 +1,87 @@
+#pragma once
+/// Preintegration of inertial readings between two images on the manifold (paper, section "IMU
+/// factor"; Forster et al. 2017 for the manifold, mid-point rule).
+#include <Eigen/StdVector>
+#include <vector>
+
+#include "vir/core/options.h"
+#include "vir/imu/imu_sample.h"
+
+namespace vir {
+
+/// Continuous-time noise densities of an IMU.
+struct ImuNoise {
+  double gyro_noise_density = 1.7e-4;  ///< [rad/s/sqrt(Hz)]
+  double acc_noise_density = 2.0e-3;   ///< [m/s^2/sqrt(Hz)]
+  double gyro_random_walk = 2.0e-5;    ///< [rad/s^2/sqrt(Hz)]
+  double acc_random_walk = 3.0e-3;     ///< [m/s^3/sqrt(Hz)]
+  double noise_scale = 3.0;  ///< white noise is multiplied by this: vibration, timing, scale errors
+  double gravity_mps2 = 9.81;
+};
+/// Section [Imu].
+void describe(OptionVisitor& v, ImuNoise& o);
+
+/// Order of the error state: position, rotation, velocity, gyro bias, accelerometer bias.
+enum ImuErrorIndex { kP = 0, kTheta = 3, kV = 6, kBg = 9, kBa = 12 };
+
+using Mat9x6 = Eigen::Matrix<double, 9, 6>;
+using Mat15 = Eigen::Matrix<double, 15, 15>;
+using Vec15 = Eigen::Matrix<double, 15, 1>;
+
+/// Change of position, rotation and velocity from body frame i to j, in the frame of i, gravity
+/// excluded; with covariance and first-order dependence on the biases.
+class Preintegration {
+ public:
+  EIGEN_MAKE_ALIGNED_OPERATOR_NEW
+  /// Biases [rad/s], [m/s^2] are the linearisation point.
+  Preintegration(const ImuNoise& noise, const Vec3& bias_gyro, const Vec3& bias_acc);
+
+  /// Adds the interval between two readings (mid-point rule). Readings must be finite and
+  /// `b.t > a.t`, else std::invalid_argument. `noise_factor` > 1 inflates the noise (a gap that was
+  /// bridged by interpolation).
+  void integrate(const ImuSample& a, const ImuSample& b, double noise_factor = 1.0);
+
+  /// Appends what follows: the result reaches from this start to that end.
+  void append(const Preintegration& next);
+
+  /// Integrates the stored readings again around other biases.
+  void relinearise(const Vec3& bias_gyro, const Vec3& bias_acc);
+
+  double dt() const { return dt_; }  ///< [s]
+  const Quat& dq() const { return dq_; }
+  const Vec3& dp() const { return dp_; }
+  const Vec3& dv() const { return dv_; }
+  const Vec3& biasGyro() const { return bg_; }
+  const Vec3& biasAcc() const { return ba_; }
+  /// d(p, theta, v)/d(bg, ba), 9x6.
+  const Mat9x6& biasJacobian() const { return jac_; }
+  const Mat15& covariance() const { return cov_; }
+  /// Square root of the inverse covariance: whitened residual = S * r.
+  Mat15 sqrtInformation() const;
+
+  /// Values corrected to other biases, to first order.
+  Quat correctedDq(const Vec3& bg) const;
+  Vec3 correctedDp(const Vec3& bg, const Vec3& ba) const;
+  Vec3 correctedDv(const Vec3& bg, const Vec3& ba) const;
+
+  std::size_t size() const { return steps_.size(); }
+
+ private:
+  struct Step {
+    double dt, noise_factor;
+    Vec3 gyro0, acc0, gyro1, acc1;
+  };
+  void propagate(const Step& s);
+  void clear();
+
+  ImuNoise noise_;
+  Vec3 bg_, ba_;
+  double dt_ = 0;
+  Quat dq_ = Quat::Identity();
+  Vec3 dp_ = Vec3::Zero(), dv_ = Vec3::Zero();
+  Mat9x6 jac_ = Mat9x6::Zero();
+  Mat15 cov_ = Mat15::Zero();
+  std::vector<Step> steps_;
+};
+
+}  // namespace vir

@@ -1,0 +1,25 @@
+#include "image_pyramid.h"
+
+#include <opencv2/video/tracking.hpp>
+
+namespace vir {
+
+void ImagePyramid::build(const cv::Mat& gray, int window, int levels) {
+  // Constant (zero) gradients outside: a patch that hangs over the rim gets no pull from there.
+  cv::buildOpticalFlowPyramid(gray, levels_, cv::Size(window, window), levels, true,
+                              cv::BORDER_REFLECT_101, cv::BORDER_CONSTANT, false);
+}
+
+void followFlow(const ImagePyramid& a, const ImagePyramid& b, const std::vector<cv::Point2f>& from,
+                std::vector<cv::Point2f>* to, std::vector<unsigned char>* found, int window,
+                int use_levels, int iterations) {
+  found->assign(from.size(), 0);
+  if (from.empty()) return;
+  const cv::TermCriteria stop(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, iterations, 0.01);
+  std::vector<float> error;
+  cv::calcOpticalFlowPyrLK(a.levels(), b.levels(), from, *to, *found, error,
+                           cv::Size(window, window), use_levels, stop, cv::OPTFLOW_USE_INITIAL_FLOW,
+                           1e-3);
+}
+
+}  // namespace vir

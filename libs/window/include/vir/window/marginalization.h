@@ -1,0 +1,57 @@
+#pragma once
+/// Gaussian elimination on the normal equations of the window: landmarks first, then frames.
+#include <Eigen/Core>
+#include <vector>
+
+#include "vir/factors/linear_prior_factor.h"
+
+namespace ceres {
+class CostFunction;
+}
+
+namespace vir {
+
+/// One residual of the window with the parameter arrays it reads, in the cost function's order.
+struct Term {
+  const ceres::CostFunction* cost = nullptr;
+  std::vector<double*> blocks;
+  double huber = 0;            ///< threshold of the Huber loss on the whitened norm; 0 = none
+  double* landmark = nullptr;  ///< the landmark block among `blocks`, if any
+};
+
+/// A parameter block of the normal equations; ambient size 7 means a pose (6 local coordinates).
+struct BlockRef {
+  double* data = nullptr;
+  int ambient = 0;
+  int offset = 0;
+  const double* lin = nullptr;  ///< first estimate, if the block's linearisation point is fixed
+  int local() const { return ambient == 7 ? 6 : ambient; }
+};
+
+/// Cost 1/2 x^T H x + b^T x around the current values.
+struct NormalEquations {
+  std::vector<BlockRef> blocks;
+  Eigen::MatrixXd H;
+  Eigen::VectorXd b;
+  /// Column of a block; -1 if it is not part of the equations.
+  int offsetOf(const double* block) const;
+};
+
+/// Linearises the terms at the current values and eliminates every landmark (rank-safe: a landmark
+/// whose depth is not observed keeps that direction out). Terms of one landmark must be adjacent.
+/// `order` gives the blocks that remain, in the order of the result.
+NormalEquations eliminateLandmarks(const std::vector<Term>& terms,
+                                   const std::vector<BlockRef>& order);
+
+/// Marginalises the first `count` blocks by a Schur complement with a rank-safe inverse.
+NormalEquations marginalizeFirst(const NormalEquations& full, int count);
+
+/// Square-root form around each block's first estimate (`lin`), or its current value where it has
+/// none yet. Directions whose information is below `relative` of
+/// the scale of their own diagonal are left out (the gauge, unseen states).
+LinearPrior toPrior(const NormalEquations& eq, double relative = 1e-10);
+
+/// Inverse of H with unobserved directions given no covariance (pseudo-inverse after scaling).
+Eigen::MatrixXd covarianceOf(const NormalEquations& eq, double relative = 1e-12);
+
+}  // namespace vir

@@ -1,0 +1,130 @@
+#pragma once
+/// The short window Psi (paper, section "Double Layer Tightly Coupled VIR Optimization"): the
+/// newest keyframes and the newest image, their landmarks, the inertial links between them, and the
+/// prior that marginalisation left.
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vir/geometry/pose.h"
+#include "vir/imu/preintegration.h"
+#include "vir/vision/feature_tracker.h"
+
+namespace vir {
+
+struct WindowOptions {
+  int keyframes = 10;
+  int iterations = 3;
+  double sigma_px = 1.0;
+  double huber = 1.5;
+  double outlier_sigma = 4.0;
+  double keyframe_parallax_px = 10.0;
+  double keyframe_min_shared = 0.5;
+  double keyframe_max_interval_s = 0.6;
+  double min_parallax_px = 3.0;
+  bool first_estimate_jacobians = true;
+  bool estimate_extrinsics = false;
+  bool estimate_time_offset = false;
+  double rest_sigma_v_mps = 0.01;
+  double rest_sigma_p_m = 0.001;
+  double rest_sigma_theta_rad = 0.0005;
+};
+/// Section [Window].
+void describe(OptionVisitor& v, WindowOptions& o);
+
+/// Position, attitude, velocity and biases of the body at a time.
+struct NavState {
+  TimeNs t = 0;
+  Pose T_W_B;
+  Vec3 v = Vec3::Zero();   ///< v_W_B [m/s]
+  Vec3 bg = Vec3::Zero();  ///< [rad/s]
+  Vec3 ba = Vec3::Zero();  ///< [m/s^2]
+};
+
+/// The state that the readings of `link` lead to from `from`; gravity [m/s^2] along -z of W.
+NavState predict(const NavState& from, const Preintegration& link, double gravity, TimeNs t);
+
+/// Standard deviations of what is assumed known about the first frame.
+struct StartPrior {
+  double position_m = 1e-3;
+  double yaw_rad = 1e-3;
+  double tilt_rad = 0;      ///< 0 = unknown
+  double velocity_mps = 0;  ///< 0 = unknown
+  double bias_gyro = 0.1;
+  double bias_acc = 0.2;
+};
+
+struct SolveSummary {
+  int iterations = 0;
+  double initial_cost = 0, final_cost = 0;
+  bool usable = false;          ///< finite and not worse than before
+  int sights = 0;               ///< reprojections in the problem
+  double reprojection_rms = 0;  ///< whitened, per coordinate, after the solution
+};
+
+struct WindowLandmark {
+  std::uint64_t id = 0;
+  Vec3 p_W = Vec3::Zero();
+};
+
+/// Accuracy of the motion inside the window, from the information of all its terms.
+struct WindowAccuracy {
+  double baseline_m = 0;        ///< largest distance between two frames
+  double baseline_sigma_m = 0;  ///< standard deviation of that distance
+  double tilt_sigma_rad = 0;    ///< of the newest frame's roll and pitch
+  double velocity_sigma_mps = 0;
+};
+
+class ShortWindow {
+ public:
+  ShortWindow(const WindowOptions& options, const ImuNoise& noise, const Pose& T_B_C,
+              double focal_px, double time_offset_s);
+  ~ShortWindow();
+
+  void clear();
+  bool empty() const;
+  int frames() const;
+
+  /// First frame, with what is known about it.
+  void start(const NavState& state, const StartPrior& prior,
+             const std::vector<FeatureObservation>& features, bool standing);
+  /// Next frame; `link` leads to it from the newest. `standing`: the body has not moved since the
+  /// newest frame, which was standing too.
+  void push(const NavState& predicted, Preintegration link,
+            const std::vector<FeatureObservation>& features, bool standing);
+  /// Keeps the newest frame as a keyframe whatever the policy says (while an initialisation fills
+  /// the window).
+  void keepNewest();
+
+  /// Gives depth to tracks that have parallax now; returns how many.
+  int triangulate();
+  SolveSummary optimise(int iterations);
+  /// Drops sights and landmarks that contradict the solution; ids of tracks to be given up.
+  std::vector<std::uint64_t> rejectOutliers();
+  /// Makes room for the next frame: keeps the newest as a keyframe (and marginalises the oldest
+  /// when the window is full), or marks it to be replaced. True if it is a keyframe.
+  bool slide();
+
+  NavState newest() const;
+  NavState oldest() const;
+  std::vector<NavState> states() const;
+  std::vector<WindowLandmark> landmarks() const;
+  /// Landmarks that newest sees and that have a depth.
+  int landmarksInNewest() const;
+  int activeLandmarks() const;
+  /// Keyframes and landmarks that left the window since the last call, as last estimated.
+  std::vector<NavState> takeRetiredKeyframes();
+  std::vector<WindowLandmark> takeRetiredLandmarks();
+  WindowAccuracy accuracy() const;
+  /// Covariance of (position, rotation on the right) of the newest frame.
+  Eigen::Matrix<double, 6, 6> newestCovariance() const;
+  Pose extrinsics() const;
+  double timeOffset() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vir

@@ -1,0 +1,129 @@
+#include <algorithm>
+#include <cmath>
+
+#include "window_state.h"
+
+namespace vir {
+namespace {
+
+/// Inverse distance along the host's ray that fits the other sights best (linear least squares);
+/// false without parallax, behind a camera, or where the sights contradict each other.
+bool triangulate(const WindowState& w, const Landmark& l, double* rho) {
+  const Pose T_B_C = w.T_B_C();
+  const Pose T_W_Ci = l.host()->T_W_B() * T_B_C;
+  double cc = 0, ca = 0, parallax = 0;
+  for (std::size_t k = 1; k < l.sights.size(); ++k) {
+    const Pose T_Cj_Ci = (l.sights[k].frame->T_W_B() * T_B_C).inverse() * T_W_Ci;
+    const Vec3 a = T_Cj_Ci.q * l.ray.bearing;
+    const Mat23& W = l.sights[k].sight.weight;
+    const Vec2 Wa = W * (a - l.sights[k].sight.bearing);
+    const Vec2 Wc = W * T_Cj_Ci.p;
+    cc += Wc.squaredNorm();
+    ca += Wc.dot(Wa);
+    const double angle = std::acos(std::clamp(a.dot(l.sights[k].sight.bearing), -1.0, 1.0));
+    parallax = std::max(parallax, angle);
+  }
+  if (parallax * w.focal_px < w.options.min_parallax_px || cc <= 0) return false;
+  *rho = -ca / cc;
+  if (!(*rho > 1.0 / 200.0 && *rho < 1.0 / 0.1)) return false;
+  double worst = 0;
+  for (std::size_t k = 1; k < l.sights.size(); ++k) {
+    const Vec2 r =
+        reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
+                             l.sights[k].frame->T_W_B(), T_B_C, Vec3(0, 0, *rho), 0, nullptr);
+    worst = std::max(worst, r.norm());
+  }
+  return worst < 3 * w.options.outlier_sigma;
+}
+
+}  // namespace
+
+Vec3 landmarkInWorld(const WindowState& w, const Landmark& l) {
+  return l.host()->T_W_B() * (w.T_B_C() * l.inCamera());
+}
+
+int triangulateLandmarks(WindowState& w) {
+  int count = 0;
+  for (auto& [id, l] : w.landmarks) {
+    if (l.has_depth || l.sights.size() < 2) continue;
+    double rho = 0;
+    if (!triangulate(w, l, &rho)) continue;
+    l.x[0] = l.x[1] = 0;
+    l.x[2] = rho;
+    l.has_depth = true;
+    ++count;
+  }
+  return count;
+}
+
+std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
+  std::vector<std::uint64_t> dropped;
+  const Frame* newest = w.frames.back().get();
+  const Pose T_B_C = w.T_B_C();
+  for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
+    Landmark& l = it->second;
+    if (!l.has_depth) {
+      ++it;
+      continue;
+    }
+    const Vec3 x(l.x[0], l.x[1], l.x[2]);
+    bool newest_bad = false;
+    std::size_t bad = 0;
+    for (std::size_t k = 1; k < l.sights.size();) {
+      const Vec2 r = reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
+                                          l.sights[k].frame->T_W_B(), T_B_C, x,
+                                          w.time_offset[0] - w.td_ref_s, nullptr);
+      if (r.norm() > w.options.outlier_sigma) {
+        newest_bad = newest_bad || l.sights[k].frame == newest;
+        l.sights.erase(l.sights.begin() + k);
+        ++bad;
+      } else {
+        ++k;
+      }
+    }
+    const bool impossible = !(l.x[2] > 1e-4 && l.x[2] < 1.0 / 0.05);
+    if (impossible || newest_bad || (bad > 0 && l.sights.size() < 2)) {
+      dropped.push_back(it->first);
+      it = w.landmarks.erase(it);
+    } else {
+      ++it;
+    }
+  }
+  return dropped;
+}
+
+void removeSightsOf(WindowState& w, const Frame* frame) {
+  for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
+    Landmark& l = it->second;
+    const auto s = std::find_if(l.sights.begin(), l.sights.end(),
+                                [&](const LandmarkSight& x) { return x.frame == frame; });
+    if (s == l.sights.end()) {
+      ++it;
+      continue;
+    }
+    const bool was_host = s == l.sights.begin();
+    if (l.sights.size() == 1) {
+      it = w.landmarks.erase(it);
+      continue;
+    }
+    const Vec3 p_W = was_host && l.has_depth ? landmarkInWorld(w, l) : Vec3::Zero();
+    l.sights.erase(s);
+    if (was_host) {
+      l.setHostRay();
+      if (l.has_depth) {
+        const Vec3 p_C = (l.host()->T_W_B() * w.T_B_C()).inverse() * p_W;
+        const double along = p_C.dot(l.ray.bearing);
+        l.has_depth = along > 0.05;
+        if (l.has_depth) {
+          const Vec2 uv = l.ray.basis.transpose() * p_C / along;
+          l.x[0] = uv[0];
+          l.x[1] = uv[1];
+          l.x[2] = 1.0 / along;
+        }
+      }
+    }
+    ++it;
+  }
+}
+
+}  // namespace vir

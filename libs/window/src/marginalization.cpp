@@ -1,0 +1,224 @@
+#include "vir/window/marginalization.h"
+
+#include <ceres/cost_function.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <stdexcept>
+
+#include "vir/factors/pose_manifold.h"
+
+namespace vir {
+namespace {
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Residual and local Jacobians of one term, robust weight applied. Buffers are reused.
+class Linearizer {
+ public:
+  void evaluate(const Term& t) {
+    const std::vector<int>& sizes = t.cost->parameter_block_sizes();
+    rows = t.cost->num_residuals();
+    r.resize(rows);
+    J.resize(sizes.size());
+    pointers_.resize(sizes.size());
+    for (std::size_t k = 0; k < sizes.size(); ++k) {
+      J[k].resize(rows, sizes[k]);
+      pointers_[k] = J[k].data();
+    }
+    if (!t.cost->Evaluate(t.blocks.data(), r.data(), pointers_.data())) {
+      throw std::runtime_error("marginalization: a residual could not be evaluated");
+    }
+    const double n = r.norm();
+    if (t.huber > 0 && n > t.huber) {
+      const double w = std::sqrt(t.huber / n);
+      r *= w;
+      for (RowMajor& j : J) j *= w;
+    }
+  }
+  int rows = 0;
+  Eigen::VectorXd r;
+  std::vector<RowMajor> J;
+
+ private:
+  std::vector<double*> pointers_;
+};
+
+void blockMinus(const double* y, const double* x, int ambient, double* delta) {
+  if (ambient == 7) {
+    poseMinus(y, x, delta);
+  } else {
+    for (int i = 0; i < ambient; ++i) delta[i] = y[i] - x[i];
+  }
+}
+
+int localSize(int ambient) { return ambient == 7 ? 6 : ambient; }
+
+Eigen::MatrixXd scaledPseudoInverse(const Eigen::MatrixXd& H, double relative) {
+  const Eigen::VectorXd s =
+      H.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Eigen::MatrixXd A = s.asDiagonal() * H * s.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eig(A);
+  const Eigen::VectorXd inv =
+      eig.eigenvalues().unaryExpr([&](double l) { return l > relative ? 1.0 / l : 0.0; });
+  const Eigen::MatrixXd V = s.asDiagonal() * eig.eigenvectors();
+  return V * inv.asDiagonal() * V.transpose();
+}
+
+/// Normal equations of one landmark: its own 3x3 block and the coupling to the blocks it touches.
+struct LandmarkSystem {
+  Mat3 H = Mat3::Zero();
+  Vec3 b = Vec3::Zero();
+  std::vector<int> offsets, sizes;
+  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3>> coupling;  // H_xl per touched block
+
+  void reset() {
+    H.setZero();
+    b.setZero();
+    offsets.clear();
+    sizes.clear();
+    coupling.clear();
+  }
+  int slot(int offset, int size) {
+    for (std::size_t k = 0; k < offsets.size(); ++k) {
+      if (offsets[k] == offset) return static_cast<int>(k);
+    }
+    offsets.push_back(offset);
+    sizes.push_back(size);
+    coupling.push_back(Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(size, 3));
+    return static_cast<int>(offsets.size()) - 1;
+  }
+  void eliminateFrom(NormalEquations* eq) const {
+    const Mat3 inv = scaledPseudoInverse(H, 1e-9);
+    for (std::size_t i = 0; i < offsets.size(); ++i) {
+      const Eigen::Matrix<double, Eigen::Dynamic, 3> W = coupling[i] * inv;
+      eq->b.segment(offsets[i], sizes[i]).noalias() -= W * b;
+      for (std::size_t j = 0; j < offsets.size(); ++j) {
+        eq->H.block(offsets[i], offsets[j], sizes[i], sizes[j]).noalias() -=
+            W * coupling[j].transpose();
+      }
+    }
+  }
+};
+
+void accumulate(const Linearizer& lin, const Term& t, NormalEquations* eq, LandmarkSystem* lm) {
+  const std::vector<int>& sizes = t.cost->parameter_block_sizes();
+  const std::size_t n = sizes.size();
+  std::vector<int> offset(n);
+  for (std::size_t k = 0; k < n; ++k) offset[k] = eq->offsetOf(t.blocks[k]);
+  for (std::size_t k = 0; k < n; ++k) {
+    const int sk = localSize(sizes[k]);
+    const auto Jk = lin.J[k].leftCols(sk);
+    if (t.landmark && t.blocks[k] == t.landmark) {
+      lm->H.noalias() += Jk.transpose() * Jk;
+      lm->b.noalias() += Jk.transpose() * lin.r;
+      for (std::size_t m = 0; m < n; ++m) {
+        if (m == k || offset[m] < 0) continue;
+        const int sm = localSize(sizes[m]);
+        lm->coupling[lm->slot(offset[m], sm)].noalias() += lin.J[m].leftCols(sm).transpose() * Jk;
+      }
+      continue;
+    }
+    if (offset[k] < 0) continue;  // a block held constant
+    eq->b.segment(offset[k], sk).noalias() += Jk.transpose() * lin.r;
+    for (std::size_t m = 0; m < n; ++m) {
+      if (offset[m] < 0) continue;
+      const int sm = localSize(sizes[m]);
+      eq->H.block(offset[k], offset[m], sk, sm).noalias() += Jk.transpose() * lin.J[m].leftCols(sm);
+    }
+  }
+}
+
+}  // namespace
+
+int NormalEquations::offsetOf(const double* block) const {
+  for (const BlockRef& b : blocks) {
+    if (b.data == block) return b.offset;
+  }
+  return -1;
+}
+
+NormalEquations eliminateLandmarks(const std::vector<Term>& terms,
+                                   const std::vector<BlockRef>& order) {
+  NormalEquations eq;
+  int n = 0;
+  for (BlockRef b : order) {
+    b.offset = n;
+    n += b.local();
+    eq.blocks.push_back(b);
+  }
+  eq.H = Eigen::MatrixXd::Zero(n, n);
+  eq.b = Eigen::VectorXd::Zero(n);
+  Linearizer lin;
+  LandmarkSystem lm;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    lin.evaluate(terms[i]);
+    accumulate(lin, terms[i], &eq, &lm);
+    const bool last = i + 1 == terms.size() || terms[i + 1].landmark != terms[i].landmark;
+    if (terms[i].landmark && last) {
+      lm.eliminateFrom(&eq);
+      lm.reset();
+    }
+  }
+  return eq;
+}
+
+NormalEquations marginalizeFirst(const NormalEquations& full, int count) {
+  int m = 0;
+  for (int k = 0; k < count; ++k) m += full.blocks[k].local();
+  const int n = static_cast<int>(full.H.rows()) - m;
+  const Eigen::MatrixXd inv = scaledPseudoInverse(full.H.topLeftCorner(m, m), 1e-12);
+  const Eigen::MatrixXd W = full.H.bottomLeftCorner(n, m) * inv;
+  NormalEquations out;
+  out.H = full.H.bottomRightCorner(n, n) - W * full.H.topRightCorner(m, n);
+  out.H = 0.5 * (out.H + out.H.transpose()).eval();
+  out.b = full.b.tail(n) - W * full.b.head(m);
+  for (std::size_t k = count; k < full.blocks.size(); ++k) {
+    out.blocks.push_back(full.blocks[k]);
+    out.blocks.back().offset -= m;
+  }
+  return out;
+}
+
+LinearPrior toPrior(const NormalEquations& eq, double relative) {
+  // Scale first: positions, angles and biases differ by orders of magnitude in information.
+  const Eigen::VectorXd s =
+      eq.H.diagonal().unaryExpr([](double d) { return d > 0 ? std::sqrt(d) : 0.0; });
+  const Eigen::VectorXd s_inv = s.unaryExpr([](double d) { return d > 0 ? 1.0 / d : 0.0; });
+  const Eigen::MatrixXd A = s_inv.asDiagonal() * eq.H * s_inv.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eig(A);
+  std::vector<int> keep;
+  for (int i = 0; i < eig.eigenvalues().size(); ++i) {
+    if (eig.eigenvalues()[i] > relative) keep.push_back(i);
+  }
+  LinearPrior prior;
+  const int n = static_cast<int>(eq.H.rows());
+  prior.J.resize(static_cast<int>(keep.size()), n);
+  prior.r0.resize(static_cast<int>(keep.size()));
+  // The equations stand at the current values; the prior at the first estimates.
+  Eigen::VectorXd shift = Eigen::VectorXd::Zero(n);
+  for (const BlockRef& ref : eq.blocks) {
+    if (ref.lin) blockMinus(ref.data, ref.lin, ref.ambient, shift.data() + ref.offset);
+  }
+  const Eigen::VectorXd b = s_inv.asDiagonal() * (eq.b - eq.H * shift);
+  for (std::size_t r = 0; r < keep.size(); ++r) {
+    const double root = std::sqrt(eig.eigenvalues()[keep[r]]);
+    const auto v = eig.eigenvectors().col(keep[r]);
+    prior.J.row(r) = root * (v.array() * s.array()).matrix().transpose();
+    prior.r0[r] = v.dot(b) / root;
+  }
+  for (const BlockRef& ref : eq.blocks) {
+    LinearPrior::Block block;
+    block.ambient = ref.ambient;
+    block.offset = ref.offset;
+    const double* x0 = ref.lin ? ref.lin : ref.data;
+    block.x0.assign(x0, x0 + ref.ambient);
+    prior.blocks.push_back(block);
+  }
+  return prior;
+}
+
+Eigen::MatrixXd covarianceOf(const NormalEquations& eq, double relative) {
+  return scaledPseudoInverse(eq.H, relative);
+}
+
+}  // namespace vir

@@ -1,0 +1,249 @@
+#include "vir/window/short_window.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "window_state.h"
+
+namespace vir {
+
+void describe(OptionVisitor& v, WindowOptions& o) {
+  v.section("Window", "The short window: keyframes, solver, marginalisation");
+  v.value("keyframes", o.keyframes, {4, 40}, "keyframes kept besides the newest image");
+  v.value("iterations", o.iterations, {1, 100}, "solver iterations per image");
+  v.value("sigma_px", o.sigma_px, {0.01, 100.0}, "noise of a tracked feature [px]");
+  v.value("huber", o.huber, {0.1, 1e6}, "reprojections beyond this many sigma weigh less");
+  v.value("outlier_sigma", o.outlier_sigma, {1.0, 1e6}, "reprojections beyond are dropped [sigma]");
+  v.value("keyframe_parallax_px", o.keyframe_parallax_px, {0.5, 500.0},
+          "mean parallax to the last keyframe that makes the next");
+  v.value("keyframe_min_shared", o.keyframe_min_shared, {0.0, 1.0},
+          "share of tracks the last keyframe must have seen, else a new one is made");
+  v.value("keyframe_max_interval_s", o.keyframe_max_interval_s, {0.05, 60.0},
+          "longest time between keyframes while moving");
+  v.value("min_parallax_px", o.min_parallax_px, {0.1, 100.0},
+          "parallax a track needs before it gets a depth");
+  v.value("first_estimate_jacobians", o.first_estimate_jacobians,
+          "Jacobians of states in the prior are taken at their first estimate");
+  v.value("estimate_extrinsics", o.estimate_extrinsics, "refine the camera's pose in the body");
+  v.value("estimate_time_offset", o.estimate_time_offset, "refine the camera's time offset");
+  v.value("rest_sigma_v_mps", o.rest_sigma_v_mps, {1e-6, 10.0}, "velocity noise at standstill");
+  v.value("rest_sigma_p_m", o.rest_sigma_p_m, {1e-6, 10.0}, "position noise at standstill");
+  v.value("rest_sigma_theta_rad", o.rest_sigma_theta_rad, {1e-7, 1.0},
+          "rotation noise at standstill");
+}
+
+NavState predict(const NavState& from, const Preintegration& link, double gravity, TimeNs t) {
+  const Vec3 g(0, 0, -gravity);
+  const double dt = link.dt();
+  NavState s = from;
+  s.t = t;
+  s.T_W_B.p += from.v * dt + 0.5 * g * dt * dt + from.T_W_B.q * link.correctedDp(from.bg, from.ba);
+  s.v += g * dt + from.T_W_B.q * link.correctedDv(from.bg, from.ba);
+  s.T_W_B.q = (from.T_W_B.q * link.correctedDq(from.bg)).normalized();
+  return s;
+}
+
+NavState navStateOf(const Frame& f) {
+  NavState s;
+  s.t = f.t;
+  s.T_W_B = f.T_W_B();
+  s.v = Vec3(f.speed_bias[0], f.speed_bias[1], f.speed_bias[2]);
+  s.bg = Vec3(f.speed_bias[3], f.speed_bias[4], f.speed_bias[5]);
+  s.ba = Vec3(f.speed_bias[6], f.speed_bias[7], f.speed_bias[8]);
+  return s;
+}
+
+struct ShortWindow::Impl : WindowState {
+  Frame& add(const NavState& s, const std::vector<FeatureObservation>& features, bool standing) {
+    auto f = std::make_unique<Frame>();
+    f->t = s.t;
+    poseTo(s.T_W_B, f->pose);
+    for (int i = 0; i < 3; ++i) {
+      f->speed_bias[i] = s.v[i];
+      f->speed_bias[3 + i] = s.bg[i];
+      f->speed_bias[6 + i] = s.ba[i];
+    }
+    f->standing = standing;
+    frames.push_back(std::move(f));
+    for (const FeatureObservation& o : features) {
+      Landmark& l = landmarks[o.id];
+      LandmarkSight sight;
+      sight.frame = frames.back().get();
+      sight.sight.bearing = o.bearing;
+      sight.sight.weight = o.dpx_dbearing / options.sigma_px;
+      sight.sight.rate = o.bearing_rate;
+      l.sights.push_back(sight);
+      if (l.sights.size() == 1) l.setHostRay();
+    }
+    return *frames.back();
+  }
+
+  NormalEquations information() {
+    TermSet set(*this);
+    set.addAll();
+    return eliminateLandmarks(set.terms(), frameBlocks(*this, 0, frames.size()));
+  }
+};
+
+ShortWindow::ShortWindow(const WindowOptions& options, const ImuNoise& noise, const Pose& T_B_C,
+                         double focal_px, double time_offset_s)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->options = options;
+  impl_->noise = noise;
+  impl_->focal_px = focal_px;
+  impl_->td_ref_s = time_offset_s;
+  impl_->time_offset[0] = time_offset_s;
+  poseTo(T_B_C, impl_->extrinsic);
+}
+
+ShortWindow::~ShortWindow() = default;
+
+void ShortWindow::clear() {
+  impl_->frames.clear();
+  impl_->landmarks.clear();
+  impl_->prior = LinearPrior();
+  impl_->prior_blocks.clear();
+}
+
+bool ShortWindow::empty() const { return impl_->frames.empty(); }
+int ShortWindow::frames() const { return static_cast<int>(impl_->frames.size()); }
+
+void ShortWindow::start(const NavState& state, const StartPrior& p,
+                        const std::vector<FeatureObservation>& features, bool standing) {
+  clear();
+  Frame& f = impl_->add(state, features, standing);
+  f.keyframe = true;
+  std::vector<Eigen::Matrix<double, 1, 15>> rows;
+  const auto row = [&](int column, const Vec3& direction, double sigma) {
+    if (sigma <= 0) return;
+    Eigen::Matrix<double, 1, 15> r = Eigen::Matrix<double, 1, 15>::Zero();
+    r.segment<3>(column) = direction.transpose() / sigma;
+    rows.push_back(r);
+  };
+  const Mat3 R_B_W = f.T_W_B().R().transpose();
+  for (int i = 0; i < 3; ++i) {
+    row(0, Vec3::Unit(i), p.position_m);
+    row(3, R_B_W.col(i), i == 2 ? p.yaw_rad : p.tilt_rad);
+    row(6, Vec3::Unit(i), p.velocity_mps);
+    row(9, Vec3::Unit(i), p.bias_gyro);
+    row(12, Vec3::Unit(i), p.bias_acc);
+  }
+  LinearPrior& prior = impl_->prior;
+  prior.J.resize(static_cast<int>(rows.size()), 15);
+  for (std::size_t k = 0; k < rows.size(); ++k) prior.J.row(static_cast<int>(k)) = rows[k];
+  prior.r0 = Eigen::VectorXd::Zero(static_cast<int>(rows.size()));
+  prior.blocks = {{7, 0, std::vector<double>(f.pose, f.pose + 7)},
+                  {9, 6, std::vector<double>(f.speed_bias, f.speed_bias + 9)}};
+  impl_->prior_blocks = {f.pose, f.speed_bias};
+}
+
+void ShortWindow::push(const NavState& predicted, Preintegration link,
+                       const std::vector<FeatureObservation>& features, bool standing) {
+  if (!impl_->newest().keyframe && impl_->frames.size() > 1) dropNewestInto(*impl_, &link);
+  Frame& f = impl_->add(predicted, features, standing);
+  f.link = std::make_unique<Preintegration>(std::move(link));
+}
+
+void ShortWindow::keepNewest() { impl_->newest().keyframe = true; }
+
+int ShortWindow::triangulate() { return triangulateLandmarks(*impl_); }
+
+SolveSummary ShortWindow::optimise(int iterations) { return solveWindow(*impl_, iterations); }
+
+std::vector<std::uint64_t> ShortWindow::rejectOutliers() { return rejectOutlierSights(*impl_); }
+
+bool ShortWindow::slide() {
+  impl_->newest().keyframe = decideKeyframe(*impl_);
+  // Tracks that ended without ever getting a depth, or outside the window, are of no more use.
+  const Frame* newest = impl_->frames.back().get();
+  for (auto it = impl_->landmarks.begin(); it != impl_->landmarks.end();) {
+    const Landmark& l = it->second;
+    const bool ended = l.sights.back().frame != newest;
+    it =
+        ended && (l.sights.size() < 2 || !l.has_depth) ? impl_->landmarks.erase(it) : std::next(it);
+  }
+  if (!impl_->newest().keyframe) return false;
+  if (static_cast<int>(impl_->frames.size()) > impl_->options.keyframes) marginalizeOldest(*impl_);
+  return true;
+}
+
+NavState ShortWindow::newest() const { return navStateOf(*impl_->frames.back()); }
+NavState ShortWindow::oldest() const { return navStateOf(*impl_->frames.front()); }
+
+std::vector<NavState> ShortWindow::states() const {
+  std::vector<NavState> out;
+  for (const auto& f : impl_->frames) out.push_back(navStateOf(*f));
+  return out;
+}
+
+std::vector<WindowLandmark> ShortWindow::landmarks() const {
+  std::vector<WindowLandmark> out;
+  for (const auto& [id, l] : impl_->landmarks) {
+    if (l.has_depth) out.push_back({id, landmarkInWorld(*impl_, l)});
+  }
+  return out;
+}
+
+int ShortWindow::landmarksInNewest() const {
+  int n = 0;
+  for (const auto& [id, l] : impl_->landmarks) {
+    n += l.has_depth && l.sights.back().frame == impl_->frames.back().get();
+  }
+  return n;
+}
+
+int ShortWindow::activeLandmarks() const {
+  int n = 0;
+  for (const auto& [id, l] : impl_->landmarks) n += l.has_depth;
+  return n;
+}
+
+std::vector<NavState> ShortWindow::takeRetiredKeyframes() {
+  return std::exchange(impl_->retired_keyframes, {});
+}
+std::vector<WindowLandmark> ShortWindow::takeRetiredLandmarks() {
+  return std::exchange(impl_->retired_landmarks, {});
+}
+
+WindowAccuracy ShortWindow::accuracy() const {
+  WindowAccuracy out;
+  const std::size_t n = impl_->frames.size();
+  if (n < 2) return out;
+  const Eigen::MatrixXd cov = covarianceOf(impl_->information());
+  std::size_t a = 0, b = 1;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = i + 1; j < n; ++j) {
+      const double d = (impl_->frames[j]->T_W_B().p - impl_->frames[i]->T_W_B().p).norm();
+      if (d > out.baseline_m) {
+        out.baseline_m = d;
+        a = i;
+        b = j;
+      }
+    }
+  }
+  if (out.baseline_m <= 0) return out;
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(cov.rows());
+  const Vec3 dir = (impl_->frames[b]->T_W_B().p - impl_->frames[a]->T_W_B().p).normalized();
+  u.segment<3>(15 * static_cast<int>(b)) = dir;
+  u.segment<3>(15 * static_cast<int>(a)) = -dir;
+  out.baseline_sigma_m = std::sqrt(std::max(0.0, u.dot(cov * u)));
+  const int last = 15 * static_cast<int>(n - 1);
+  const Mat3 R = impl_->frames.back()->T_W_B().R();
+  const Mat3 tilt = R * cov.block<3, 3>(last + 3, last + 3) * R.transpose();
+  out.tilt_sigma_rad = std::sqrt(std::max(0.0, std::max(tilt(0, 0), tilt(1, 1))));
+  out.velocity_sigma_mps =
+      std::sqrt(std::max(0.0, cov.block<3, 3>(last + 6, last + 6).diagonal().maxCoeff()));
+  return out;
+}
+
+Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {
+  const Eigen::MatrixXd cov = covarianceOf(impl_->information());
+  const int last = static_cast<int>(cov.rows()) - 15;
+  return cov.block<6, 6>(last, last);
+}
+
+Pose ShortWindow::extrinsics() const { return impl_->T_B_C(); }
+double ShortWindow::timeOffset() const { return impl_->time_offset[0]; }
+
+}  // namespace vir

@@ -1,0 +1,124 @@
+#include <algorithm>
+#include <cmath>
+
+#include "window_state.h"
+
+namespace vir {
+namespace {
+/// A link between two standing frames longer than this is not extended: both are the same place, so
+/// the standing keyframe simply moves on in time.
+constexpr double kMaxRestLinkS = 1.0;
+
+struct SharedTracks {
+  int shared = 0;          ///< tracks of the newest frame seen in the reference too
+  int total = 0;           ///< tracks of the newest frame
+  double parallax_px = 0;  ///< mean displacement with the rotation taken out
+};
+
+SharedTracks sharedWith(const WindowState& w, const Frame& reference) {
+  const Frame& newest = *w.frames.back();
+  const Quat q_W_C0 = reference.T_W_B().q * w.T_B_C().q;
+  const Quat q_W_C1 = newest.T_W_B().q * w.T_B_C().q;
+  const Quat q_C0_C1 = q_W_C0.conjugate() * q_W_C1;
+  SharedTracks out;
+  double sum = 0;
+  for (const auto& [id, l] : w.landmarks) {
+    if (l.sights.back().frame != &newest) continue;
+    ++out.total;
+    for (const LandmarkSight& s : l.sights) {
+      if (s.frame != &reference) continue;
+      ++out.shared;
+      sum += (q_C0_C1 * l.sights.back().sight.bearing - s.sight.bearing).norm();
+      break;
+    }
+  }
+  if (out.shared) out.parallax_px = sum / out.shared * w.focal_px;
+  return out;
+}
+
+void retire(WindowState& w, const Frame& f) { w.retired_keyframes.push_back(navStateOf(f)); }
+
+}  // namespace
+
+bool decideKeyframe(WindowState& w) {
+  if (w.frames.size() < 2) return true;
+  const Frame& newest = *w.frames.back();
+  const Frame& last = *w.frames[w.frames.size() - 2];
+  if (newest.standing) return !last.standing;
+  if (last.standing) return true;
+  const SharedTracks s = sharedWith(w, last);
+  if (s.total == 0) return false;
+  if (s.shared < w.options.keyframe_min_shared * s.total) return true;
+  if (s.parallax_px > w.options.keyframe_parallax_px) return true;
+  return toSeconds(newest.t - last.t) > w.options.keyframe_max_interval_s &&
+         s.parallax_px > 0.3 * w.options.keyframe_parallax_px;
+}
+
+void dropNewestInto(WindowState& w, Preintegration* link) {
+  Frame& n = w.newest();
+  Frame& before = *w.frames[w.frames.size() - 2];
+  removeSightsOf(w, &n);
+  if (n.standing && before.standing && n.link->dt() > kMaxRestLinkS) {
+    before.t = n.t;
+  } else {
+    Preintegration merged = std::move(*n.link);
+    merged.append(*link);
+    *link = std::move(merged);
+  }
+  w.frames.pop_back();
+}
+
+void marginalizeOldest(WindowState& w) {
+  Frame& oldest = *w.frames.front();
+  const Frame* newest = w.frames.back().get();
+  // Landmarks that ended go into the prior whole. Those still followed lose only this frame's sight
+  // and move to their next one: their later sights would otherwise count twice.
+  std::vector<std::uint64_t> into_prior;
+  for (auto& [id, l] : w.landmarks) {
+    if (l.host() != &oldest) continue;
+    const bool alive = l.sights.back().frame == newest;
+    if (l.has_depth && l.sights.size() >= 2 && !alive) into_prior.push_back(id);
+  }
+  TermSet set(w);
+  set.addOldest(into_prior);
+
+  std::vector<BlockRef> order = frameBlocks(w, 0, w.frames.size());
+  if (w.calibrating()) {
+    if (w.options.estimate_extrinsics) order.push_back({w.extrinsic, 7, 0, nullptr});
+    if (w.options.estimate_time_offset) order.push_back({w.time_offset, 1, 0, nullptr});
+  }
+  // Blocks no term touches (speeds of later frames) are left out.
+  std::vector<BlockRef> touched;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    bool used = k < 2;
+    for (const Term& t : set.terms()) {
+      if (used) break;
+      used = std::find(t.blocks.begin(), t.blocks.end(), order[k].data) != t.blocks.end();
+    }
+    if (used) touched.push_back(order[k]);
+  }
+  const NormalEquations full = eliminateLandmarks(set.terms(), touched);
+  const NormalEquations rest = marginalizeFirst(full, 2);
+  w.prior = toPrior(rest);
+  w.prior_blocks.clear();
+  for (const BlockRef& b : rest.blocks) w.prior_blocks.push_back(b.data);
+  for (auto& f : w.frames) {
+    if (std::find(w.prior_blocks.begin(), w.prior_blocks.end(), f->pose) != w.prior_blocks.end() &&
+        f.get() != &oldest) {
+      f->fixFirstEstimate();
+    }
+  }
+
+  for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
+    const Landmark& l = it->second;
+    const bool ended = l.host() == &oldest && l.sights.back().frame != newest;
+    if (ended && l.has_depth) w.retired_landmarks.push_back({it->first, landmarkInWorld(w, l)});
+    it = ended ? w.landmarks.erase(it) : std::next(it);
+  }
+  removeSightsOf(w, &oldest);
+  retire(w, oldest);
+  w.frames.pop_front();
+  w.frames.front()->link.reset();
+}
+
+}  // namespace vir

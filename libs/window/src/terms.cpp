@@ -1,0 +1,91 @@
+#include "window_state.h"
+
+namespace vir {
+
+template <typename Factor, typename... Args>
+Factor& TermSet::make(Args&&... args) {
+  auto p = std::make_unique<Factor>(std::forward<Args>(args)...);
+  Factor& ref = *p;
+  others_.push_back(std::move(p));
+  return ref;
+}
+
+void TermSet::addPrior() {
+  if (w_.prior.r0.size() == 0) return;
+  auto& f = make<LinearPriorFactor>(w_.prior);
+  terms_.push_back({&f, w_.prior_blocks, 0, nullptr});
+}
+
+void TermSet::addLink(Frame& a, Frame& b) {
+  auto& f = make<ImuFactor>(*b.link, w_.noise.gravity_mps2);
+  if (w_.options.first_estimate_jacobians) {
+    f.linearizeAt(a.linPose(), a.linSpeedBias(), b.linPose(), b.linSpeedBias());
+  }
+  terms_.push_back({&f, {a.pose, a.speed_bias, b.pose, b.speed_bias}, 0, nullptr});
+}
+
+void TermSet::addRest(Frame& a, Frame* before) {
+  if (!a.standing) return;
+  auto& f = make<ZeroVelocityFactor>(w_.options.rest_sigma_v_mps);
+  terms_.push_back({&f, {a.speed_bias}, 0, nullptr});
+  if (!before || !before->standing) return;
+  Eigen::Matrix<double, 6, 6> S = Eigen::Matrix<double, 6, 6>::Zero();
+  S.diagonal().head<3>().setConstant(1.0 / w_.options.rest_sigma_p_m);
+  S.diagonal().tail<3>().setConstant(1.0 / w_.options.rest_sigma_theta_rad);
+  auto& g = make<RelativePoseFactor>(Pose(), S);
+  terms_.push_back({&g, {before->pose, a.pose}, 0, nullptr});
+}
+
+void TermSet::addLandmark(Landmark& l) {
+  Frame* host = l.host();
+  host_sights_.emplace_back(l.ray, l.sights.front().sight.weight);
+  terms_.push_back({&host_sights_.back(), {l.x}, 0, l.x});
+  for (std::size_t k = 1; k < l.sights.size(); ++k) {
+    Frame* f = l.sights[k].frame;
+    const bool fej = w_.options.first_estimate_jacobians;
+    const double* lin_i = fej ? host->linPose() : nullptr;
+    const double* lin_j = fej ? f->linPose() : nullptr;
+    if (w_.calibrating()) {
+      auto& r = make<ReprojectionCalibrationFactor>(l.ray, l.sights[k].sight, w_.td_ref_s);
+      r.linearizeAt(lin_i, lin_j);
+      terms_.push_back(
+          {&r, {host->pose, f->pose, w_.extrinsic, l.x, w_.time_offset}, w_.options.huber, l.x});
+    } else {
+      reprojections_.emplace_back(l.ray, l.sights[k].sight, w_.T_B_C());
+      reprojections_.back().linearizeAt(lin_i, lin_j);
+      terms_.push_back({&reprojections_.back(), {host->pose, f->pose, l.x}, w_.options.huber, l.x});
+    }
+    ++sights_;
+  }
+}
+
+void TermSet::addAll() {
+  addPrior();
+  for (std::size_t k = 0; k < w_.frames.size(); ++k) {
+    Frame* before = k ? w_.frames[k - 1].get() : nullptr;
+    if (before) addLink(*before, *w_.frames[k]);
+    addRest(*w_.frames[k], before);
+  }
+  for (auto& [id, l] : w_.landmarks) {
+    if (l.has_depth && l.sights.size() >= 2) addLandmark(l);
+  }
+}
+
+void TermSet::addOldest(const std::vector<std::uint64_t>& ids) {
+  addPrior();
+  addRest(*w_.frames[0], nullptr);
+  if (w_.frames.size() > 1) addLink(*w_.frames[0], *w_.frames[1]);
+  for (std::uint64_t id : ids) addLandmark(w_.landmarks.at(id));
+}
+
+std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count) {
+  std::vector<BlockRef> out;
+  for (std::size_t k = first; k < first + count; ++k) {
+    Frame& f = *w.frames[k];
+    out.push_back({f.pose, 7, 0, f.linPose()});
+    out.push_back({f.speed_bias, 9, 0, f.linSpeedBias()});
+  }
+  return out;
+}
+
+}  // namespace vir

@@ -1,0 +1,125 @@
+#pragma once
+/// Internal: frames, landmarks and prior of the short window, shared by its translation units.
+#include <deque>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "vir/factors/imu_factor.h"
+#include "vir/factors/linear_prior_factor.h"
+#include "vir/factors/motion_factors.h"
+#include "vir/factors/pose_manifold.h"
+#include "vir/factors/reprojection_factor.h"
+#include "vir/window/marginalization.h"
+#include "vir/window/short_window.h"
+
+namespace vir {
+
+struct Frame {
+  TimeNs t = 0;
+  double pose[7];
+  double speed_bias[9];
+  bool fixed = false;  ///< its first estimate is in the prior: Jacobians are taken there
+  double lin_pose[7];
+  double lin_speed_bias[9];
+  bool keyframe = false;
+  bool standing = false;
+  std::unique_ptr<Preintegration> link;  ///< from the frame before it
+
+  Pose T_W_B() const { return poseFrom(pose); }
+  /// Where Jacobians must be taken; nullptr = at the current value.
+  const double* linPose() const { return fixed ? lin_pose : nullptr; }
+  const double* linSpeedBias() const { return fixed ? lin_speed_bias : nullptr; }
+  void fixFirstEstimate() {
+    if (fixed) return;
+    std::copy(pose, pose + 7, lin_pose);
+    std::copy(speed_bias, speed_bias + 9, lin_speed_bias);
+    fixed = true;
+  }
+};
+
+struct LandmarkSight {
+  Frame* frame = nullptr;
+  Sight sight;
+};
+
+struct Landmark {
+  std::vector<LandmarkSight> sights;  ///< oldest first; the first is the host's
+  HostRay ray;
+  double x[3] = {0, 0, 0};  ///< u, v, inverse distance
+  bool has_depth = false;
+  bool in_prior = false;  ///< some of its sights were marginalised
+
+  Frame* host() const { return sights.front().frame; }
+  Vec3 inCamera() const { return (ray.bearing + ray.basis * Vec2(x[0], x[1])) / x[2]; }
+  void setHostRay() {
+    const Sight& s = sights.front().sight;
+    ray.bearing = s.bearing;
+    ray.basis = tangentBasis(s.bearing);
+    ray.rate = s.rate;
+  }
+};
+
+struct WindowState {
+  WindowOptions options;
+  ImuNoise noise;
+  double focal_px = 1;
+  double td_ref_s = 0;
+  double extrinsic[7];
+  double time_offset[1] = {0};
+  std::deque<std::unique_ptr<Frame>> frames;
+  std::map<std::uint64_t, Landmark> landmarks;  ///< ordered by id: same sums in every run
+  LinearPrior prior;
+  std::vector<double*> prior_blocks;
+  std::vector<NavState> retired_keyframes;
+  std::vector<WindowLandmark> retired_landmarks;
+  PoseManifold pose_manifold;
+
+  Pose T_B_C() const { return poseFrom(extrinsic); }
+  bool calibrating() const { return options.estimate_extrinsics || options.estimate_time_offset; }
+  Frame& newest() { return *frames.back(); }
+};
+
+/// The residuals of (part of) the window, with the cost functions they point to.
+class TermSet {
+ public:
+  explicit TermSet(WindowState& w) : w_(w) {}
+  /// Everything in the window.
+  void addAll();
+  /// What involves the oldest frame: prior, its link, rest, and the landmarks in `ids`.
+  void addOldest(const std::vector<std::uint64_t>& ids);
+  const std::vector<Term>& terms() const { return terms_; }
+  int sights() const { return sights_; }
+
+ private:
+  void addPrior();
+  void addLink(Frame& a, Frame& b);
+  void addRest(Frame& a, Frame* before);
+  void addLandmark(Landmark& l);
+  template <typename Factor, typename... Args>
+  Factor& make(Args&&... args);
+
+  WindowState& w_;
+  std::vector<Term> terms_;
+  std::deque<ReprojectionFactor> reprojections_;
+  std::deque<HostSightFactor> host_sights_;
+  std::vector<std::unique_ptr<ceres::CostFunction>> others_;
+  int sights_ = 0;
+};
+
+/// Blocks of frames (and calibration) in window order.
+std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count);
+
+NavState navStateOf(const Frame& f);
+Vec3 landmarkInWorld(const WindowState& w, const Landmark& l);
+
+int triangulateLandmarks(WindowState& w);
+std::vector<std::uint64_t> rejectOutlierSights(WindowState& w);
+/// Removes the sights of a frame; landmarks hosted there move to their next sight.
+void removeSightsOf(WindowState& w, const Frame* frame);
+bool decideKeyframe(WindowState& w);
+void dropNewestInto(WindowState& w, Preintegration* link);
+void marginalizeOldest(WindowState& w);
+SolveSummary solveWindow(WindowState& w, int iterations);
+
+}  // namespace vir
