@@ -144,6 +144,11 @@ TEST_F(Import, WrongUseIsExitCode2) {
       2);
   EXPECT_EQ(call("import euroc /nonexistent --out " + rawlog().string(), log()).code, 2);
   EXPECT_EQ(call("import euroc", log()).code, 2);
+  EXPECT_EQ(call("import euroc " + folder.root().string() + " --out " +
+                     (folder.temp() / "out/x.ini").string(),
+                 log())
+                .code,
+            2);
   EXPECT_EQ(listing(), "");
 }
 
