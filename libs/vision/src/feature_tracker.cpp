@@ -10,6 +10,7 @@
 #include "corner_detector.h"
 #include "image_pyramid.h"
 #include "motion_filter.h"
+#include "patch.h"
 
 namespace vir {
 
@@ -18,10 +19,12 @@ namespace {
 // A blank image of a real sensor still has noise; seen at a quarter of the resolution its standard
 // deviation is about 1 grey level.
 constexpr double kBlankDeviation = 1.5;
-constexpr int kBlankLevel = 2;
+constexpr std::size_t kBlankHalving = 1;
 // Relative change of brightness or contrast between images from which the image is brought to the
 // earlier one's before flow is computed: Lucas-Kanade assumes equal grey levels.
 constexpr double kExposureChange = 0.04;
+// Tracks nearer to each other than this share of min_distance_px are thinned out.
+constexpr double kCrowded = 0.5;
 // How wrong the gyro's rotation may be before its bias is known.
 constexpr double kRotationRateSigma = 0.08;  // [rad/s]
 
@@ -60,38 +63,62 @@ Brightness measure(const cv::Mat& image) {
   return {mean[0], deviation[0]};
 }
 
+/// A feature as last seen, with the patch it is recognised by.
+struct Track {
+  FeatureObservation seen;
+  Patch patch;
+  PatchWarp warp;  ///< patch to the last usable image
+};
+
+/// A track found in the new image; nothing of the state changes until all of them are known.
+struct Followed {
+  std::size_t from = 0;  ///< index of the track
+  FeatureObservation now;
+  PatchWarp warp;
+  Patch renewed;  ///< replaces the track's patch unless empty
+};
+
 }  // namespace
 
 struct FeatureTracker::Impl {
   Impl(const TrackerOptions& o, std::shared_ptr<const CameraModel> c)
       : options(o),
         camera(std::move(c)),
-        border(std::max(4, o.window_px / 2)),
-        detector({o.grid_cell_px, o.min_distance_px, o.min_corner_score, border}) {}
+        window(std::max(5, (o.window_px / 2) | 1)),
+        levels(std::max(1, o.pyramid_levels)),
+        border(o.patch_px / 2 + 2),
+        detector(
+            {o.grid_cell_px / 2, 0.5 * o.min_distance_px, o.min_corner_score, (border + 1) / 2}) {}
 
   std::string refuse(const cv::Mat& gray) const;
-  void follow(const Mat3& R_C0_C1, const ImagePyramid& target, TrackedFrame* frame);
-  void rejectOutliers(const Mat3& R_C0_C1, double dt, TrackedFrame* frame);
-  bool observe(const cv::Point2f& px, FeatureObservation* f) const;
-  bool insideBorder(const cv::Point2f& p) const;
-  void summarise(const Mat3& R_C0_C1, TrackedFrame* frame) const;
-  void detect(TrackedFrame* frame);
   const ImagePyramid& matchExposure(const Brightness& now);
+  void predict(const Mat3& R_C0_C1, int* lost);
+  void follow(const Mat3& R_C0_C1, const ImagePyramid& target, TrackedFrame* frame);
+  bool align(const Track& track, const cv::Point2f& start, Followed* f) const;
+  void rejectOutliers(const Mat3& R_C0_C1, double dt, TrackedFrame* frame);
+  void thinOut(TrackedFrame* frame);
+  bool observe(const Vec2& px, FeatureObservation* f) const;
+  bool insideBorder(const Vec2& p) const;
+  void summarise(const Mat3& R_C0_C1, TrackedFrame* frame) const;
+  void keepFollowed();
+  void detect(TrackedFrame* frame);
 
   TrackerOptions options;
   std::shared_ptr<const CameraModel> camera;
+  int window;  ///< of Lucas-Kanade at half resolution
+  int levels;
   int border;
   CornerDetector detector;
 
-  std::vector<FeatureObservation> tracks;  ///< in the last usable image, ordered by id
-  std::vector<std::size_t> from;           ///< index into tracks of each feature of the new image
+  std::vector<Track> tracks;       ///< in the last usable image, ordered by id
+  std::vector<Followed> followed;  ///< those of them found in the new image, in the same order
   std::uint64_t next_id = 0;
   TimeNs last_t = 0;
   ImagePyramid last, current, matched;
   Brightness last_brightness;
   cv::Mat matched_image;
 
-  std::vector<cv::Point2f> start, forward, back;
+  std::vector<cv::Point2f> start, forward, back;  ///< [px of the half resolution]
   std::vector<unsigned char> found, found_back;
 };
 
@@ -106,16 +133,16 @@ std::string FeatureTracker::Impl::refuse(const cv::Mat& gray) const {
   return {};
 }
 
-bool FeatureTracker::Impl::insideBorder(const cv::Point2f& p) const {
+bool FeatureTracker::Impl::insideBorder(const Vec2& p) const {
   const CameraCalibration& c = camera->calibration();
-  return p.x >= border && p.y >= border && p.x <= c.width - 1 - border &&
-         p.y <= c.height - 1 - border;
+  return p.x() >= border && p.y() >= border && p.x() <= c.width - 1 - border &&
+         p.y() <= c.height - 1 - border;
 }
 
-bool FeatureTracker::Impl::observe(const cv::Point2f& px, FeatureObservation* f) const {
-  f->px = toVec(px);
+bool FeatureTracker::Impl::observe(const Vec2& px, FeatureObservation* f) const {
+  f->px = px;
   Vec2 again;
-  return camera->unproject(f->px, &f->bearing) &&
+  return insideBorder(px) && camera->unproject(px, &f->bearing) &&
          camera->project(f->bearing, &again, &f->dpx_dbearing);
 }
 
@@ -127,66 +154,104 @@ const ImagePyramid& FeatureTracker::Impl::matchExposure(const Brightness& now) {
     return current;
   }
   const double limited = std::clamp(gain, 0.1, 10.0);
-  current.image().convertTo(matched_image, CV_8U, limited,
-                            last_brightness.mean - limited * now.mean);
-  matched.build(matched_image, options.window_px, options.pyramid_levels);
+  current.full().convertTo(matched_image, CV_8U, limited,
+                           last_brightness.mean - limited * now.mean);
+  matched.build(matched_image, window, levels);
   return matched;
 }
 
-void FeatureTracker::Impl::follow(const Mat3& R_C0_C1, const ImagePyramid& target,
-                                  TrackedFrame* frame) {
+void FeatureTracker::Impl::predict(const Mat3& R_C0_C1, int* lost) {
+  const CameraCalibration& c = camera->calibration();
+  const Mat3 R_C1_C0 = R_C0_C1.transpose();
+  followed.clear();
   start.clear();
   forward.clear();
-  from.clear();
-  const CameraCalibration& c = camera->calibration();
   for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const FeatureObservation& seen = tracks[i].seen;
     Vec2 predicted;
-    if (!camera->project(R_C0_C1.transpose() * tracks[i].bearing, &predicted)) {
-      ++frame->lost_flow;
+    Mat23 J;
+    if (!camera->project(R_C1_C0 * seen.bearing, &predicted, &J)) {
+      ++*lost;
       continue;
     }
     // Translation may still bring it back inside: start at the rim.
     predicted.x() = std::clamp(predicted.x(), 0.0, c.width - 1.0);
     predicted.y() = std::clamp(predicted.y(), 0.0, c.height - 1.0);
-    start.push_back(toPoint(tracks[i].px));
-    forward.push_back(toPoint(predicted));
-    from.push_back(i);
+    Followed f;
+    f.from = i;
+    // What the rotation does to the neighbourhood of the feature.
+    const Mat23& J0 = seen.dpx_dbearing;
+    f.warp.A = J * R_C1_C0 * J0.transpose() * (J0 * J0.transpose()).inverse();
+    followed.push_back(f);
+    start.push_back(toPoint(0.5 * seen.px));
+    forward.push_back(toPoint(0.5 * predicted));
   }
-  followFlow(last, target, start, &forward, &found, options.window_px, options.pyramid_levels,
-             options.max_iterations);
+}
+
+bool FeatureTracker::Impl::align(const Track& track, const cv::Point2f& start_half,
+                                 Followed* f) const {
+  const AlignOptions align_options{options.max_iterations, 4.0, options.min_similarity};
+  const Vec2 at = 2.0 * toVec(start_half);
+  const Eigen::Matrix2d turn = f->warp.A;
+  const auto startAt = [&](const Patch& patch, const Eigen::Matrix2d& A) {
+    PatchWarp w{A, Vec2::Zero()};
+    w.c = at - patch.feature(w);
+    return w;
+  };
+  const double area = track.warp.A.determinant();
+  if (area > 0.4 && area < 2.5) {
+    f->warp = startAt(track.patch, turn * track.warp.A);
+    if (track.patch.align(current.full(), align_options, &f->warp)) {
+      return observe(track.patch.feature(f->warp), &f->now);
+    }
+  }
+  // It does not look like the first sight of it any more: compare with the last one instead.
+  if (!f->renewed.take(last.full(), track.seen.px, options.patch_px / 2)) return false;
+  f->warp = startAt(f->renewed, turn);
+  if (!f->renewed.align(current.full(), align_options, &f->warp)) return false;
+  return observe(f->renewed.feature(f->warp), &f->now);
+}
+
+void FeatureTracker::Impl::follow(const Mat3& R_C0_C1, const ImagePyramid& target,
+                                  TrackedFrame* frame) {
+  predict(R_C0_C1, &frame->lost_flow);
+  followFlow(last, target, start, &forward, &found, window, levels - 1, options.max_iterations);
   const bool check = options.forward_backward_px > 0.0;
   if (check) {
-    // The way back is known: from where it started, the finest levels are enough.
+    // The way back is known: from where it started, the finest level is enough.
     back = start;
-    followFlow(target, last, forward, &back, &found_back, options.window_px,
-               std::min(1, options.pyramid_levels), options.max_iterations);
+    followFlow(target, last, forward, &back, &found_back, window, 0, options.max_iterations);
   }
-  const double limit = options.forward_backward_px * options.forward_backward_px;
-  for (std::size_t k = 0; k < from.size(); ++k) {
-    FeatureObservation f;
-    if (!found[k] || !insideBorder(forward[k]) || !observe(forward[k], &f)) {
+  const double limit = 0.5 * options.forward_backward_px;
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < followed.size(); ++k) {
+    const cv::Point2f miss = check ? back[k] - start[k] : cv::Point2f();
+    if (!found[k]) {
       ++frame->lost_flow;
       continue;
     }
-    const cv::Point2f miss = check ? back[k] - start[k] : cv::Point2f();
-    if (check && (!found_back[k] || miss.dot(miss) > limit)) {
+    if (check && (!found_back[k] || miss.dot(miss) > limit * limit)) {
       ++frame->lost_backward;
       continue;
     }
-    const FeatureObservation& before = tracks[from[k]];
-    f.id = before.id;
-    f.age = before.age + 1;
-    from[frame->features.size()] = from[k];
-    frame->features.push_back(f);
+    Followed f = followed[k];
+    const Track& track = tracks[f.from];
+    if (!align(track, forward[k], &f)) {
+      ++frame->lost_flow;
+      continue;
+    }
+    f.now.id = track.seen.id;
+    f.now.age = track.seen.age + 1;
+    followed[kept++] = std::move(f);
   }
-  from.resize(frame->features.size());
+  followed.resize(kept);
 }
 
 void FeatureTracker::Impl::rejectOutliers(const Mat3& R_C0_C1, double dt, TrackedFrame* frame) {
-  std::vector<BearingPair> pairs(frame->features.size());
+  std::vector<BearingPair> pairs(followed.size());
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const FeatureObservation& f = frame->features[k];
-    pairs[k] = {tracks[from[k]].bearing, f.bearing, f.dpx_dbearing};
+    const FeatureObservation& now = followed[k].now;
+    pairs[k] = {tracks[followed[k].from].seen.bearing, now.bearing, now.dpx_dbearing};
   }
   const double sigma = kRotationRateSigma * std::clamp(dt, 0.01, 1.0);
   const MotionVerdict verdict = filterByMotion(pairs, R_C0_C1, sigma, options.outlier_px);
@@ -196,39 +261,74 @@ void FeatureTracker::Impl::rejectOutliers(const Mat3& R_C0_C1, double dt, Tracke
       ++frame->lost_outlier;
       continue;
     }
-    FeatureObservation& f = frame->features[k];
-    if (dt > 0.0) f.bearing_rate = (f.bearing - pairs[k].b0) / dt;
-    frame->features[kept] = f;
-    from[kept] = from[k];
+    FeatureObservation& now = followed[k].now;
+    if (dt > 0.0) now.bearing_rate = (now.bearing - pairs[k].b0) / dt;
+    if (kept != k) followed[kept] = std::move(followed[k]);
     ++kept;
   }
-  frame->features.resize(kept);
-  from.resize(kept);
+  followed.resize(kept);
+}
+
+void FeatureTracker::Impl::thinOut(TrackedFrame* frame) {
+  // Tracks run together where the camera backs away. Of two that are too close the older (with the
+  // smaller id) says more.
+  const double limit = std::pow(kCrowded * options.min_distance_px, 2);
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < followed.size(); ++k) {
+    bool crowded = false;
+    for (std::size_t j = 0; j < kept && !crowded; ++j) {
+      crowded = (followed[j].now.px - followed[k].now.px).squaredNorm() < limit;
+    }
+    if (crowded) {
+      ++frame->lost_crowded;
+      continue;
+    }
+    if (kept != k) followed[kept] = std::move(followed[k]);
+    ++kept;
+  }
+  followed.resize(kept);
 }
 
 void FeatureTracker::Impl::summarise(const Mat3& R_C0_C1, TrackedFrame* frame) const {
-  frame->continued = static_cast<int>(frame->features.size());
+  frame->continued = static_cast<int>(followed.size());
   std::vector<double> flow, parallax;
-  for (std::size_t k = 0; k < frame->features.size(); ++k) {
-    const FeatureObservation& f = frame->features[k];
-    const FeatureObservation& before = tracks[from[k]];
-    flow.push_back((f.px - before.px).norm());
+  for (const Followed& f : followed) {
+    const FeatureObservation& now = f.now;
+    const FeatureObservation& before = tracks[f.from].seen;
+    flow.push_back((now.px - before.px).norm());
     parallax.push_back(
-        (f.dpx_dbearing * (f.bearing - R_C0_C1.transpose() * before.bearing)).norm());
+        (now.dpx_dbearing * (now.bearing - R_C0_C1.transpose() * before.bearing)).norm());
   }
   frame->median_flow_px = median(&flow);
   frame->median_parallax_px = median(&parallax);
 }
 
+void FeatureTracker::Impl::keepFollowed() {
+  for (std::size_t k = 0; k < followed.size(); ++k) {
+    Followed& f = followed[k];
+    Track& target = tracks[k];  // from >= k: nothing still needed is overwritten
+    if (!f.renewed.empty()) {
+      target.patch = std::move(f.renewed);
+    } else if (f.from != k) {
+      target.patch = std::move(tracks[f.from].patch);
+    }
+    target.seen = f.now;
+    target.warp = f.warp;
+  }
+  tracks.resize(followed.size());
+}
+
 void FeatureTracker::Impl::detect(TrackedFrame* frame) {
   std::vector<cv::Point2f> existing;
-  for (const FeatureObservation& f : frame->features) existing.push_back(toPoint(f.px));
+  for (const Track& track : tracks) existing.push_back(toPoint(0.5 * track.seen.px));
   const int wanted = options.max_tracks - static_cast<int>(existing.size());
   for (const cv::Point2f& p : detector.detect(current.gradient(), existing, wanted)) {
-    FeatureObservation f;
-    if (!insideBorder(p) || !observe(p, &f)) continue;
-    f.id = next_id++;
-    frame->features.push_back(f);
+    Track track;
+    if (!observe(2.0 * toVec(p), &track.seen)) continue;
+    if (!track.patch.take(current.full(), track.seen.px, options.patch_px / 2)) continue;
+    track.warp = track.patch.origin();
+    track.seen.id = next_id++;
+    tracks.push_back(std::move(track));
     ++frame->detected;
   }
 }
@@ -253,9 +353,9 @@ TrackedFrame FeatureTracker::process(TimeNs t, const cv::Mat& gray, const Mat3& 
   Stopwatch watch;
   const Brightness brightness = measure(gray);
   frame.mean_intensity = brightness.mean;
-  s.current.build(gray, s.options.window_px, std::max(s.options.pyramid_levels, 0));
-  const std::size_t coarse = std::min<std::size_t>(kBlankLevel, s.current.levels().size() / 2 - 1);
-  if (measure(s.current.levels()[2 * coarse]).deviation < kBlankDeviation) {
+  s.current.build(gray, s.window, s.levels);
+  const std::size_t coarse = std::min(kBlankHalving, s.current.halvings().size() / 2 - 1);
+  if (measure(s.current.halvings()[2 * coarse]).deviation < kBlankDeviation) {
     frame.usable = false;
     frame.reason = "image is blank (mean grey level " +
                    std::to_string(static_cast<int>(std::lround(brightness.mean))) + ")";
@@ -272,13 +372,15 @@ TrackedFrame FeatureTracker::process(TimeNs t, const cv::Mat& gray, const Mat3& 
   if (follow) {
     s.follow(R, target, &frame);
     s.rejectOutliers(R, toSeconds(t - s.last_t), &frame);
+    s.thinOut(&frame);
     s.summarise(R, &frame);
+    s.keepFollowed();
   }
   frame.ms_flow = watch.lapMs();
   s.detect(&frame);
+  for (const Track& track : s.tracks) frame.features.push_back(track.seen);
   frame.ms_detect = watch.lapMs();
 
-  s.tracks = frame.features;
   s.last.swap(s.current);
   s.last_brightness = brightness;
   s.last_t = t;
@@ -290,8 +392,9 @@ void FeatureTracker::drop(const std::vector<std::uint64_t>& ids) {
   std::sort(sorted.begin(), sorted.end());
   auto& tracks = impl_->tracks;
   tracks.erase(std::remove_if(tracks.begin(), tracks.end(),
-                              [&](const FeatureObservation& f) {
-                                return std::binary_search(sorted.begin(), sorted.end(), f.id);
+                              [&](const Track& track) {
+                                return std::binary_search(sorted.begin(), sorted.end(),
+                                                          track.seen.id);
                               }),
                tracks.end());
 }

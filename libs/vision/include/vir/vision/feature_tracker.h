@@ -17,11 +17,13 @@ struct TrackerOptions {
   double min_distance_px = 25;
   int grid_cell_px = 60;
   int pyramid_levels = 3;
-  int window_px = 21;
-  int max_iterations = 15;
+  int window_px = 21;  ///< edge of the patch that finds the way
+  int patch_px = 15;   ///< edge of the patch that fixes the position
+  int max_iterations = 8;
   double forward_backward_px = 0.7;  ///< 0 = no backward check
-  double outlier_px = 2.0;           ///< distance from the epipolar line given the known rotation
+  double outlier_px = 1.0;           ///< distance from the epipolar line given the known rotation
   double min_corner_score = 20;
+  double min_similarity = 0.88;  ///< normalised cross-correlation with the remembered patch
 };
 void describe(OptionVisitor& v, TrackerOptions& o);
 
@@ -43,6 +45,7 @@ struct TrackedFrame {
   int lost_flow = 0;                         ///< LK failed or left the image
   int lost_backward = 0;                     ///< forward-backward check failed
   int lost_outlier = 0;                      ///< contradicts the common motion
+  int lost_crowded = 0;       ///< came too close to an older track
   int detected = 0;                          ///< new corners
   double median_flow_px = 0;                 ///< median image motion of the continued tracks
   double median_parallax_px = 0;             ///< the same after the predicted rotation is taken out
