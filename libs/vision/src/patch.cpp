@@ -13,7 +13,8 @@ constexpr float kMinDeviation = 2.0f;
 constexpr double kAffineDamping = 0.05;
 // Variance of the noise of one image [grey levels^2]: a good sensor in fair light.
 constexpr float kNoiseVariance = 4.0f;
-constexpr double kConverged = 0.005;  // [px]
+constexpr double kConverged = 0.01;  // [px] a step this small is the last
+constexpr double kSettled = 0.1;     // [px] a last step larger than this has not converged
 }  // namespace
 
 bool Patch::take(const cv::Mat& image, const Vec2& px, int half) {
@@ -107,13 +108,13 @@ bool Patch::align(const cv::Mat& image, const AlignOptions& options, PatchWarp* 
   if (empty()) return false;
   const Vec2 start = warp->c;
   Eigen::VectorXf now(values_.size());
-  for (int iteration = 0;; ++iteration) {
+  double last_step = 0.0;
+  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     if (!sample(image, *warp, &now)) return false;
     now.array() -= now.mean();
     const float norm = now.norm();
     if (!(norm > 1.0f)) return false;
     now *= norm_ / norm;
-    if (iteration >= options.max_iterations) break;
     const Eigen::Matrix<double, 8, 1> g = (jacobian_.transpose() * (now - values_)).cast<double>();
     const Eigen::Matrix<double, 8, 1> d = inverse_ * g;
     Eigen::Matrix2d delta;
@@ -123,12 +124,11 @@ bool Patch::align(const cv::Mat& image, const AlignOptions& options, PatchWarp* 
     warp->A = warp->A * delta.inverse();
     warp->c -= warp->A * d.head<2>();
     if (!((warp->c - start).norm() < options.max_shift_px)) return false;
-    // The affine part moves the rim of the patch: it must have settled as well.
-    const double rim = d.segment<4>(2).norm() * half_;
-    if (d.head<2>().norm() < kConverged && rim < 10.0 * kConverged) {
-      iteration = options.max_iterations - 1;
-    }
+    // The affine part moves the rim of the patch: it must settle as well, but less exactly.
+    last_step = std::max(d.head<2>().norm(), 0.1 * half_ * d.segment<4>(2).norm());
+    if (last_step < kConverged) break;
   }
+  if (!(last_step < kSettled)) return false;
   // `now` has the patch's contrast. Noise of both images alone lowers the correlation of a weak
   // patch: allowed for.
   const float n = static_cast<float>(values_.size());
