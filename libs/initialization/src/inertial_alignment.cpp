@@ -34,8 +34,7 @@ void addTrack(const std::vector<TrackSight>& sights, const std::vector<CentreMod
   double cc = 0;
   for (std::size_t i = 0; i < sights.size(); ++i) {
     const CentreModel& c = centre[sights[i].frame];
-    const Mat3 P =
-        weight[i] * (Mat3::Identity() - sights[i].d * sights[i].d.transpose());
+    const Mat3 P = weight[i] * (Mat3::Identity() - sights[i].d * sights[i].d.transpose());
     const Mat36 PC = P * c.C;
     Hxx += P;
     Hxy -= PC;

@@ -28,9 +28,9 @@ bool triangulate(const WindowState& w, const Landmark& l, double* rho) {
   if (!(*rho > 1.0 / 200.0 && *rho < 1.0 / 0.1)) return false;
   double worst = 0;
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
-    const Vec2 r = reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
-                                        l.sights[k].frame->T_W_B(), T_B_C, Vec3(0, 0, *rho), 0,
-                                        nullptr);
+    const Vec2 r =
+        reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
+                             l.sights[k].frame->T_W_B(), T_B_C, Vec3(0, 0, *rho), 0, nullptr);
     worst = std::max(worst, r.norm());
   }
   return worst < 3 * w.options.outlier_sigma;
@@ -70,10 +70,9 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
     bool newest_bad = false;
     std::size_t bad = 0;
     for (std::size_t k = 1; k < l.sights.size();) {
-      const Vec2 r =
-          reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
-                               l.sights[k].frame->T_W_B(), T_B_C, x,
-                               w.time_offset[0] - w.td_ref_s, nullptr);
+      const Vec2 r = reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
+                                          l.sights[k].frame->T_W_B(), T_B_C, x,
+                                          w.time_offset[0] - w.td_ref_s, nullptr);
       if (r.norm() > w.options.outlier_sigma) {
         newest_bad = newest_bad || l.sights[k].frame == newest;
         l.sights.erase(l.sights.begin() + k);

@@ -58,8 +58,8 @@ Eigen::MatrixXd scaledPseudoInverse(const Eigen::MatrixXd& H, double relative) {
       H.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 0.0; });
   const Eigen::MatrixXd A = s.asDiagonal() * H * s.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eig(A);
-  const Eigen::VectorXd inv = eig.eigenvalues().unaryExpr(
-      [&](double l) { return l > relative ? 1.0 / l : 0.0; });
+  const Eigen::VectorXd inv =
+      eig.eigenvalues().unaryExpr([&](double l) { return l > relative ? 1.0 / l : 0.0; });
   const Eigen::MatrixXd V = s.asDiagonal() * eig.eigenvectors();
   return V * inv.asDiagonal() * V.transpose();
 }

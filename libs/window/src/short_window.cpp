@@ -145,9 +145,7 @@ void ShortWindow::push(const NavState& predicted, Preintegration link,
   f.link = std::make_unique<Preintegration>(std::move(link));
 }
 
-void ShortWindow::markKeyframes() {
-  for (auto& f : impl_->frames) f->keyframe = f != impl_->frames.back();
-}
+void ShortWindow::keepNewest() { impl_->newest().keyframe = true; }
 
 int ShortWindow::triangulate() { return triangulateLandmarks(*impl_); }
 
@@ -162,8 +160,8 @@ bool ShortWindow::slide() {
   for (auto it = impl_->landmarks.begin(); it != impl_->landmarks.end();) {
     const Landmark& l = it->second;
     const bool ended = l.sights.back().frame != newest;
-    it = ended && (l.sights.size() < 2 || !l.has_depth) ? impl_->landmarks.erase(it)
-                                                       : std::next(it);
+    it =
+        ended && (l.sights.size() < 2 || !l.has_depth) ? impl_->landmarks.erase(it) : std::next(it);
   }
   if (!impl_->newest().keyframe) return false;
   if (static_cast<int>(impl_->frames.size()) > impl_->options.keyframes) marginalizeOldest(*impl_);
@@ -226,8 +224,7 @@ WindowAccuracy ShortWindow::accuracy() const {
   }
   if (out.baseline_m <= 0) return out;
   Eigen::VectorXd u = Eigen::VectorXd::Zero(cov.rows());
-  const Vec3 dir =
-      (impl_->frames[b]->T_W_B().p - impl_->frames[a]->T_W_B().p).normalized();
+  const Vec3 dir = (impl_->frames[b]->T_W_B().p - impl_->frames[a]->T_W_B().p).normalized();
   u.segment<3>(15 * static_cast<int>(b)) = dir;
   u.segment<3>(15 * static_cast<int>(a)) = -dir;
   out.baseline_sigma_m = std::sqrt(std::max(0.0, u.dot(cov * u)));

@@ -10,8 +10,8 @@ namespace {
 constexpr double kMaxRestLinkS = 1.0;
 
 struct SharedTracks {
-  int shared = 0;        ///< tracks of the newest frame seen in the reference too
-  int total = 0;         ///< tracks of the newest frame
+  int shared = 0;          ///< tracks of the newest frame seen in the reference too
+  int total = 0;           ///< tracks of the newest frame
   double parallax_px = 0;  ///< mean displacement with the rotation taken out
 };
 

@@ -1,6 +1,6 @@
+#include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
-#include <ceres/loss_function.h>
 
 #include <cmath>
 
@@ -116,8 +116,8 @@ SolveSummary solveWindow(WindowState& w, int iterations) {
   out.initial_cost = summary.initial_cost;
   out.final_cost = summary.final_cost;
   out.sights = set.sights();
-  out.usable = finite(w) && std::isfinite(summary.final_cost) &&
-               summary.termination_type != ceres::FAILURE;
+  out.usable =
+      finite(w) && std::isfinite(summary.final_cost) && summary.termination_type != ceres::FAILURE;
   if (!out.usable) before.restore(&w);
   double sum = 0;
   double r[2];

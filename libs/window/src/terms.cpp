@@ -46,16 +46,14 @@ void TermSet::addLandmark(Landmark& l) {
     const double* lin_i = fej ? host->linPose() : nullptr;
     const double* lin_j = fej ? f->linPose() : nullptr;
     if (w_.calibrating()) {
-      auto& r =
-          make<ReprojectionCalibrationFactor>(l.ray, l.sights[k].sight, w_.td_ref_s);
+      auto& r = make<ReprojectionCalibrationFactor>(l.ray, l.sights[k].sight, w_.td_ref_s);
       r.linearizeAt(lin_i, lin_j);
-      terms_.push_back({&r, {host->pose, f->pose, w_.extrinsic, l.x, w_.time_offset},
-                        w_.options.huber, l.x});
+      terms_.push_back(
+          {&r, {host->pose, f->pose, w_.extrinsic, l.x, w_.time_offset}, w_.options.huber, l.x});
     } else {
       reprojections_.emplace_back(l.ray, l.sights[k].sight, w_.T_B_C());
       reprojections_.back().linearizeAt(lin_i, lin_j);
-      terms_.push_back(
-          {&reprojections_.back(), {host->pose, f->pose, l.x}, w_.options.huber, l.x});
+      terms_.push_back({&reprojections_.back(), {host->pose, f->pose, l.x}, w_.options.huber, l.x});
     }
     ++sights_;
   }

@@ -1,12 +1,13 @@
 #pragma once
-/// The short window Psi (paper, section "Double Layer Tightly Coupled VIR Optimization"): the newest
-/// keyframes and the newest image, their landmarks, the inertial links between them, and the prior
-/// that marginalisation left.
+/// The short window Psi (paper, section "Double Layer Tightly Coupled VIR Optimization"): the
+/// newest keyframes and the newest image, their landmarks, the inertial links between them, and the
+/// prior that marginalisation left.
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "vir/geometry/pose.h"
 #include "vir/imu/preintegration.h"
 #include "vir/vision/feature_tracker.h"
 
@@ -48,7 +49,7 @@ NavState predict(const NavState& from, const Preintegration& link, double gravit
 struct StartPrior {
   double position_m = 1e-3;
   double yaw_rad = 1e-3;
-  double tilt_rad = 0;  ///< 0 = unknown
+  double tilt_rad = 0;      ///< 0 = unknown
   double velocity_mps = 0;  ///< 0 = unknown
   double bias_gyro = 0.1;
   double bias_acc = 0.2;
@@ -57,8 +58,8 @@ struct StartPrior {
 struct SolveSummary {
   int iterations = 0;
   double initial_cost = 0, final_cost = 0;
-  bool usable = false;  ///< finite and not worse than before
-  int sights = 0;       ///< reprojections in the problem
+  bool usable = false;          ///< finite and not worse than before
+  int sights = 0;               ///< reprojections in the problem
   double reprojection_rms = 0;  ///< whitened, per coordinate, after the solution
 };
 
@@ -92,16 +93,17 @@ class ShortWindow {
   /// newest frame, which was standing too.
   void push(const NavState& predicted, Preintegration link,
             const std::vector<FeatureObservation>& features, bool standing);
-  /// Declares every frame a keyframe but the newest (after an initialisation).
-  void markKeyframes();
+  /// Keeps the newest frame as a keyframe whatever the policy says (while an initialisation fills
+  /// the window).
+  void keepNewest();
 
   /// Gives depth to tracks that have parallax now; returns how many.
   int triangulate();
   SolveSummary optimise(int iterations);
   /// Drops sights and landmarks that contradict the solution; ids of tracks to be given up.
   std::vector<std::uint64_t> rejectOutliers();
-  /// Makes room for the next frame: keeps the newest as a keyframe (and marginalises the oldest when
-  /// the window is full), or marks it to be replaced. True if it is a keyframe.
+  /// Makes room for the next frame: keeps the newest as a keyframe (and marginalises the oldest
+  /// when the window is full), or marks it to be replaced. True if it is a keyframe.
   bool slide();
 
   NavState newest() const;

@@ -1,0 +1,70 @@
+/// vir-slam plugins [NAME]: what is there, and the settings of one.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "commands.h"
+#include "run_options.h"
+#include "vir/core/ini_writer.h"
+#include "vir/pipeline/estimator_registry.h"
+#include "vir/pipeline/plugin_loader.h"
+#include "vir/pipeline/recorded_source.h"
+#include "vir/pipeline/sensor_registry.h"
+
+namespace vir::app {
+namespace {
+
+void printRow(const char* role, const std::string& name, const std::string& description,
+              const std::string& file) {
+  std::printf("%-10s %-14s %s\n%25s %s\n", role, name.c_str(), description.c_str(), "",
+              file.c_str());
+}
+
+void list() {
+  for (const auto& e : registeredEstimators()) {
+    printRow("estimator", e.name, e.description, e.plugin_file);
+  }
+  for (const auto& s : registeredSensors()) {
+    printRow("sensor", s.alias, s.description + " (class " + s.class_name + ")", s.plugin_file);
+  }
+}
+
+/// The settings of the estimator or recorded sensor `name` as a commented ini.
+std::string reference(const std::string& name) {
+  IniWriter writer(IniWriter::Style::reference);
+  const std::string head =
+      "// Every setting with its default. Written by: vir-slam plugins " + name + "\n\n";
+  for (const auto& e : registeredEstimators()) {
+    if (e.name != name) continue;
+    RunOptions run;
+    run.driver = name;
+    describe(writer, run);
+    createEstimator(name)->describe(writer);
+    return head + writer.text();
+  }
+  const auto sensor = createSensor(name);
+  if (auto* recorded = dynamic_cast<RecordedSource*>(sensor.get())) recorded->describe(writer);
+  return head + writer.text();
+}
+
+}  // namespace
+
+void addPlugins(CLI::App& app, Common& common) {
+  const auto name = std::make_shared<std::string>();
+  CLI::App* command = app.add_subcommand("plugins",
+                                         "List the plugins, or the settings of one\n"
+                                         "Examples:\n"
+                                         "  vir-slam plugins\n"
+                                         "  vir-slam plugins vir > ini/reference.ini");
+  command->add_option("NAME", *name, "Estimator or sensor: print its settings as an ini");
+  command->callback([name, &common] {
+    loadPlugins(common);
+    if (name->empty()) {
+      list();
+    } else {
+      std::fputs(reference(*name).c_str(), stdout);
+    }
+  });
+}
+
+}  // namespace vir::app

@@ -1,0 +1,180 @@
+/// vir-slam run INI: a recording goes in, a trajectory comes out.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "commands.h"
+#include "console.h"
+#include "run_options.h"
+#include "vir/core/ini_writer.h"
+#include "vir/core/settings.h"
+#include "vir/pipeline/estimator_registry.h"
+#include "vir/pipeline/offline_run.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kHelp =
+    R"(Estimate the trajectory of a recording
+Examples:
+  vir-slam run ini/euroc.ini --rawlog mh01.rawlog
+  vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01 --set Estimator.start_offset_s=10)";
+
+struct Arguments {
+  std::string ini, rawlog, out;
+  std::vector<std::string> assignments;
+  bool verbose = false;
+};
+
+const char* levelName(LogLevel level) {
+  switch (level) {
+    case LogLevel::debug:
+      return "debug";
+    case LogLevel::info:
+      return "info";
+    case LogLevel::warning:
+      return "warning";
+    case LogLevel::error:
+      break;
+  }
+  return "error";
+}
+
+/// A path in an ini is relative to that ini, so that the file works from any folder.
+std::string rawlogPath(const Settings& settings, const RunOptions& options) {
+  if (options.rawlog.empty()) {
+    throw UsageError("no recording named: give --rawlog FILE, or rawlog = FILE in [Estimator] of " +
+                     settings.name());
+  }
+  const Setting* setting = settings.find("Estimator", "rawlog");
+  const bool from_file = setting != nullptr && setting->origin.line > 0;
+  if (!from_file || fs::path(options.rawlog).is_absolute()) return options.rawlog;
+  return (fs::path(settings.name()).parent_path() / options.rawlog).string();
+}
+
+/// Adds what was found out about the recording when it was imported. Returns a line for the log.
+std::string mergeCompanion(const std::string& rawlog, Settings* settings, std::string* companion) {
+  std::error_code ignored;
+  *companion = fs::path(rawlog).replace_extension(".ini").string();
+  if (!fs::exists(*companion, ignored) || fs::equivalent(*companion, settings->name(), ignored)) {
+    companion->clear();
+    return {};
+  }
+  const std::size_t taken = settings->mergeDefaults(Settings::fromFile(*companion));
+  return std::to_string(taken) + " settings of the recording taken from " + *companion;
+}
+
+/// Everything a run needs, read and checked before any file is written.
+struct Prepared {
+  RunOptions options;
+  std::unique_ptr<Estimator> estimator;
+  std::string used_ini, note;
+};
+
+Prepared prepare(const Arguments& arguments, const Common& common) {
+  Prepared run;
+  Settings settings = Settings::fromFile(arguments.ini);
+  for (const std::string& assignment : arguments.assignments) settings.set(assignment);
+  if (!arguments.rawlog.empty()) settings.set("Estimator.rawlog=" + arguments.rawlog);
+  SettingsReader own(settings);
+  describe(own, run.options);
+  run.options.rawlog = rawlogPath(settings, run.options);
+  requireFile(run.options.rawlog, "rawlog");
+  std::string companion;
+  run.note = mergeCompanion(run.options.rawlog, &settings, &companion);
+
+  loadPlugins(common);
+  run.estimator = createEstimator(run.options.driver);
+  SettingsReader reader(settings);
+  RunOptions again;
+  describe(reader, again);
+  run.estimator->describe(reader);
+  reader.ignoreUnknownFrom(companion);
+  reader.finish();
+
+  IniWriter used(IniWriter::Style::values);
+  describe(used, run.options);
+  run.estimator->describe(used);
+  run.used_ini = used.text();
+  return run;
+}
+
+void printSummary(const RunSummary& s, const std::string& folder) {
+  const auto optional = [](const std::optional<double>& v, int decimals) {
+    return v ? fixed(*v, decimals) : std::string("-");
+  };
+  std::vector<TableRow> rows{
+      {"images", std::to_string(s.frames), ""},
+      {"poses", std::to_string(s.poses), ""},
+      {"first pose after", optional(s.init_time_s, 2), "s"},
+      {"duration", fixed(s.duration_s, 2), "s"},
+      {"path", fixed(s.path_m, 2), "m"},
+  };
+  if (s.ate_posyaw_m) {
+    rows.push_back({"ATE (position + yaw aligned)", fixed(*s.ate_posyaw_m, 4), "m"});
+    rows.push_back({"ATE rotation (same alignment)", optional(s.ate_posyaw_deg, 3), "deg"});
+  }
+  if (s.ate_smoothed_posyaw_m) {
+    rows.push_back({"ATE of the smoothed keyframes", fixed(*s.ate_smoothed_posyaw_m, 4), "m"});
+  }
+  rows.push_back({"resets", std::to_string(s.resets), ""});
+  rows.push_back({"CPU per image", fixed(s.cpu_ms_per_frame, 2), "ms"});
+  rows.push_back({"run time", fixed(s.wall_s, 2), "s"});
+  rows.push_back({"peak memory", fixed(s.peak_rss_mb, 0), "MB"});
+  rows.push_back({"warnings", std::to_string(s.warnings.size()), ""});
+  printTable(rows);
+  std::printf("Results in %s\n", folder.c_str());
+}
+
+void run(const Arguments& arguments, Common& common) {
+  const Prepared prepared = prepare(arguments, common);
+  const ResultsFolder folder(arguments.out);
+  writeTextFile(folder.file("used.ini"), prepared.used_ini);
+  OutputFile log_file(folder.file("run.log"));
+  ProgressBar bar;
+  OfflineRunHooks hooks;
+  hooks.log = [&](LogLevel level, const std::string& text) {
+    log_file.line(std::string(levelName(level)) + ": " + text);
+    const bool shown = level == LogLevel::warning || level == LogLevel::error;
+    if (!shown && !arguments.verbose) return;
+    bar.clear();
+    std::fprintf(stderr, "%s: %s\n", levelName(level), text.c_str());
+  };
+  hooks.progress = [&](double part) { bar.show(part); };
+  hooks.stop = interrupted;
+  if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
+
+  catchInterrupt();
+  OfflineRunOptions options{prepared.options.rawlog, prepared.options.start_offset_s};
+  RunSummary summary = runOffline(*prepared.estimator, options, folder, hooks);
+  bar.clear();
+  summary.estimator = prepared.options.driver;
+  if (summary.poses == 0) {
+    const std::string& why = summary.longest_wait_reason;
+    hooks.log(LogLevel::error, "no pose at all" + (why.empty() ? "" : ": " + why));
+  }
+  writeTextFile(folder.file("summary.json"), toJson(summary));
+  log_file.close();
+  printSummary(summary, folder.path());
+  if (summary.poses == 0 || !summary.error.empty()) common.exit_code = kRunFailed;
+}
+
+}  // namespace
+
+void addRun(CLI::App& app, Common& common) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("run", kHelp);
+  command->add_option("INI", arguments->ini, "Settings; ini/reference.ini explains every key")
+      ->required();
+  command->add_option("--rawlog", arguments->rawlog, "Recording (instead of the one in the ini)");
+  command->add_option("--out", arguments->out, "Results folder (default: results/<date-time>)");
+  command
+      ->add_option("--set", arguments->assignments, "Section.key=value, before what the ini says")
+      ->allow_extra_args(false);
+  command->add_flag("--verbose,-v", arguments->verbose, "Show the whole log, not only warnings");
+  command->callback([arguments, &common] { run(*arguments, common); });
+}
+
+}  // namespace vir::app

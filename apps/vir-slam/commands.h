@@ -1,0 +1,41 @@
+#pragma once
+/// The subcommands. Each lives in cmd_NAME.cpp: its add function declares options and examples, and
+/// sets a callback that does the work and throws on failure.
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace vir::app {
+
+/// Exit codes of the program.
+enum ExitCode { kOk = 0, kRunFailed = 1, kUsage = 2 };
+
+/// Wrong use of the command line beyond what CLI11 finds itself, a missing input file included:
+/// exit code 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Options that every subcommand understands.
+struct Common {
+  std::string plugin_dir;  ///< empty: beside the program
+  int exit_code = kOk;     ///< a command that finishes without throwing may still report failure
+};
+
+/// Loads every plugin of the plugin folder.
+void loadPlugins(const Common& common);
+
+/// Throws UsageError with `what` and the name if there is no such file.
+void requireFile(const std::string& path, const std::string& what);
+
+void addImport(CLI::App& app, Common& common);
+void addEvaluate(CLI::App& app, Common& common);
+void addPlugins(CLI::App& app, Common& common);
+void addRun(CLI::App& app, Common& common);
+
+}  // namespace vir::app

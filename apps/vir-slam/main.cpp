@@ -1,0 +1,76 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+
+#include "commands.h"
+#include "vir/core/settings.h"
+#include "vir/pipeline/plugin_loader.h"
+
+namespace vir::app {
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  vir-slam import euroc MH_01_easy --out mh01.rawlog
+  vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01
+  vir-slam evaluate --reference groundtruth.tum results/mh01/trajectory.tum
+  vir-slam plugins
+
+Visual-inertial(-ranging) SLAM on MRPT rawlogs.)";
+
+/// One line per subcommand.
+constexpr void (*kCommands[])(CLI::App&, Common&) = {
+    addRun,
+    addImport,
+    addEvaluate,
+    addPlugins,
+};
+
+int fail(int code, const std::string& text) {
+  std::fprintf(stderr, "vir-slam: %s\n", text.c_str());
+  return code;
+}
+
+int dispatch(int argc, char** argv) {
+  CLI::App app(kExamples, "vir-slam");
+  Common common;
+  app.set_version_flag("--version", "vir-slam " VIR_VERSION);
+  app.add_option("--plugin-dir", common.plugin_dir,
+                 "Folder with the plugins (default: lib/vir-slam/plugins beside the program)");
+  app.require_subcommand(1);
+  app.fallthrough();
+  for (const auto add : kCommands) add(app, common);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kOk : kUsage;
+  } catch (const SettingsError& e) {
+    return fail(kUsage, e.what());
+  } catch (const UsageError& e) {
+    return fail(kUsage, e.what());
+  } catch (const PluginError& e) {
+    return fail(kUsage, e.what());
+  } catch (const std::exception& e) {
+    return fail(kRunFailed, e.what());
+  }
+  return common.exit_code;
+}
+
+}  // namespace
+
+void loadPlugins(const Common& common) {
+  loadPluginFolder(common.plugin_dir.empty() ? defaultPluginFolder() : common.plugin_dir);
+}
+
+void requireFile(const std::string& path, const std::string& what) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    throw UsageError("there is no such " + what + ": " + path);
+  }
+  if (std::filesystem::is_directory(path, error)) {
+    throw UsageError("not a " + what + " but a folder: " + path);
+  }
+}
+
+}  // namespace vir::app
+
+int main(int argc, char** argv) { return vir::app::dispatch(argc, argv); }

@@ -1,0 +1,17 @@
+#pragma once
+#include <string>
+
+#include "vir/core/options.h"
+
+namespace vir::app {
+
+/// What the program itself reads in [Estimator]; the estimator plugin declares the rest.
+struct RunOptions {
+  std::string driver = "vir";
+  std::string rawlog;
+  double start_offset_s = 0;
+};
+
+void describe(OptionVisitor& v, RunOptions& o);
+
+}  // namespace vir::app

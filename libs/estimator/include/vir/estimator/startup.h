@@ -1,0 +1,70 @@
+#pragma once
+/// From the first images to a running window: standing still, or in motion.
+#include <deque>
+#include <string>
+
+#include "vir/estimator/rest_detector.h"
+#include "vir/imu/imu_buffer.h"
+#include "vir/vision/feature_tracker.h"
+#include "vir/window/short_window.h"
+
+namespace vir {
+
+struct StartupOptions {
+  double min_span_s = 0.5;
+  double max_span_s = 2.0;
+  double max_scale_sigma = 0.05;
+  double max_tilt_sigma_deg = 1.5;
+  double min_parallax_px = 15.0;
+  int min_shared_tracks = 25;
+  double max_reprojection_rms = 1.5;
+  int iterations = 12;
+  double sigma_bias_gyro = 0.05;
+  double sigma_bias_acc = 0.15;
+  bool allow_standing = true;
+};
+/// Section [Startup].
+void describe(OptionVisitor& v, StartupOptions& o);
+
+enum class StartupStatus { waiting, started_moving, started_standing };
+
+class Startup {
+ public:
+  Startup(const StartupOptions& options, const ImuNoise& noise, const Pose& T_B_C, double focal_px);
+
+  void reset();
+  /// Offers a tracked image (IMU readings up to its time are in `imu`). On success the window is
+  /// filled, its newest frame is this image. The first frame of the window gets the position and
+  /// the yaw of `origin`.
+  StartupStatus offer(const TrackedFrame& frame, ImuBuffer& imu, const RestDetector& rest,
+                      const Pose& origin, ShortWindow* window);
+  /// Why it is still waiting: "too few tracks", "too little parallax", "rotation only", "no
+  /// excitation", "scale uncertain", "inconsistent".
+  const std::string& reason() const { return reason_; }
+  /// Best guess of the gyro bias so far [rad/s]: the tracker needs it before there is a state.
+  const Vec3& gyroBias() const { return gyro_bias_; }
+  /// Time from which readings are still needed.
+  TimeNs oldestTime() const { return frames_.empty() ? 0 : frames_.front().t; }
+  /// Details of the last attempt, for the log.
+  const std::string& detail() const { return detail_; }
+
+ private:
+  bool startStanding(const TrackedFrame& frame, const ImuBuffer& imu, const RestDetector& rest,
+                     const Pose& origin, ShortWindow* window);
+  bool startMoving(ImuBuffer& imu, const Pose& origin, ShortWindow* window);
+  std::vector<const TrackedFrame*> selectFrames() const;
+  bool enoughMotion(const std::vector<const TrackedFrame*>& frames, ImuBuffer& imu);
+  bool refine(ShortWindow* window);
+
+  StartupOptions options_;
+  ImuNoise noise_;
+  Pose T_B_C_;
+  double focal_px_;
+  std::deque<TrackedFrame> frames_;
+  Vec3 gyro_bias_ = Vec3::Zero();
+  std::string reason_ = "waiting for images";
+  std::string detail_;
+  int since_attempt_ = 0;
+};
+
+}  // namespace vir

@@ -1,0 +1,90 @@
+#pragma once
+/// The estimator's main loop: track, propagate, optimise, slide.
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "vir/camera/camera_model.h"
+#include "vir/core/log.h"
+#include "vir/estimator/startup.h"
+#include "vir/imu/imu_buffer.h"
+#include "vir/vision/feature_tracker.h"
+#include "vir/window/short_window.h"
+
+namespace vir {
+
+struct FailureOptions {
+  double max_blind_s = 5.0;
+  double max_speed_mps = 50.0;
+  double max_bias_acc = 3.0;
+  double max_bias_gyro = 1.0;
+};
+/// Section [Failure].
+void describe(OptionVisitor& v, FailureOptions& o);
+
+struct EstimatorConfig {
+  ImuNoise imu;
+  TrackerOptions tracker;
+  WindowOptions window;
+  StartupOptions startup;
+  RestOptions rest;
+  FailureOptions failure;
+  double camera_time_offset_s = 0;  ///< image stamp + offset = IMU clock
+};
+/// All sections.
+void describe(OptionVisitor& v, EstimatorConfig& o);
+
+/// What is known when one image has been processed.
+struct FrameEstimate {
+  TimeNs t = 0;        ///< stamp of the image (its own clock)
+  bool valid = false;  ///< false before initialisation or when lost
+  NavState state;
+  int segment = 0;
+  bool keyframe = false;
+  bool standing = false;
+  int tracks = 0;
+  int landmarks = 0;
+  double reprojection_rms = 0;  ///< in sigma_px
+  std::string health;
+  double ms_pyramid = 0, ms_flow = 0, ms_detect = 0, ms_start = 0, ms_optimise = 0,
+         ms_marginalise = 0, ms_total = 0;  ///< CPU time, reporting only
+};
+
+struct EstimatorCounters {
+  long images = 0, images_unusable = 0, images_out_of_order = 0, images_without_imu = 0;
+  long imu_gaps = 0, image_gaps = 0, clock_steps = 0;
+};
+
+class VisualInertialEstimator {
+ public:
+  explicit VisualInertialEstimator(const EstimatorConfig& config, LogSink log = {});
+  ~VisualInertialEstimator();
+
+  /// Must be called before the first image. `T_B_C`: camera in body (= IMU) frame.
+  void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
+  bool hasCamera() const;
+  void addImu(const ImuSample& sample);
+  /// Images in time order; copied if it has to wait for readings. Readings up to its time make it
+  /// processed; else it waits.
+  void addImage(TimeNs t, const cv::Mat& gray);
+  void finish();
+  std::vector<FrameEstimate> take();
+
+  /// Keyframes that left the window, then those in it.
+  std::vector<NavState> keyframes() const;
+  std::vector<WindowLandmark> landmarks() const;
+  const EstimatorCounters& counters() const;
+  const ImuBufferCounters& imuCounters() const;
+  int resets() const;
+  const std::vector<std::string>& warnings() const;
+  /// The reason that kept initialisation waiting longest.
+  std::string longestWaitReason() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vir

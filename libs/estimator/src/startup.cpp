@@ -1,0 +1,251 @@
+#include "vir/estimator/startup.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vir/initialization/inertial_alignment.h"
+
+namespace vir {
+
+void describe(OptionVisitor& v, StartupOptions& o) {
+  v.section("Startup", "Initialisation, standing or moving");
+  v.value("min_span_s", o.min_span_s, {0.1, 60.0}, "shortest stretch of images to start from");
+  v.value("max_span_s", o.max_span_s, {0.2, 60.0}, "longest stretch of images to start from");
+  v.value("max_scale_sigma", o.max_scale_sigma, {1e-4, 10.0},
+          "relative standard deviation of the scale at which a start is accepted");
+  v.value("max_tilt_sigma_deg", o.max_tilt_sigma_deg, {1e-3, 90.0},
+          "standard deviation of roll and pitch at which a start is accepted");
+  v.value("min_parallax_px", o.min_parallax_px, {1.0, 1000.0},
+          "median parallax needed before a moving start is tried");
+  v.value("min_shared_tracks", o.min_shared_tracks, {8, 10000},
+          "tracks that must reach from an early image to the newest");
+  v.value("max_reprojection_rms", o.max_reprojection_rms, {0.1, 100.0},
+          "reprojection error (in sigma_px) above which a start is refused");
+  v.value("iterations", o.iterations, {1, 1000}, "solver iterations per round of the refinement");
+  v.value("sigma_bias_gyro", o.sigma_bias_gyro, {1e-6, 10.0},
+          "what the gyro bias may be at the start [rad/s]");
+  v.value("sigma_bias_acc", o.sigma_bias_acc, {1e-6, 10.0},
+          "what the accelerometer bias may be at the start [m/s^2]");
+  v.value("allow_standing", o.allow_standing, "start at once when standing still");
+}
+
+namespace {
+
+struct Parallax {
+  int shared = 0;
+  double median_px = 0;
+};
+
+Parallax parallaxBetween(const TrackedFrame& a, const TrackedFrame& b, const Quat& q_Ca_Cb,
+                         double focal_px) {
+  Parallax out;
+  std::vector<double> d;
+  std::size_t j = 0;
+  for (const FeatureObservation& o : b.features) {
+    while (j < a.features.size() && a.features[j].id < o.id) ++j;
+    if (j < a.features.size() && a.features[j].id == o.id) {
+      d.push_back((a.features[j].bearing - q_Ca_Cb * o.bearing).norm() * focal_px);
+    }
+  }
+  out.shared = static_cast<int>(d.size());
+  if (d.empty()) return out;
+  std::nth_element(d.begin(), d.begin() + d.size() / 2, d.end());
+  out.median_px = d[d.size() / 2];
+  return out;
+}
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", x);
+  return text;
+}
+
+}  // namespace
+
+Startup::Startup(const StartupOptions& options, const ImuNoise& noise, const Pose& T_B_C,
+                 double focal_px)
+    : options_(options), noise_(noise), T_B_C_(T_B_C), focal_px_(focal_px) {}
+
+void Startup::reset() {
+  frames_.clear();
+  since_attempt_ = 0;
+  reason_ = "waiting for images";
+}
+
+StartupStatus Startup::offer(const TrackedFrame& frame, ImuBuffer& imu, const RestDetector& rest,
+                             const Pose& origin, ShortWindow* window) {
+  if (!frame.usable) {
+    reason_ = "image not usable: " + frame.reason;
+    return StartupStatus::waiting;
+  }
+  frames_.push_back(frame);
+  while (toSeconds(frames_.back().t - frames_.front().t) > options_.max_span_s + 1e-6) {
+    frames_.pop_front();
+  }
+  if (rest.standing()) {
+    if (options_.allow_standing && startStanding(frame, imu, rest, origin, window)) {
+      return StartupStatus::started_standing;
+    }
+    reason_ = "standing still";
+    return StartupStatus::waiting;
+  }
+  if (toSeconds(frames_.back().t - frames_.front().t) < options_.min_span_s) {
+    reason_ = "too few images";
+    return StartupStatus::waiting;
+  }
+  if (++since_attempt_ < 2) return StartupStatus::waiting;
+  since_attempt_ = 0;
+  return startMoving(imu, origin, window) ? StartupStatus::started_moving : StartupStatus::waiting;
+}
+
+bool Startup::startStanding(const TrackedFrame& frame, const ImuBuffer& imu,
+                            const RestDetector& rest, const Pose& origin, ShortWindow* window) {
+  Vec3 gyro, acc;
+  double gyro_std = 0, acc_std = 0;
+  if (!imu.statistics(rest.since(), frame.t, &gyro, &acc, &gyro_std, &acc_std)) return false;
+  NavState s;
+  s.t = frame.t;
+  s.T_W_B.q = Quat(rotZ(yawOf(origin.R()))) * gravityAlignedAttitude(acc);
+  s.T_W_B.p = origin.p;
+  s.bg = gyro;
+  s.ba = acc - acc.normalized() * noise_.gravity_mps2;
+  StartPrior prior;
+  prior.bias_gyro = 0.002;
+  prior.bias_acc = options_.sigma_bias_acc;
+  prior.velocity_mps = 0.01;
+  // The accelerometer's bias and the tilt share what was measured: their sum is known well, each
+  // alone only as well as the bias.
+  prior.tilt_rad = options_.sigma_bias_acc / noise_.gravity_mps2;
+  window->start(s, prior, frame.features, true);
+  gyro_bias_ = gyro;
+  return true;
+}
+
+std::vector<const TrackedFrame*> Startup::selectFrames() const {
+  // At most 11 frames, evenly over the stretch, always the newest.
+  constexpr int kMaxFrames = 11;
+  const int n = static_cast<int>(frames_.size());
+  const int count = std::min(kMaxFrames, n);
+  std::vector<const TrackedFrame*> out;
+  for (int k = 0; k < count; ++k) {
+    out.push_back(&frames_[static_cast<std::size_t>(
+        std::lround(static_cast<double>(k) * (n - 1) / std::max(1, count - 1)))]);
+  }
+  return out;
+}
+
+bool Startup::enoughMotion(const std::vector<const TrackedFrame*>& frames, ImuBuffer& imu) {
+  const TrackedFrame& newest = *frames.back();
+  Parallax best;
+  double best_flow = 0;
+  int most_shared = 0;
+  for (std::size_t k = 0; k + 1 < frames.size(); ++k) {
+    const Preintegration link =
+        imu.integrate(frames[k]->t, newest.t, noise_, gyro_bias_, Vec3::Zero());
+    const Quat q = T_B_C_.q.conjugate() * link.dq() * T_B_C_.q;
+    const Parallax p = parallaxBetween(*frames[k], newest, q, focal_px_);
+    most_shared = std::max(most_shared, p.shared);
+    if (p.shared < options_.min_shared_tracks) continue;
+    if (p.median_px > best.median_px) {
+      best = p;
+      best_flow = parallaxBetween(*frames[k], newest, Quat::Identity(), focal_px_).median_px;
+    }
+  }
+  if (most_shared < options_.min_shared_tracks) {
+    reason_ = "too few tracks";
+    return false;
+  }
+  if (best.median_px < options_.min_parallax_px) {
+    reason_ = best_flow > 3 * options_.min_parallax_px ? "rotation only" : "too little parallax";
+    return false;
+  }
+  return true;
+}
+
+bool Startup::startMoving(ImuBuffer& imu, const Pose& origin, ShortWindow* window) {
+  const std::vector<const TrackedFrame*> selected = selectFrames();
+  std::vector<AlignmentFrame> frames;
+  const auto links = [&](const Vec3& bg) {
+    for (std::size_t k = 1; k < frames.size(); ++k) {
+      frames[k].link = imu.integrate(frames[k - 1].t, frames[k].t, noise_, bg, Vec3::Zero());
+    }
+  };
+  for (const TrackedFrame* f : selected) {
+    frames.push_back({f->t, {}, Preintegration(noise_, Vec3::Zero(), Vec3::Zero())});
+    for (const FeatureObservation& o : f->features)
+      frames.back().sights.push_back({o.id, o.bearing});
+  }
+  links(gyro_bias_);
+  const GyroBiasEstimate bias = estimateGyroBias(frames, T_B_C_.q, focal_px_, gyro_bias_);
+  if (!bias.ok) {
+    reason_ = bias.reason;
+    return false;
+  }
+  gyro_bias_ = bias.bias;
+  if (!enoughMotion(selected, imu)) return false;
+  links(gyro_bias_);
+  const AlignmentResult a = alignInertial(frames, T_B_C_, noise_.gravity_mps2, focal_px_);
+  if (!a.ok) {
+    reason_ = a.reason;
+    return false;
+  }
+  const Quat q_W_B0 = Quat(rotZ(yawOf(origin.R()))) * gravityAlignedAttitude(-a.g_B0);
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    NavState s;
+    s.t = frames[k].t;
+    s.T_W_B.q = (q_W_B0 * a.q_B0_B[k]).normalized();
+    s.T_W_B.p = origin.p + q_W_B0 * a.p_B0[k];
+    s.v = q_W_B0 * a.v_B0[k];
+    s.bg = gyro_bias_;
+    if (k == 0) {
+      StartPrior prior;
+      prior.bias_gyro = options_.sigma_bias_gyro;
+      prior.bias_acc = options_.sigma_bias_acc;
+      window->start(s, prior, selected[k]->features, false);
+    } else {
+      window->push(s, std::move(frames[k].link), selected[k]->features, false);
+    }
+    window->keepNewest();
+  }
+  detail_ = "gyro bias residual " + number(bias.rms_px) + " px, alignment residual " +
+            number(a.residual_px) + " px";
+  if (refine(window)) return true;
+  window->clear();
+  return false;
+}
+
+bool Startup::refine(ShortWindow* window) {
+  SolveSummary solve;
+  for (int round = 0; round < 3; ++round) {
+    window->triangulate();
+    solve = window->optimise(options_.iterations);
+    if (!solve.usable) {
+      reason_ = "inconsistent";
+      return false;
+    }
+    window->rejectOutliers();
+  }
+  if (window->landmarksInNewest() < 15) {
+    reason_ = "too few tracks";
+    return false;
+  }
+  const WindowAccuracy acc = window->accuracy();
+  const double scale_sigma = acc.baseline_sigma_m / std::max(1e-9, acc.baseline_m);
+  detail_ += ", refined: reprojection " + number(solve.reprojection_rms) + " sigma, cost " +
+             number(solve.final_cost) + " of " + std::to_string(solve.sights) +
+             " sights, baseline " + number(acc.baseline_m) + " m, scale sigma " +
+             number(scale_sigma) + ", tilt sigma " + number(acc.tilt_sigma_rad * 180 / M_PI) +
+             " deg";
+  if (solve.reprojection_rms > options_.max_reprojection_rms) {
+    reason_ = "inconsistent";
+    return false;
+  }
+  if (!(scale_sigma < options_.max_scale_sigma) ||
+      !(acc.tilt_sigma_rad * 180 / M_PI < options_.max_tilt_sigma_deg)) {
+    reason_ = "scale uncertain";
+    return false;
+  }
+  return true;
+}
+
+}  // namespace vir

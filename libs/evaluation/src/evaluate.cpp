@@ -1,0 +1,149 @@
+#include "vir/evaluation/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iomanip>
+#include <sstream>
+
+namespace vir {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / 3.14159265358979323846;
+
+double angleDeg(const Quat& q) { return kDegPerRad * logQuat(q).norm(); }
+
+/// Angle of the part of `q` that turns about z (swing-twist) in -180..180.
+double twistAboutZDeg(const Quat& q) {
+  const double angle = 2.0 * std::atan2(q.z(), q.w());
+  return kDegPerRad * std::remainder(angle, 2.0 * 3.14159265358979323846);
+}
+
+void checkOverlap(const Trajectory& reference, const Trajectory& estimate,
+                  const Association& association) {
+  if (reference.empty()) throw EvaluationError("the reference holds no pose");
+  if (estimate.empty()) throw EvaluationError("the estimate holds no pose");
+  if (association.pairs.size() >= 3) return;
+  std::ostringstream text;
+  text << association.pairs.size() << " of " << estimate.size()
+       << " poses of the estimate have a reference, at least 3 are needed: " << association.before
+       << " before and " << association.after << " after the reference, " << association.in_gap
+       << " in gaps of it. Reference " << formatSeconds(reference.front().t) << " to "
+       << formatSeconds(reference.back().t) << " s, estimate " << formatSeconds(estimate.front().t)
+       << " to " << formatSeconds(estimate.back().t) << " s: check that both use the same clock";
+  throw EvaluationError(text.str());
+}
+
+/// Travelled reference path up to each pair [m].
+std::vector<double> pathLengths(const std::vector<PosePair>& pairs) {
+  std::vector<double> path(pairs.size(), 0.0);
+  for (std::size_t i = 1; i < pairs.size(); ++i) {
+    path[i] = path[i - 1] + (pairs[i].reference.p - pairs[i - 1].reference.p).norm();
+  }
+  return path;
+}
+
+std::vector<double> timesOf(const std::vector<PosePair>& pairs) {
+  std::vector<double> times;
+  for (const PosePair& pair : pairs) times.push_back(toSeconds(pair.t - pairs.front().t));
+  return times;
+}
+
+/// Pieces of `length` on the measure `at` (path or time, not decreasing).
+RelativeError relativeError(const EvaluationResult& result, const std::vector<double>& at,
+                            double length, bool by_distance) {
+  RelativeError error;
+  error.length = length;
+  std::vector<double> translation, percent, rotation, yaw;
+  // Stamps and sums of steps are rounded: half a microunit is no reason to take the next pose.
+  const double tolerance = 1e-6;
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    j = std::max(j, i + 1);
+    while (j < at.size() && at[j] - at[i] < length - tolerance) ++j;
+    if (j >= at.size()) break;
+    const double travelled = at[j] - at[i];
+    if (travelled > 1.25 * length) continue;
+    const Pose& r_i = result.association.pairs[i].reference;
+    const Pose& r_j = result.association.pairs[j].reference;
+    const Pose& e_i = result.aligned[i];
+    const Pose& e_j = result.aligned[j];
+    const Pose E = (r_i.inverse() * r_j).inverse() * (e_i.inverse() * e_j);
+    translation.push_back(E.p.norm());
+    if (by_distance) percent.push_back(100.0 * E.p.norm() / travelled);
+    rotation.push_back(angleDeg(E.q));
+    // The same error turned into the world, where the vertical is z whatever the body's axes are.
+    yaw.push_back(std::abs(twistAboutZDeg(r_j.q * E.q * r_j.q.conjugate())));
+  }
+  error.translation_m = statisticsOf(translation);
+  error.translation_pct = statisticsOf(percent);
+  error.rotation_deg = statisticsOf(rotation);
+  error.yaw_deg = statisticsOf(yaw);
+  return error;
+}
+
+void absoluteErrors(EvaluationResult* result) {
+  for (const PosePair& pair : result->association.pairs) {
+    const Pose T = result->transform.apply(pair.estimate);
+    result->aligned.push_back(T);
+    result->position_error_m.push_back((T.p - pair.reference.p).norm());
+    result->orientation_error_deg.push_back(angleDeg(pair.reference.q.conjugate() * T.q));
+  }
+  result->ate_position_m = statisticsOf(result->position_error_m);
+  result->ate_orientation_deg = statisticsOf(result->orientation_error_deg);
+}
+
+void endErrors(EvaluationResult* result) {
+  result->end_error_m = result->position_error_m.back();
+  const PosePair& first = result->association.pairs.front();
+  const PosePair& last = result->association.pairs.back();
+  const Pose E = (first.reference.inverse() * last.reference).inverse() *
+                 (result->aligned.front().inverse() * result->aligned.back());
+  result->end_to_start_m = E.p.norm();
+}
+
+}  // namespace
+
+EvaluationResult evaluate(const Trajectory& reference, const Trajectory& estimate,
+                          const EvaluationOptions& options) {
+  EvaluationResult result;
+  result.alignment = options.alignment;
+  result.association = associate(reference, estimate, options.association);
+  checkOverlap(reference, estimate, result.association);
+  result.transform = align(result.association.pairs, options.alignment);
+  absoluteErrors(&result);
+  endErrors(&result);
+  const std::vector<double> path = pathLengths(result.association.pairs);
+  result.path_m = path.back();
+  for (const double d : options.distances_m) {
+    if (d > 0) result.rpe_distance.push_back(relativeError(result, path, d, true));
+  }
+  if (options.rpe_time_s > 0) {
+    result.rpe_time =
+        relativeError(result, timesOf(result.association.pairs), options.rpe_time_s, false);
+  }
+  return result;
+}
+
+std::string describeComparison(const EvaluationOptions& options) {
+  std::ostringstream text;
+  switch (options.alignment) {
+    case Alignment::none:
+      text << "not aligned";
+      break;
+    case Alignment::posyaw:
+      text << "aligned in position and yaw (4-DoF)";
+      break;
+    case Alignment::se3:
+      text << "aligned in position and rotation (SE3)";
+      break;
+    case Alignment::sim3:
+      text << "aligned in position, rotation and scale (Sim3)";
+      break;
+  }
+  text << "; reference interpolated at the estimate's stamps (gaps up to " << std::setprecision(3)
+       << toSeconds(options.association.max_gap) << " s)";
+  return text.str();
+}
+
+}  // namespace vir

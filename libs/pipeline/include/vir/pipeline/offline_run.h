@@ -1,0 +1,30 @@
+#pragma once
+#include <functional>
+#include <string>
+
+#include "vir/pipeline/estimator.h"
+#include "vir/pipeline/results_folder.h"
+#include "vir/pipeline/run_recorder.h"
+
+namespace vir {
+
+struct OfflineRunOptions {
+  std::string rawlog;
+  double start_offset_s = 0;  ///< observations before the first image + this are left out
+};
+
+struct OfflineRunHooks {
+  LogSink log;
+  std::function<void(double)> progress;  ///< part done, 0..1; may be empty
+  std::function<bool()> stop;            ///< true: end here with what there is; may be empty
+};
+
+/// Plays a rawlog to an estimator whose settings have been read, and writes trajectory.tum,
+/// trajectory_smoothed.tum, frames.csv and landmarks.ply; the caller writes summary.json. Ground
+/// truth (label `GT`) is kept from the estimator and used for ate_* only. If the estimator throws,
+/// what there is by then is written all the same and the summary's `error` says why. Throws
+/// std::runtime_error if the rawlog cannot be opened or a result cannot be written.
+RunSummary runOffline(Estimator& estimator, const OfflineRunOptions& options,
+                      const ResultsFolder& folder, const OfflineRunHooks& hooks);
+
+}  // namespace vir

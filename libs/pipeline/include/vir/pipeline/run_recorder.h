@@ -1,0 +1,66 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vir/evaluation/trajectory.h"
+#include "vir/pipeline/estimator.h"
+#include "vir/pipeline/results_folder.h"
+
+namespace vir {
+
+/// What a run amounts to: the content of summary.json.
+struct RunSummary {
+  std::string estimator, rawlog;
+  long frames = 0;                    ///< images handed to the estimator
+  long poses = 0;                     ///< lines of trajectory.tum
+  std::optional<double> init_time_s;  ///< first pose after the first image; empty: never
+  double duration_s = 0;              ///< first to last image
+  double path_m = 0;                  ///< length of the estimated path
+  double wall_s = 0, cpu_s = 0;
+  double cpu_ms_per_frame = 0;  ///< CPU time inside the estimator per image, decoding not included
+  double peak_rss_mb = 0;
+  /// Position + yaw aligned RMSE of the causal and the smoothed trajectory, where there is ground
+  /// truth for them.
+  std::optional<double> ate_posyaw_m, ate_posyaw_deg, ate_smoothed_posyaw_m;
+  int resets = 0;
+  bool interrupted = false;
+  std::string longest_wait_reason;
+  std::string error;  ///< what ended the run early; empty if nothing did
+  std::vector<std::pair<std::string, long>> counters;
+  std::vector<std::string> warnings;
+};
+
+/// summary.json.
+std::string toJson(const RunSummary& summary);
+
+/// Writes the result files of an estimator as it goes.
+class RunRecorder {
+ public:
+  /// Throws std::runtime_error if a file cannot be created.
+  RunRecorder(const ResultsFolder& folder, LogSink log);
+
+  void add(const StateEstimate& estimate);
+  /// A pose of the reference trajectory, in time order.
+  void addGroundTruth(TimeNs t, const Pose& T_W_B);
+  /// Writes what only the end of the run knows, closes the files and fills in the summary's poses,
+  /// path, ate_* and counters of its own. Throws std::runtime_error if anything could not be
+  /// written.
+  void finish(const Estimator& estimator, TimeNs first_image, RunSummary* summary);
+
+ private:
+  void writePose(const StateEstimate& estimate);
+  void writeKeyframes(const std::vector<KeyframeEstimate>& keyframes);
+  void writeLandmarks(const std::vector<LandmarkEstimate>& landmarks);
+  void evaluateInto(RunSummary* summary);
+
+  const ResultsFolder& folder_;
+  LogSink log_;
+  OutputFile trajectory_file_, frames_file_;
+  Trajectory trajectory_, smoothed_, truth_;
+  double path_m_ = 0;
+  int segment_ = 0;
+  long not_finite_ = 0, out_of_order_ = 0;
+};
+
+}  // namespace vir

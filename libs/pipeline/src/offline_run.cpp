@@ -1,0 +1,209 @@
+#include "vir/pipeline/offline_run.h"
+
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "mrpt_error.h"
+#include "resource_usage.h"
+#include "vir/core/settings.h"
+#include "vir/pipeline/mrpt_time.h"
+#include "vir/pipeline/rawlog_reader.h"
+#include "vir/pipeline/time_orderer.h"
+
+namespace vir {
+namespace {
+
+using mrpt::obs::CObservation;
+using mrpt::obs::CObservationImage;
+using mrpt::obs::CObservationRobotPose;
+
+constexpr const char* kGroundTruthLabel = "GT";
+constexpr long kReportEvery = 50;  // observations between two calls of the progress hook
+
+Pose toPose(const mrpt::poses::CPose3D& T) {
+  const auto R = T.getRotationMatrix();
+  Mat3 M;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) M(r, c) = R(r, c);
+  }
+  return {Quat(M).normalized(), Vec3(T.x(), T.y(), T.z())};
+}
+
+class OfflineRun {
+ public:
+  OfflineRun(Estimator& estimator, const OfflineRunOptions& options, const ResultsFolder& folder,
+             const OfflineRunHooks& hooks)
+      : estimator_(estimator),
+        options_(options),
+        hooks_(hooks),
+        reader_(options.rawlog),
+        recorder_(folder, hooks.log) {}
+
+  RunSummary run() {
+    const double wall = wallSeconds();
+    const double cpu = cpuSeconds();
+    try {
+      play();
+    } catch (const SettingsError&) {
+      throw;
+    } catch (const std::exception& e) {
+      summary_.error = shortReason(e);
+      log(hooks_.log, LogLevel::error, "the run ends early: " + summary_.error);
+    }
+    summary_.wall_s = wallSeconds() - wall;
+    summary_.cpu_s = cpuSeconds() - cpu;
+    summarise();
+    return summary_;
+  }
+
+ private:
+  void play() {
+    timed([&] { estimator_.start(hooks_.log); });
+    bool more = true;
+    while (more && !stopRequested()) {
+      const auto observation = reader_.next();
+      more = observation != nullptr;
+      if (more) {
+        orderer_.push(observation);
+      } else {
+        orderer_.flush();
+      }
+      while (const auto next = orderer_.pop()) handle(next);
+      reportProgress();
+    }
+    if (stopRequested()) {
+      summary_.interrupted = true;
+      warn("interrupted: the results end where the run was stopped");
+    }
+    timed([&] { estimator_.finish(); });
+    collect();
+  }
+
+  void handle(const CObservation::Ptr& observation) {
+    const TimeNs t = fromMrptTime(observation->timestamp);
+    if (observation->sensorLabel == kGroundTruthLabel) {
+      if (const auto pose = std::dynamic_pointer_cast<CObservationRobotPose>(observation)) {
+        recorder_.addGroundTruth(t, toPose(pose->pose.mean));
+      }
+      return;
+    }
+    const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
+    if (image && !first_recorded_image_) first_recorded_image_ = t;
+    if (beforeStart(t)) return;
+    if (image && !decode(*image)) return;
+    if (image) {
+      if (summary_.frames++ == 0) first_image_ = t;
+      last_image_ = t;
+    }
+    timed([&] { estimator_.add(*observation); });
+    if (image) image->image.unload();
+    collect();
+  }
+
+  bool beforeStart(TimeNs t) const {
+    if (options_.start_offset_s <= 0) return false;
+    return !first_recorded_image_ ||
+           t < *first_recorded_image_ + fromSeconds(options_.start_offset_s);
+  }
+
+  /// An external image is read from disk here, so that its decoding is not the estimator's time.
+  bool decode(CObservationImage& observation) {
+    std::string reason = "it is empty";
+    try {
+      observation.load();
+      if (!observation.image.isEmpty()) return true;
+    } catch (const std::exception& e) {
+      reason = shortReason(e);
+    }
+    if (counters_["images_unreadable"]++ == 0) {
+      warn("image at " + formatSeconds(fromMrptTime(observation.timestamp)) +
+           " s cannot be used: " + reason + " (further ones are only counted)");
+    }
+    return false;
+  }
+
+  void collect() {
+    std::vector<StateEstimate> estimates;
+    timed([&] { estimates = estimator_.take(); });
+    for (const StateEstimate& estimate : estimates) recorder_.add(estimate);
+  }
+
+  template <typename Work>
+  void timed(Work work) {
+    const double before = cpuSeconds();
+    work();
+    estimator_cpu_s_ += cpuSeconds() - before;
+  }
+
+  bool stopRequested() const { return hooks_.stop && hooks_.stop(); }
+
+  void reportProgress() {
+    if (hooks_.progress && ++seen_ % kReportEvery == 0) hooks_.progress(reader_.progress());
+  }
+
+  void warn(const std::string& text) {
+    log(hooks_.log, LogLevel::warning, text);
+    summary_.warnings.push_back(text);
+  }
+
+  void warnAboutInput() {
+    if (!reader_.damage().empty()) warn(reader_.damage());
+    for (const TimeNs gap : orderer_.gaps()) {
+      warn("the recording has a gap of " + formatSeconds(gap) + " s");
+    }
+    if (reader_.skipped() > 0) {
+      counters_["objects_skipped"] = static_cast<long>(reader_.skipped());
+    }
+    for (const auto& [name, count] : orderer_.counters()) {
+      counters_[name] = count;
+      warn(std::to_string(count) + " observations left out (" + name + ")");
+    }
+    if (summary_.frames == 0) warn("no usable image in " + options_.rawlog);
+  }
+
+  void summarise() {
+    warnAboutInput();
+    const EstimatorReport report = estimator_.report();
+    summary_.rawlog = options_.rawlog;
+    summary_.duration_s = toSeconds(last_image_ - first_image_);
+    summary_.resets = report.resets;
+    summary_.longest_wait_reason = report.longest_wait_reason;
+    counters_["objects_read"] = static_cast<long>(reader_.objects());
+    summary_.counters.assign(counters_.begin(), counters_.end());
+    summary_.counters.insert(summary_.counters.end(), report.counters.begin(),
+                             report.counters.end());
+    summary_.warnings.insert(summary_.warnings.end(), report.warnings.begin(),
+                             report.warnings.end());
+    if (summary_.frames > 0) {
+      summary_.cpu_ms_per_frame = 1e3 * estimator_cpu_s_ / static_cast<double>(summary_.frames);
+    }
+    recorder_.finish(estimator_, first_image_, &summary_);
+    summary_.peak_rss_mb = peakRssMb();
+  }
+
+  Estimator& estimator_;
+  const OfflineRunOptions& options_;
+  const OfflineRunHooks& hooks_;
+  RawlogReader reader_;
+  TimeOrderer orderer_;
+  RunRecorder recorder_;
+  RunSummary summary_;
+  std::map<std::string, long> counters_;
+  std::optional<TimeNs> first_recorded_image_;
+  TimeNs first_image_ = 0, last_image_ = 0;
+  double estimator_cpu_s_ = 0;
+  long seen_ = 0;
+};
+
+}  // namespace
+
+RunSummary runOffline(Estimator& estimator, const OfflineRunOptions& options,
+                      const ResultsFolder& folder, const OfflineRunHooks& hooks) {
+  return OfflineRun(estimator, options, folder, hooks).run();
+}
+
+}  // namespace vir

@@ -1,0 +1,159 @@
+#include "registry.h"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "vir/pipeline/estimator_registry.h"
+#include "vir/pipeline/plugin_loader.h"
+#include "vir/pipeline/sensor_registry.h"
+
+namespace vir {
+namespace {
+
+struct EstimatorRecord {
+  EstimatorEntry entry;
+  EstimatorFactory factory;
+};
+
+struct Registries {
+  std::mutex mutex;
+  std::map<std::string, EstimatorRecord> estimators;
+  std::map<std::string, SensorEntry> sensors;  // by alias
+  std::string current_plugin;
+  std::vector<std::string> problems;
+};
+
+Registries& all() {
+  static Registries registries;
+  return registries;
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::string origin(const std::string& plugin_file) {
+  return plugin_file.empty() ? "this program" : plugin_file;
+}
+
+/// MRPT replaces a class of the same name without a word.
+bool takenInMrpt(const mrpt::hwdrivers::TSensorClassId* id) {
+  const auto sensor = mrpt::hwdrivers::CGenericSensor::createSensorPtr(id->className);
+  return sensor != nullptr && sensor->GetRuntimeClass() != id;
+}
+
+template <typename Map, typename Text>
+std::string listed(const Map& map, Text text) {
+  std::string out;
+  for (const auto& item : map) out += (out.empty() ? "" : ", ") + text(item);
+  return out.empty() ? "none (no plugin loaded)" : out;
+}
+
+}  // namespace
+
+namespace registry {
+
+void setCurrentPlugin(const std::string& file) {
+  const std::lock_guard<std::mutex> lock(all().mutex);
+  all().current_plugin = file;
+}
+
+std::vector<std::string> takeProblems() {
+  const std::lock_guard<std::mutex> lock(all().mutex);
+  return std::exchange(all().problems, {});
+}
+
+std::size_t size() {
+  const std::lock_guard<std::mutex> lock(all().mutex);
+  return all().estimators.size() + all().sensors.size();
+}
+
+}  // namespace registry
+
+void registerEstimator(const std::string& name, EstimatorFactory factory,
+                       const std::string& description) {
+  Registries& r = all();
+  const std::lock_guard<std::mutex> lock(r.mutex);
+  const auto known = r.estimators.find(lower(name));
+  if (known != r.estimators.end()) {
+    r.problems.push_back("estimator '" + name + "' is registered twice: by " +
+                         origin(known->second.entry.plugin_file) + " and by " +
+                         origin(r.current_plugin));
+    return;
+  }
+  r.estimators[lower(name)] = {{name, description, r.current_plugin}, std::move(factory)};
+}
+
+void registerSensor(const mrpt::hwdrivers::TSensorClassId* id, const std::string& alias,
+                    const std::string& description) {
+  Registries& r = all();
+  const std::lock_guard<std::mutex> lock(r.mutex);
+  const std::string class_name = id->className;
+  for (const auto& [known_alias, known] : r.sensors) {
+    if (known_alias != lower(alias) && known.class_name != class_name) continue;
+    r.problems.push_back("sensor '" + alias + "' (class " + class_name +
+                         ") is registered twice: by " + origin(known.plugin_file) + " and by " +
+                         origin(r.current_plugin));
+    return;
+  }
+  if (takenInMrpt(id)) {
+    r.problems.push_back("sensor '" + alias + "': MRPT has a class " + class_name + " already");
+    return;
+  }
+  r.sensors[lower(alias)] = {lower(alias), class_name, description, r.current_plugin};
+  mrpt::hwdrivers::CGenericSensor::registerClass(id);
+}
+
+std::vector<EstimatorEntry> registeredEstimators() {
+  const std::lock_guard<std::mutex> lock(all().mutex);
+  std::vector<EstimatorEntry> entries;
+  for (const auto& item : all().estimators) entries.push_back(item.second.entry);
+  return entries;
+}
+
+std::vector<SensorEntry> registeredSensors() {
+  const std::lock_guard<std::mutex> lock(all().mutex);
+  std::vector<SensorEntry> entries;
+  for (const auto& item : all().sensors) entries.push_back(item.second);
+  return entries;
+}
+
+std::unique_ptr<Estimator> createEstimator(const std::string& name) {
+  Registries& r = all();
+  EstimatorFactory factory;
+  {
+    const std::lock_guard<std::mutex> lock(r.mutex);
+    const auto found = r.estimators.find(lower(name));
+    if (found == r.estimators.end()) {
+      throw PluginError("unknown estimator '" + name + "'; available: " +
+                        listed(r.estimators, [](auto& e) { return e.second.entry.name; }));
+    }
+    factory = found->second.factory;
+  }
+  return factory();
+}
+
+mrpt::hwdrivers::CGenericSensor::Ptr createSensor(const std::string& name) {
+  Registries& r = all();
+  std::string class_name;
+  {
+    const std::lock_guard<std::mutex> lock(r.mutex);
+    for (const auto& [alias, entry] : r.sensors) {
+      if (alias == lower(name) || entry.class_name == name) class_name = entry.class_name;
+    }
+    if (class_name.empty()) {
+      throw PluginError("unknown sensor driver '" + name +
+                        "'; available: " + listed(r.sensors, [](auto& s) { return s.first; }));
+    }
+  }
+  auto sensor = mrpt::hwdrivers::CGenericSensor::createSensorPtr(class_name);
+  if (!sensor) throw PluginError("sensor class " + class_name + " is not registered with MRPT");
+  return sensor;
+}
+
+}  // namespace vir

@@ -1,0 +1,159 @@
+#include "vir/pipeline/run_recorder.h"
+
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <utility>
+
+#include "vir/evaluation/evaluate.h"
+
+namespace vir {
+namespace {
+
+constexpr const char* kFramesHeader =
+    "t_s,valid,health,segment,keyframe,tracks,landmarks,ms_pyramid,ms_flow,ms_detect,"
+    "ms_initialise,ms_optimise,ms_marginalise,ms_total,vx_m_s,vy_m_s,vz_m_s,bgx_rad_s,bgy_rad_s,"
+    "bgz_rad_s,bax_m_s2,bay_m_s2,baz_m_s2,sigma_x_m,sigma_y_m,sigma_z_m,sigma_rx_rad,sigma_ry_rad,"
+    "sigma_rz_rad";
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  char text[256];
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+bool isFinite(const Pose& pose) { return pose.p.allFinite() && pose.q.coeffs().allFinite(); }
+
+/// 0 for what is not a number: no NaN may reach a file.
+double clean(double v) { return std::isfinite(v) ? v : 0; }
+
+std::string csv(const Vec3& v) {
+  return format(",%.6g,%.6g,%.6g", clean(v.x()), clean(v.y()), clean(v.z()));
+}
+
+/// A health text is free of commas and quotes once it is in the file.
+std::string csvWord(std::string text) {
+  for (char& c : text) {
+    if (c == ',' || c == '"' || c == '\n') c = ';';
+  }
+  return text;
+}
+
+std::string frameLine(const StateEstimate& e) {
+  const StageTimes& ms = e.ms;
+  std::string line = formatSeconds(e.t) + (e.valid ? ",1," : ",0,") + csvWord(e.health);
+  line += format(",%d,%d,%d,%d", e.segment, e.keyframe ? 1 : 0, e.tracks, e.landmarks);
+  for (const double v :
+       {ms.pyramid, ms.flow, ms.detect, ms.initialise, ms.optimise, ms.marginalise, ms.total}) {
+    line += format(",%.3f", clean(v));
+  }
+  line += csv(e.v_W_B) + csv(e.bias_gyro) + csv(e.bias_acc);
+  const Eigen::Matrix<double, 6, 1> variance = e.covariance.diagonal();
+  for (int i = 0; i < 6; ++i) line += format(",%.6g", std::sqrt(std::max(0.0, clean(variance[i]))));
+  return line;
+}
+
+/// Position and yaw aligned errors; empty where there is nothing to compare.
+std::optional<EvaluationResult> compare(const Trajectory& truth, const Trajectory& estimate) {
+  if (truth.size() < 3 || estimate.size() < 3) return std::nullopt;
+  try {
+    return evaluate(truth, estimate, EvaluationOptions{});
+  } catch (const EvaluationError&) {
+    return std::nullopt;  // no overlap in time: the summary then has no ATE
+  }
+}
+
+}  // namespace
+
+RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
+    : folder_(folder),
+      log_(std::move(log)),
+      trajectory_file_(folder.file("trajectory.tum")),
+      frames_file_(folder.file("frames.csv")) {
+  frames_file_.line(kFramesHeader);
+}
+
+void RunRecorder::add(const StateEstimate& estimate) {
+  frames_file_.line(frameLine(estimate));
+  if (estimate.segment != segment_) {
+    vir::log(log_, LogLevel::warning,
+             "segment " + std::to_string(estimate.segment) + " starts at " +
+                 formatSeconds(estimate.t) + " s: positions are not tied to those before");
+    segment_ = estimate.segment;
+  }
+  if (estimate.valid) writePose(estimate);
+}
+
+void RunRecorder::writePose(const StateEstimate& estimate) {
+  if (!isFinite(estimate.T_W_B)) {
+    ++not_finite_;
+    return;
+  }
+  if (!trajectory_.empty() && estimate.t <= trajectory_.back().t) {
+    ++out_of_order_;
+    return;
+  }
+  const StampedPose pose{estimate.t, estimate.T_W_B};
+  if (!trajectory_.empty()) path_m_ += (pose.T_W_B.p - trajectory_.back().T_W_B.p).norm();
+  trajectory_file_.line(tumLine(pose));
+  trajectory_.push_back(pose);
+}
+
+void RunRecorder::addGroundTruth(TimeNs t, const Pose& T_W_B) {
+  if (!isFinite(T_W_B) || (!truth_.empty() && t <= truth_.back().t)) return;
+  truth_.push_back({t, T_W_B});
+}
+
+void RunRecorder::writeKeyframes(const std::vector<KeyframeEstimate>& keyframes) {
+  for (const KeyframeEstimate& k : keyframes) {
+    if (!isFinite(k.T_W_B)) {
+      ++not_finite_;
+    } else if (smoothed_.empty() || k.t > smoothed_.back().t) {
+      smoothed_.push_back({k.t, k.T_W_B});
+    }
+  }
+  OutputFile file(folder_.file("trajectory_smoothed.tum"));
+  writeTum(file.stream(), smoothed_);
+  file.close();
+}
+
+void RunRecorder::writeLandmarks(const std::vector<LandmarkEstimate>& landmarks) {
+  std::size_t count = 0;
+  for (const LandmarkEstimate& l : landmarks) count += l.p_W.allFinite() ? 1 : 0;
+  OutputFile file(folder_.file("landmarks.ply"));
+  file.line("ply\nformat ascii 1.0\nelement vertex " + std::to_string(count));
+  file.line("property float x\nproperty float y\nproperty float z\nend_header");
+  for (const LandmarkEstimate& l : landmarks) {
+    if (!l.p_W.allFinite()) continue;
+    file.line(format("%.4f %.4f %.4f", l.p_W.x(), l.p_W.y(), l.p_W.z()));
+  }
+  file.close();
+}
+
+void RunRecorder::evaluateInto(RunSummary* summary) {
+  if (const auto causal = compare(truth_, trajectory_)) {
+    summary->ate_posyaw_m = causal->ate_position_m.rmse;
+    summary->ate_posyaw_deg = causal->ate_orientation_deg.rmse;
+  }
+  if (const auto smoothed = compare(truth_, smoothed_)) {
+    summary->ate_smoothed_posyaw_m = smoothed->ate_position_m.rmse;
+  }
+}
+
+void RunRecorder::finish(const Estimator& estimator, TimeNs first_image, RunSummary* summary) {
+  trajectory_file_.close();
+  frames_file_.close();
+  writeKeyframes(estimator.keyframes());
+  writeLandmarks(estimator.landmarks());
+  summary->poses = static_cast<long>(trajectory_.size());
+  summary->path_m = path_m_;
+  if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_image);
+  if (not_finite_ > 0) summary->counters.emplace_back("poses_not_finite", not_finite_);
+  if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
+  evaluateInto(summary);
+}
+
+}  // namespace vir

@@ -1,0 +1,147 @@
+/// `vir-slam evaluate` as a user calls it: exit codes, table, JSON, plots.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code = -1;
+  std::string text;  ///< stdout and stderr
+};
+
+class EvaluateCli : public testing::Test {
+ protected:
+  void SetUp() override {
+    // A folder with a blank, one per test: ctest runs them side by side.
+    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+    folder_ = fs::path(VIR_BINARY_DIR) / ("evaluate cli " + name);
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    write("ref.tum", line(200, 0.0));
+    write("est.tum", line(180, 0.1));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// Along a curve, 20 Hz; `dz` puts a wave on the height.
+  static std::string line(int n, double dz) {
+    std::ostringstream out;
+    for (int i = 0; i < n; ++i) {
+      const double t = 0.05 * i;
+      out << std::fixed << 1000 + t << " " << t << " " << std::sin(t) << " " << dz * std::sin(3 * t)
+          << " 0 0 0 1\n";
+    }
+    return out.str();
+  }
+
+  void write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+  }
+
+  std::string path(const std::string& name) const { return "'" + (folder_ / name).string() + "'"; }
+
+  std::string content(const std::string& name) const {
+    std::ifstream in(folder_ / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  static Outcome call(const std::string& arguments) {
+    Outcome outcome;
+    const std::string command = "'" VIR_BINARY_DIR "/bin/vir-slam' evaluate " + arguments + " 2>&1";
+    FILE* pipe = popen(command.c_str(), "r");
+    if (!pipe) return outcome;
+    char buffer[4096];
+    for (std::size_t n; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;) {
+      outcome.text.append(buffer, n);
+    }
+    const int status = pclose(pipe);
+    if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
+    return outcome;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(EvaluateCli, TableJsonAndPlots) {
+  const std::string both = "--reference " + path("ref.tum") + " " + path("est.tum") + " " +
+                           path("ref.tum") + " --json " + path("o.json");
+  const Outcome svg = call(both + " --plot " + path("o.svg"));
+  EXPECT_EQ(svg.code, 0) << svg.text;
+  EXPECT_NE(svg.text.find("aligned in position and yaw"), std::string::npos) << svg.text;
+  EXPECT_NE(svg.text.find("ATE position rmse [m]"), std::string::npos) << svg.text;
+  EXPECT_EQ(call(both + " --plot " + path("o.png")).code, 0);
+
+  const auto json = nlohmann::json::parse(content("o.json"));
+  ASSERT_EQ(json["estimates"].size(), 2u);
+  const auto& e = json["estimates"][0];
+  // The mean of the wave is taken off by the alignment, its rmse is 0.1 / sqrt(2) over periods.
+  EXPECT_NEAR(e["ate_position_m"]["rmse"].get<double>(), 0.0707, 0.003);
+  EXPECT_EQ(e["matched"], 180);
+  EXPECT_NEAR(e["coverage"].get<double>(), 8.95 / 9.95, 1e-9);
+  EXPECT_EQ(json["comparison"]["alignment"], "posyaw");
+  EXPECT_LT(json["estimates"][1]["ate_position_m"]["max"].get<double>(), 1e-9);
+  EXPECT_NE(content("o.svg").find("</svg>"), std::string::npos);
+  EXPECT_EQ(content("o.png").compare(1, 3, "PNG"), 0);
+}
+
+TEST_F(EvaluateCli, ImagesCovered) {
+  write("data.csv", "#timestamp [ns],filename\r\n999000000000,a.png\r\n1001000000000,b.png\r\n");
+  const Outcome o = call("--reference " + path("ref.tum") + " " + path("est.tum") + " --images " +
+                         path("data.csv"));
+  EXPECT_EQ(o.code, 0);
+  EXPECT_NE(o.text.find("1 of 2"), std::string::npos) << o.text;
+}
+
+TEST_F(EvaluateCli, OneBadEstimateDoesNotHideTheOthers) {
+  write("empty.tum", "");
+  write("late.tum", "5 0 0 0 0 0 0 1\nrubbish\n");
+  const Outcome o = call("--reference " + path("ref.tum") + " " + path("empty.tum") + " " +
+                         path("late.tum") + " " + path("est.tum") + " --json " + path("o.json"));
+  EXPECT_EQ(o.code, 1);
+  EXPECT_NE(o.text.find("the estimate holds no pose"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("0 of 1 poses"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("line 2"), std::string::npos) << o.text;
+  const auto json = nlohmann::json::parse(content("o.json"));
+  EXPECT_TRUE(json["estimates"][2]["error"].is_null());
+  EXPECT_TRUE(json["estimates"][0]["error"].is_string());
+}
+
+TEST_F(EvaluateCli, WrongUseIsCodeTwo) {
+  const std::string good = "--reference " + path("ref.tum") + " " + path("est.tum");
+  EXPECT_EQ(call("").code, 2);
+  EXPECT_EQ(call("--reference " + path("ref.tum")).code, 2);
+  EXPECT_EQ(call(good + " --align rigid").code, 2);
+  EXPECT_EQ(call(good + " --max-gap-s nan").code, 2);
+  EXPECT_EQ(call(good + " --nonsense").code, 2);
+  EXPECT_EQ(call("--reference " + path("none.tum") + " " + path("est.tum")).code, 2);
+  const Outcome folder = call("--reference " + path("ref.tum") + " " + path("."));
+  EXPECT_EQ(folder.code, 2);
+  EXPECT_NE(folder.text.find("folder"), std::string::npos) << folder.text;
+}
+
+TEST_F(EvaluateCli, AFileThatCannotBeWrittenIsCodeOne) {
+  const std::string good = "--reference " + path("ref.tum") + " " + path("est.tum");
+  for (const char* option : {"--json", "--plot"}) {
+    for (const char* file : {"no/such/x.svg", "no/such/x.png"}) {
+      const Outcome o = call(good + " " + option + " " + path(file));
+      EXPECT_EQ(o.code, 1) << option << file;
+      EXPECT_NE(o.text.find("cannot write"), std::string::npos) << o.text;
+    }
+  }
+}
+
+TEST_F(EvaluateCli, Help) {
+  const Outcome o = call("--help");
+  EXPECT_EQ(o.code, 0);
+  EXPECT_NE(o.text.find("Examples:"), std::string::npos);
+}
+
+}  // namespace

@@ -1,0 +1,192 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <sstream>
+
+#include "made_trajectories.h"
+#include "vir/evaluation/trajectory.h"
+
+namespace vir {
+namespace {
+
+Trajectory tum(const std::string& text, ReadReport* report) {
+  std::istringstream in(text);
+  return readTum(in, report);
+}
+
+TEST(ParseSeconds, IsExactWhereADoubleIsNot) {
+  TimeNs t = 0;
+  ASSERT_TRUE(parseSeconds("1403636580.838555555", &t));
+  EXPECT_EQ(t, 1403636580838555555);  // a double would be off by up to 119 ns
+  ASSERT_TRUE(parseSeconds("1403636580.83856", &t));
+  EXPECT_EQ(t, 1403636580838560000);
+  ASSERT_TRUE(parseSeconds("1.403636580838555555e+09", &t));
+  EXPECT_EQ(t, 1403636580838555555);
+  ASSERT_TRUE(parseSeconds("14036365808385.55555E-4", &t));
+  EXPECT_EQ(t, 1403636580838555555);
+}
+
+TEST(ParseSeconds, RoundsTheTenthDecimal) {
+  TimeNs t = 0;
+  ASSERT_TRUE(parseSeconds("0.0000000014", &t));
+  EXPECT_EQ(t, 1);
+  ASSERT_TRUE(parseSeconds("0.0000000015", &t));
+  EXPECT_EQ(t, 2);
+  ASSERT_TRUE(parseSeconds("0.0000000005", &t));
+  EXPECT_EQ(t, 1);
+  ASSERT_TRUE(parseSeconds("1.999999999999", &t));
+  EXPECT_EQ(t, 2000000000);
+  ASSERT_TRUE(parseSeconds("-1.0000000016", &t));
+  EXPECT_EQ(t, -1000000002);
+}
+
+TEST(ParseSeconds, OddButValidForms) {
+  TimeNs t = -1;
+  for (const char* zero : {"0", "-0", "0.0", ".0", "0e5", "0.00000000000001", "1e-300"}) {
+    ASSERT_TRUE(parseSeconds(zero, &t)) << zero;
+    EXPECT_EQ(t, 0) << zero;
+  }
+  ASSERT_TRUE(parseSeconds("5.", &t));
+  EXPECT_EQ(t, 5000000000);
+  ASSERT_TRUE(parseSeconds("+.25", &t));
+  EXPECT_EQ(t, 250000000);
+  ASSERT_TRUE(parseSeconds("9223372036.854775807", &t));
+  EXPECT_EQ(t, std::numeric_limits<TimeNs>::max());
+}
+
+TEST(ParseSeconds, RefusesTheRest) {
+  TimeNs t = 0;
+  for (const char* bad : {"", "-", ".", "e5", "1.2.3", "1s", "1e", "1e999999999999", "nan", "inf",
+                          "0x10", "1403636580838555555", "9223372036.854775808", "1e18", "1 2"}) {
+    EXPECT_FALSE(parseSeconds(bad, &t)) << bad;
+  }
+}
+
+TEST(FormatSeconds, RoundTrip) {
+  for (const TimeNs t : {TimeNs(0), TimeNs(1), TimeNs(-1), TimeNs(1403636580838555555),
+                         TimeNs(-2000000001), std::numeric_limits<TimeNs>::max()}) {
+    TimeNs back = 7;
+    ASSERT_TRUE(parseSeconds(formatSeconds(t), &back));
+    EXPECT_EQ(back, t);
+  }
+  EXPECT_EQ(formatSeconds(-5), "-0.000000005");
+}
+
+TEST(ReadTum, CommentsBlankLinesCrLfTabsAndBom) {
+  ReadReport report;
+  const Trajectory t =
+      tum("\xEF\xBB\xBF# a head\r\n\r\n1.5 1 2 3 0 0 0 1\r\n   \t\n 2.5\t4  5 +6 0 0 1e0 0 # end\n",
+          &report);
+  ASSERT_EQ(t.size(), 2u);
+  EXPECT_EQ(t[0].t, 1500000000);
+  EXPECT_EQ(t[1].T_W_B.p, Vec3(4, 5, 6));
+  EXPECT_EQ(t[1].T_W_B.q.z(), 1.0);
+  EXPECT_EQ(report.poses, 2);
+  EXPECT_EQ(report.skipped(), 0);
+  EXPECT_TRUE(report.messages.empty());
+}
+
+TEST(ReadTum, BadLinesAreCountedAndNamed) {
+  ReadReport report;
+  const Trajectory t =
+      tum("1 0 0 0 0 0 0 1\n"                    // 1 good
+          "2 0 0 0 0 0 0\n"                      // 2 cut
+          "x 0 0 0 0 0 0 1\n"                    // 3 stamp
+          "4 0 abc 0 0 0 0 1\n"                  // 4 no number
+          "5 nan 0 0 0 0 0 1\n"                  // 5 not finite
+          "6 0 0 inf 0 0 0 1\n"                  // 6 not finite
+          "7 0 0 0 0 0 0 0\n"                    // 7 zero quaternion
+          "8 0 0 0 0 0 0 2\n"                    // 8 normalised
+          "9 0 0 0 0 0 0 1 9\n"                  // 9 too long
+          "1403636580838555555 0 0 0 0 0 0 1\n"  // 10 nanoseconds
+          "11 1e999 0 0 0 0 0 1\n"               // 11 out of range
+          "12 0 0 0 0 0 0 1",                    // 12 good, no line end
+          &report);
+  ASSERT_EQ(t.size(), 3u);
+  EXPECT_EQ(t[1].T_W_B.q.w(), 1.0);
+  EXPECT_EQ(report.malformed, 6);
+  EXPECT_EQ(report.not_finite, 2);
+  EXPECT_EQ(report.zero_quaternions, 1);
+  EXPECT_EQ(report.quaternions_normalised, 1);
+  ASSERT_EQ(report.messages.size(), 9u);
+  EXPECT_EQ(report.messages[0], "line 2: expected 8 numbers, found 7 fields");
+  EXPECT_NE(report.messages[7].find("line 10"), std::string::npos);
+  EXPECT_NE(report.messages[7].find("nanoseconds?"), std::string::npos);
+}
+
+TEST(ReadTum, OutOfOrderIsSortedAndRepeatedKeepsTheFirst) {
+  ReadReport report;
+  const Trajectory t =
+      tum("3 3 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n1 9 0 0 0 0 0 1\n4 4 0 0 0 0 0 1\n",
+          &report);
+  ASSERT_EQ(t.size(), 4u);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(t[i].T_W_B.p.x(), i + 1);
+  EXPECT_EQ(report.out_of_order, 3);
+  EXPECT_EQ(report.repeated, 1);
+  ASSERT_EQ(report.messages.size(), 1u);
+  EXPECT_EQ(report.messages[0].find("line 4:"), 0u);
+}
+
+TEST(ReadTum, MessagesAreBoundedCountsAreNot) {
+  std::string text;
+  for (int i = 0; i < 1000; ++i) text += "rubbish\n";
+  ReadReport report;
+  EXPECT_TRUE(tum(text, &report).empty());
+  EXPECT_EQ(report.malformed, 1000);
+  EXPECT_EQ(report.messages.size(), 20u);
+}
+
+TEST(ReadTum, EmptyAndBinary) {
+  ReadReport report;
+  EXPECT_TRUE(tum("", &report).empty());
+  EXPECT_TRUE(tum(std::string("\0\xff\x80 \0\n\0", 8), &report).empty());
+  EXPECT_TRUE(tum("# only a comment", nullptr).empty());
+}
+
+TEST(ReadEuroc, OrderOfTheQuaternionAndFurtherColumns) {
+  std::istringstream in(
+      "#timestamp, p_RS_R_x [m], ...\r\n"
+      "1403636580838555648,4.5,-1.5,0.75,0.5,-0.5,0.5,-0.5,9,9,9\r\n"
+      "1403636580843555328, 4, -1, 0, 1, 0, 0, 0\r\n"
+      "1403636580848555,4,-1\r\n");
+  ReadReport report;
+  const Trajectory t = readTrajectory(in, &report);
+  ASSERT_EQ(t.size(), 2u);
+  EXPECT_EQ(t[0].t, 1403636580838555648);
+  EXPECT_EQ(t[0].T_W_B.p, Vec3(4.5, -1.5, 0.75));
+  EXPECT_EQ(t[0].T_W_B.q.coeffs(), Eigen::Vector4d(-0.5, 0.5, -0.5, 0.5));  // x y z w
+  EXPECT_EQ(report.malformed, 1);
+  EXPECT_EQ(report.messages.at(0), "line 4: expected 8 numbers, found 3 fields");
+}
+
+TEST(ReadEuroc, StampInSecondsIsAnError) {
+  std::istringstream in("1403636580.8,4,-1,0,1,0,0,0\n");
+  ReadReport report;
+  EXPECT_TRUE(readEurocGroundTruth(in, &report).empty());
+  EXPECT_EQ(report.malformed, 1);
+}
+
+TEST(WriteTum, RoundTripKeepsStampsAndNineDecimals) {
+  const Trajectory made = test::winding(2, 20);
+  std::ostringstream out;
+  writeTum(out, made);
+  ReadReport report;
+  const Trajectory back = tum(out.str(), &report);
+  ASSERT_EQ(back.size(), made.size());
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    EXPECT_EQ(back[i].t, made[i].t);
+    EXPECT_LT((back[i].T_W_B.p - made[i].T_W_B.p).norm(), 1e-9);
+    EXPECT_LT(back[i].T_W_B.q.angularDistance(made[i].T_W_B.q), 1e-8);
+  }
+  EXPECT_EQ(tumLine({1500000001, Pose(Quat(1, 0, 0, 0), Vec3(1, -2, 0.5))}),
+            "1.500000001 1.000000000 -2.000000000 0.500000000 0.000000000 0.000000000 0.000000000 "
+            "1.000000000");
+}
+
+TEST(ReadStamps, TakesTheFirstColumn) {
+  std::istringstream in("#timestamp [ns],filename\r\n30,30.png\r\n\r\n10,10.png\r\nt,x\r\n20\r\n");
+  EXPECT_EQ(readStamps(in), (std::vector<TimeNs>{10, 20, 30}));
+}
+
+}  // namespace
+}  // namespace vir
