@@ -90,6 +90,20 @@ TEST_F(TrackerInput, UnusableImagesAreNamedAndDropNothing) {
   }
 }
 
+TEST_F(TrackerInput, AFaintImageIsLeftOutButNotForEver) {
+  const TrackedFrame first = tracker_.process(0, view(*camera_, 0), Mat3::Identity());
+  const SyntheticPlane elsewhere(0.004, 2048, 4321);
+  const cv::Mat faint = elsewhere.render(*camera_, poseAt(0), 0.09, 3.0);
+  const TrackedFrame dark = tracker_.process(kStep, faint, Mat3::Identity());
+  EXPECT_FALSE(dark.usable);
+  EXPECT_NE(dark.reason.find("faint"), std::string::npos) << dark.reason;
+  EXPECT_TRUE(dark.features.empty());
+  const TrackedFrame again = tracker_.process(2 * kStep, view(*camera_, 1), turn(0, 1));
+  EXPECT_GT(again.continued, static_cast<int>(0.7 * static_cast<double>(first.features.size())));
+  EXPECT_FALSE(tracker_.process(3 * kStep, faint, Mat3::Identity()).usable);
+  EXPECT_TRUE(tracker_.process(40 * kStep, faint, Mat3::Identity()).usable);
+}
+
 TEST_F(TrackerInput, StartsInTheDark) {
   EXPECT_FALSE(tracker_.process(0, cv::Mat::zeros(240, 376, CV_8UC1), Mat3::Identity()).usable);
   EXPECT_GT(tracker_.process(kStep, view(*camera_, 0), Mat3::Identity()).detected, 30);
