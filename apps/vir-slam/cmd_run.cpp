@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "progress_bar.h"
 #include "run_options.h"
 #include "vir/core/ini_writer.h"
 #include "vir/core/settings.h"
@@ -133,7 +134,7 @@ void run(const Arguments& arguments, Common& common) {
   const ResultsFolder folder(arguments.out);
   writeTextFile(folder.file("used.ini"), prepared.used_ini);
   OutputFile log_file(folder.file("run.log"));
-  ProgressBar bar;
+  ProgressBar bar("running");
   OfflineRunHooks hooks;
   hooks.log = [&](LogLevel level, const std::string& text) {
     log_file.line(std::string(levelName(level)) + ": " + text);

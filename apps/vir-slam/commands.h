@@ -34,6 +34,7 @@ void loadPlugins(const Common& common);
 void requireFile(const std::string& path, const std::string& what);
 
 void addEvaluate(CLI::App& app, Common& common);
+void addImport(CLI::App& app, Common& common);
 void addPlugins(CLI::App& app, Common& common);
 void addRun(CLI::App& app, Common& common);
 

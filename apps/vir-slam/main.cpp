@@ -19,6 +19,7 @@ Visual-inertial(-ranging) SLAM on MRPT rawlogs.)";
 
 /// One line per subcommand.
 constexpr void (*kCommands[])(CLI::App&, Common&) = {
+    addImport,
     addRun,
     addEvaluate,
     addPlugins,
