@@ -9,7 +9,7 @@
 
 #include "commands.h"
 #include "image_folder.h"
-#include "progress_bar.h"
+#include "console.h"
 #include "vir/core/settings.h"
 #include "vir/pipeline/mrpt_time.h"
 #include "vir/pipeline/rawlog_writer.h"
@@ -57,7 +57,7 @@ void configure(const ImportArguments& a, RecordedSource& source) {
 Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, RecordedSource& source,
                 RawlogWriter& writer) {
   Statistics statistics;
-  ProgressBar bar("importing");
+  ProgressBar bar;
   bool more = true;
   while (more) {
     if (interrupted) throw std::runtime_error("interrupted; no rawlog was written");

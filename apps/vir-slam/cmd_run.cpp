@@ -6,7 +6,6 @@
 
 #include "commands.h"
 #include "console.h"
-#include "progress_bar.h"
 #include "run_options.h"
 #include "vir/core/ini_writer.h"
 #include "vir/core/settings.h"
@@ -134,7 +133,7 @@ void run(const Arguments& arguments, Common& common) {
   const ResultsFolder folder(arguments.out);
   writeTextFile(folder.file("used.ini"), prepared.used_ini);
   OutputFile log_file(folder.file("run.log"));
-  ProgressBar bar("running");
+  ProgressBar bar;
   OfflineRunHooks hooks;
   hooks.log = [&](LogLevel level, const std::string& text) {
     log_file.line(std::string(levelName(level)) + ": " + text);

@@ -1,5 +1,7 @@
 #include "console.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -7,6 +9,7 @@
 namespace vir::app {
 namespace {
 
+constexpr int kBarWidth = 40;
 volatile std::sig_atomic_t interrupt_seen = 0;
 
 void onInterrupt(int signal) {
@@ -15,6 +18,25 @@ void onInterrupt(int signal) {
 }
 
 }  // namespace
+
+ProgressBar::ProgressBar() : terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void ProgressBar::show(double part) {
+  const int percent = static_cast<int>(100 * std::clamp(part, 0.0, 1.0));
+  if (!terminal_ || percent == shown_) return;
+  shown_ = percent;
+  const int filled = percent * kBarWidth / 100;
+  const std::string bar = std::string(filled, '#') + std::string(kBarWidth - filled, '.');
+  std::fprintf(stderr, "\r[%s] %3d %%", bar.c_str(), percent);
+  std::fflush(stderr);
+}
+
+void ProgressBar::clear() {
+  if (!terminal_ || shown_ < 0) return;
+  std::fprintf(stderr, "\r\033[K");
+  std::fflush(stderr);
+  shown_ = -1;
+}
 
 void printTable(const std::vector<TableRow>& rows) {
   TableRow head{"Metric", "Value", "Unit"};

@@ -5,6 +5,21 @@
 
 namespace vir::app {
 
+/// One line on stderr that is redrawn; silent where stderr is no terminal.
+class ProgressBar {
+ public:
+  ProgressBar();
+  ~ProgressBar() { clear(); }
+  /// `part` 0..1.
+  void show(double part);
+  /// Wipes the line, so that something else can be printed.
+  void clear();
+
+ private:
+  bool terminal_ = false;
+  int shown_ = -1;
+};
+
 struct TableRow {
   std::string metric, value, unit;
 };

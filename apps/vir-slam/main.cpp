@@ -19,8 +19,8 @@ Visual-inertial(-ranging) SLAM on MRPT rawlogs.)";
 
 /// One line per subcommand.
 constexpr void (*kCommands[])(CLI::App&, Common&) = {
-    addImport,
     addRun,
+    addImport,
     addEvaluate,
     addPlugins,
 };
