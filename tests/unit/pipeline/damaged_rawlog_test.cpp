@@ -60,7 +60,7 @@ TEST(DamagedRawlog, Junk) {
   const TempFolder folder;
   std::string binary;
   for (int i = 0; i < 5000; ++i) binary += static_cast<char>((i * 7919) >> 3);
-  for (const std::string junk :
+  for (const std::string& junk :
        {std::string("this is not a rawlog\n"), binary, std::string(1, 'x')}) {
     test::writeText(folder / "junk.rawlog", junk);
     const Outcome outcome = readAll(folder / "junk.rawlog");
@@ -115,7 +115,7 @@ TEST(DamagedRawlog, FlippedBits) {
 TEST(DamagedRawlog, TargetsThatCannotBeWritten) {
   const TempFolder folder;
   test::writeText(folder / "file", "x");
-  for (const std::string path :
+  for (const std::string& path :
        {folder.path().string(), (folder / "file/a.rawlog").string(), std::string()}) {
     EXPECT_THROW(RawlogWriter{path}, std::runtime_error) << path;
   }
