@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 
 #include "commands.h"
@@ -54,16 +55,14 @@ std::string rawlogPath(const Settings& settings, const RunOptions& options) {
   return (fs::path(settings.name()).parent_path() / options.rawlog).string();
 }
 
-/// Adds what was found out about the recording when it was imported. Returns a line for the log.
-std::string mergeCompanion(const std::string& rawlog, Settings* settings, std::string* companion) {
-  std::error_code ignored;
-  *companion = fs::path(rawlog).replace_extension(".ini").string();
-  if (!fs::exists(*companion, ignored) || fs::equivalent(*companion, settings->name(), ignored)) {
-    companion->clear();
-    return {};
-  }
-  const std::size_t taken = settings->mergeDefaults(Settings::fromFile(*companion));
-  return std::to_string(taken) + " settings of the recording taken from " + *companion;
+/// The file that `import` left beside the recording, or empty. A file of that name which somebody
+/// else wrote is none of our business.
+std::string companionOf(const std::string& rawlog) {
+  const std::string path = fs::path(rawlog).replace_extension(".ini").string();
+  std::ifstream in(path);
+  std::string first;
+  std::getline(in, first);
+  return first.rfind("// Written by vir-slam import", 0) == 0 ? path : "";
 }
 
 /// Everything a run needs, read and checked before any file is written.
@@ -82,8 +81,11 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   describe(own, run.options);
   run.options.rawlog = rawlogPath(settings, run.options);
   requireFile(run.options.rawlog, "rawlog");
-  std::string companion;
-  run.note = mergeCompanion(run.options.rawlog, &settings, &companion);
+  const std::string companion = companionOf(run.options.rawlog);
+  if (!companion.empty()) {
+    const std::size_t taken = settings.mergeDefaults(Settings::fromFile(companion));
+    run.note = std::to_string(taken) + " settings of the recording taken from " + companion;
+  }
 
   loadPlugins(common);
   run.estimator = createEstimator(run.options.driver);
