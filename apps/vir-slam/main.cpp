@@ -20,6 +20,7 @@ Visual-inertial(-ranging) SLAM on MRPT rawlogs.)";
 /// One line per subcommand.
 constexpr void (*kCommands[])(CLI::App&, Common&) = {
     addRun,
+    addImport,
     addEvaluate,
     addPlugins,
 };

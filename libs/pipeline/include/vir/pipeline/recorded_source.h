@@ -23,6 +23,10 @@ class RecordedSource {
   virtual std::vector<std::pair<std::string, long>> counters() const = 0;
   /// One line each, with file and line where that applies.
   virtual std::vector<std::string> warnings() const = 0;
+  /// Settings an estimator should use with this recording (noise densities of its IMU, ...), as the
+  /// text of an ini file; `import` writes it beside the rawlog. Valid after initialize(). Empty:
+  /// nothing to say.
+  virtual std::string companionIni() const { return {}; }
 };
 
 }  // namespace vir

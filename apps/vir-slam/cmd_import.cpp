@@ -1,0 +1,173 @@
+/// vir-slam import DRIVER SOURCE --out FILE.rawlog: a recorded sensor at full speed into a rawlog.
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+
+#include "commands.h"
+#include "image_folder.h"
+#include "console.h"
+#include "vir/core/settings.h"
+#include "vir/pipeline/mrpt_time.h"
+#include "vir/pipeline/rawlog_writer.h"
+#include "vir/pipeline/recorded_source.h"
+#include "vir/pipeline/sensor_registry.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+struct ImportArguments {
+  std::string driver, source, out;
+  std::vector<std::string> set;
+  int compression = 1;
+};
+
+volatile std::sig_atomic_t interrupted = 0;
+void onInterrupt(int) { interrupted = 1; }
+
+/// What went into the rawlog under one label.
+struct LabelStatistics {
+  long count = 0;
+  TimeNs first = 0, last = 0, longest_gap = 0;
+
+  void add(TimeNs t) {
+    if (count > 0) longest_gap = std::max(longest_gap, t - last);
+    if (count == 0) first = t;
+    last = t;
+    ++count;
+  }
+};
+using Statistics = std::map<std::string, LabelStatistics>;
+
+/// Configures the sensor as its section [alias] and --set say.
+void configure(const ImportArguments& a, RecordedSource& source) {
+  Settings settings;
+  for (const std::string& assignment : a.set) settings.set(assignment);
+  settings.set(a.driver + ".source=" + a.source);
+  SettingsReader reader(settings);
+  source.describe(reader);
+  reader.finish();
+}
+
+/// Runs the sensor to its end.
+Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, RecordedSource& source,
+                RawlogWriter& writer) {
+  Statistics statistics;
+  ProgressBar bar;
+  bool more = true;
+  while (more) {
+    if (interrupted) throw std::runtime_error("interrupted; no rawlog was written");
+    more = !source.finished();
+    if (more) sensor.doProcess();
+    for (const auto& [stamp, object] : sensor.getObservations()) {
+      const auto* obs = dynamic_cast<const mrpt::obs::CObservation*>(object.get());
+      if (obs == nullptr) continue;
+      writer.write(*obs);
+      statistics[obs->sensorLabel].add(fromMrptTime(obs->timestamp));
+    }
+    bar.show(source.progress());
+  }
+  return statistics;
+}
+
+constexpr const char* kCompanionMark = "// Written by vir-slam import";
+
+/// Writes the settings that go with the recording beside it. A file of that name that is not ours
+/// is left alone. Returns a line for the report.
+std::string writeCompanion(const std::string& rawlog, const std::string& text) {
+  const std::string path = fs::path(rawlog).replace_extension(".ini").string();
+  if (fs::exists(path)) {
+    std::string first;
+    std::ifstream old(path);
+    std::getline(old, first);
+    if (first.rfind(kCompanionMark, 0) != 0) {
+      return text.empty() ? ""
+                          : path +
+                                " is not from an import and was left as it is; the settings of "
+                                "this recording were not written";
+    }
+    fs::remove(path);
+  }
+  if (text.empty()) return "";
+  const std::string part = path + ".part";
+  std::ofstream file(part, std::ios::binary);
+  file << kCompanionMark << " beside " << fs::path(rawlog).filename().string()
+       << "; `vir-slam run` takes from here what its own ini does not set.\n"
+       << text;
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + part);
+  fs::rename(part, path);
+  return path;
+}
+
+void report(const RecordedSource& source, const Statistics& statistics, const std::string& out,
+            const std::string& companion) {
+  for (const std::string& w : source.warnings()) std::printf("note: %s\n", w.c_str());
+  std::printf("%-8s %10s %10s %10s %14s\n", "label", "count", "rate [Hz]", "span [s]",
+              "longest gap [s]");
+  for (const auto& [label, s] : statistics) {
+    const double span = toSeconds(s.last - s.first);
+    std::printf("%-8s %10ld %10.2f %10.2f %14.3f\n", label.c_str(), s.count,
+                span > 0 ? static_cast<double>(s.count - 1) / span : 0.0, span,
+                toSeconds(s.longest_gap));
+  }
+  std::printf("read and skipped:");
+  for (const auto& [name, n] : source.counters()) std::printf(" %s=%ld", name.c_str(), n);
+  std::printf("\nwrote %s\n", out.c_str());
+  if (!companion.empty()) std::printf("wrote %s\n", companion.c_str());
+}
+
+void run(const ImportArguments& a, const Common& common) {
+  loadPlugins(common);
+  const auto sensor = createSensor(a.driver);
+  auto* source = dynamic_cast<RecordedSource*>(sensor.get());
+  if (source == nullptr) {
+    throw UsageError("'" + a.driver + "' is a live sensor; use `vir-slam record`");
+  }
+  if (!fs::exists(a.source)) throw UsageError("there is no such file or folder: " + a.source);
+  configure(a, *source);
+
+  const std::string images_path = RawlogWriter::imageFolderOf(a.out);
+  ImageFolder images(images_path);
+  sensor->setPathForExternalImages(images.workingFolder());
+  sensor->initialize();
+  RawlogWriter writer(a.out, a.compression);
+  const Statistics statistics = pump(*sensor, *source, writer);
+  images.swap();
+  writer.finish();
+  images.commit();
+  report(*source, statistics, a.out, writeCompanion(a.out, source->companionIni()));
+}
+
+}  // namespace
+
+void addImport(CLI::App& app, Common& common) {
+  const auto a = std::make_shared<ImportArguments>();
+  CLI::App* command = app.add_subcommand(
+      "import",
+      "Turn a recording into a rawlog\n"
+      "Examples:\n"
+      "  vir-slam import euroc MH_01_easy --out mh01.rawlog\n"
+      "  vir-slam import euroc room1 --out room1.rawlog --set euroc.images=embed\n"
+      "  vir-slam import euroc V1_02 --out v102.rawlog \\\n"
+      "    --set euroc.simulate_ranges=true --set \"euroc.anchor_m=2 0 2.5\"");
+  command->add_option("DRIVER", a->driver, "Recorded sensor: see `vir-slam plugins`")->required();
+  command->add_option("SOURCE", a->source, "What it reads: a folder or a file")->required();
+  command->add_option("--out", a->out, "Rawlog to write")->required();
+  command->add_option("--set", a->set, "Section.key=value, e.g. euroc.max_duration_s=20")
+      ->allow_extra_args(false);
+  command->add_option("--compression", a->compression, "0 (none) to 9, of the rawlog itself")
+      ->check(CLI::Range(0, 9))
+      ->capture_default_str();
+  command->callback([a, &common] {
+    const auto before = std::signal(SIGINT, onInterrupt);
+    run(*a, common);
+    std::signal(SIGINT, before);
+  });
+}
+
+}  // namespace vir::app

@@ -1,0 +1,219 @@
+#include <Eigen/Core>
+//
+#include <mrpt/config/CConfigFileBase.h>
+#include <mrpt/img/CImage.h>
+#include <mrpt/math/CQuaternion.h>
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "euroc_dataset.h"
+#include "input_error.h"
+#include "vir/pipeline/grabber_settings.h"
+#include "vir/pipeline/mrpt_time.h"
+
+namespace vir {
+
+IMPLEMENTS_GENERIC_SENSOR(EurocDataset, vir)
+
+namespace {
+
+using euroc::Event;
+
+/// Events per doProcess(): enough to be fast, few enough to keep the queue small.
+constexpr int kBatch = 64;
+
+mrpt::poses::CPose3D mrptPose(const Pose& T) {
+  return {mrpt::math::CQuaternionDouble(T.q.w(), T.q.x(), T.q.y(), T.q.z()), T.p.x(), T.p.y(),
+          T.p.z()};
+}
+
+mrpt::img::TCamera mrptCamera(const euroc::CameraYaml& c, const std::string& name) {
+  mrpt::img::TCamera out;
+  out.ncols = static_cast<uint32_t>(c.width);
+  out.nrows = static_cast<uint32_t>(c.height);
+  out.cameraName = name;
+  out.setIntrinsicParamsFromValues(c.fx, c.fy, c.cx, c.cy);
+  const auto& d = c.dist;
+  if (c.lens == euroc::Lens::radtan) out.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
+  if (c.lens == euroc::Lens::equidistant) out.setDistortionKannalaBrandt(d[0], d[1], d[2], d[3]);
+  return out;
+}
+
+mrpt::obs::CObservation::Ptr imuObservation(const euroc::ImuRow& row) {
+  using namespace mrpt::obs;
+  auto obs = std::make_shared<CObservationIMU>();
+  obs->sensorLabel = "IMU0";
+  obs->set(IMU_WX, row.gyro.x());
+  obs->set(IMU_WY, row.gyro.y());
+  obs->set(IMU_WZ, row.gyro.z());
+  obs->set(IMU_X_ACC, row.acc.x());
+  obs->set(IMU_Y_ACC, row.acc.y());
+  obs->set(IMU_Z_ACC, row.acc.z());
+  return obs;
+}
+
+mrpt::obs::CObservation::Ptr rangeObservation(const euroc::RangeRow& row, const Vec3& antenna,
+                                              double sigma) {
+  auto obs = std::make_shared<mrpt::obs::CObservationBeaconRanges>();
+  obs->sensorLabel = "UWB0";
+  obs->minSensorDistance = 0;
+  obs->maxSensorDistance = 1000;
+  obs->stdError = static_cast<float>(sigma);
+  mrpt::obs::CObservationBeaconRanges::TMeasurement m;
+  m.sensorLocationOnRobot = mrpt::poses::CPoint3D(antenna.x(), antenna.y(), antenna.z());
+  m.sensedDistance = static_cast<float>(row.range_m);
+  m.beaconID = row.anchor;
+  obs->sensedData.push_back(m);
+  return obs;
+}
+
+mrpt::obs::CObservation::Ptr truthObservation(const euroc::PoseRow& row) {
+  auto obs = std::make_shared<mrpt::obs::CObservationRobotPose>();
+  obs->sensorLabel = "GT";
+  obs->pose.mean = mrptPose(row.T_W_B);
+  obs->pose.cov.setZero();
+  return obs;
+}
+
+euroc::ImageMode modeOf(const std::string& name) {
+  if (name == "copy") return euroc::ImageMode::copy;
+  return name == "embed" ? euroc::ImageMode::embed : euroc::ImageMode::link;
+}
+
+}  // namespace
+
+EurocDataset::EurocDataset() { m_sensorLabel = "EUROC"; }
+EurocDataset::~EurocDataset() = default;
+
+void EurocDataset::describe(OptionVisitor& v) { euroc::describe(v, options_); }
+
+void EurocDataset::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
+                                             const std::string& section) {
+  readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+}
+
+void EurocDataset::setPathForExternalImages(const std::string& directory) {
+  m_path_for_external_images = directory;
+}
+
+void EurocDataset::initialize() {
+  log_ = {};
+  given_.clear();
+  finished_ = false;
+  m_state = ssInitializing;
+  recording_ = std::make_unique<euroc::Recording>(options_, &log_);
+  if (const auto& camera = recording_->camera()) {
+    euroc::ImageMode mode = modeOf(options_.images);
+    if (mode != euroc::ImageMode::embed && m_path_for_external_images.empty()) {
+      mode = euroc::ImageMode::embed;
+      log_.note("images = " + options_.images +
+                ": no folder for images was given; they are embedded");
+    }
+    store_ = std::make_unique<euroc::ImageStore>(mode, m_path_for_external_images, "CAM0",
+                                                 camera->width, camera->height, &log_);
+    auto obs = std::make_shared<mrpt::obs::CObservationImage>();
+    obs->sensorLabel = "CAM0";
+    obs->cameraParams = mrptCamera(*camera, options_.camera);
+    obs->cameraPose = mrptPose(camera->T_B_C);
+    image_template_ = obs;
+  }
+  m_state = ssWorking;
+}
+
+void EurocDataset::doProcess() {
+  if (!recording_) throw euroc::InputError("EurocDataset: doProcess() before initialize()");
+  for (int i = 0; i < kBatch && !finished_; ++i) {
+    Event event;
+    if (!recording_->next(&event)) {
+      finish();
+      return;
+    }
+    emit(event);
+    if (std::holds_alternative<euroc::ImageRow>(event.what)) return;
+  }
+}
+
+void EurocDataset::finish() {
+  finished_ = true;
+  if (recording_->camera() && given_["images"] == 0) {
+    std::string why;
+    for (const char* kind : {"image_missing", "image_undecodable", "image_wrong_size"}) {
+      if (why.empty()) why = log_.first(kind);
+    }
+    throw euroc::InputError("no image of " + recording_->folder().camera_dir + " could be used" +
+                            (why.empty() ? "" : "; first problem: " + why));
+  }
+}
+
+void EurocDataset::emit(const Event& event) {
+  mrpt::obs::CObservation::Ptr obs;
+  const char* counter = nullptr;
+  if (const auto* imu = std::get_if<euroc::ImuRow>(&event.what)) {
+    obs = imuObservation(*imu);
+    counter = "imu_samples";
+  } else if (const auto* range = std::get_if<euroc::RangeRow>(&event.what)) {
+    obs = rangeObservation(*range, recording_->antennaInBody(), recording_->rangeSigma());
+    counter = "ranges";
+  } else if (const auto* pose = std::get_if<euroc::PoseRow>(&event.what)) {
+    obs = truthObservation(*pose);
+    counter = "ground_truth_poses";
+  } else {
+    emitImage(event, std::get<euroc::ImageRow>(event.what));
+    return;
+  }
+  obs->timestamp = toMrptTime(event.t);
+  ++given_[counter];
+  appendObservation(obs);
+}
+
+void EurocDataset::emitImage(const Event& event, const euroc::ImageRow& row) {
+  euroc::StoredImage stored;
+  const std::string file = recording_->folder().camera_dir + "/data/" + row.file;
+  if (!store_->store(event.t, file, event.where, &stored)) return;
+  auto obs = std::make_shared<mrpt::obs::CObservationImage>(*image_template_);
+  obs->timestamp = toMrptTime(event.t);
+  if (stored.external_name.empty()) {
+    obs->image = mrpt::img::CImage(stored.pixels, mrpt::img::SHALLOW_COPY);
+  } else {
+    obs->image.setExternalStorage(stored.external_name);
+  }
+  ++given_["images"];
+  appendObservation(obs);
+}
+
+double EurocDataset::progress() const {
+  if (finished_) return 1;
+  return recording_ ? recording_->progress() : 0;
+}
+
+std::vector<std::pair<std::string, long>> EurocDataset::counters() const {
+  std::vector<std::pair<std::string, long>> out(given_.begin(), given_.end());
+  const auto problems = log_.counters();
+  out.insert(out.end(), problems.begin(), problems.end());
+  return out;
+}
+
+std::vector<std::string> EurocDataset::warnings() const { return log_.messages(); }
+
+std::string EurocDataset::companionIni() const {
+  if (!recording_ || !recording_->imu().has_noise) return {};
+  const euroc::ImuYaml& imu = recording_->imu();
+  char text[1024];
+  std::snprintf(text, sizeof text,
+                "[Imu]\n"
+                "gyro_noise_density = %.6g  // rad/s/sqrt(Hz)\n"
+                "gyro_random_walk = %.6g  // rad/s^2/sqrt(Hz)\n"
+                "acc_noise_density = %.6g  // m/s^2/sqrt(Hz)\n"
+                "acc_random_walk = %.6g  // m/s^3/sqrt(Hz)\n",
+                imu.gyro_noise_density, imu.gyro_random_walk, imu.acc_noise_density,
+                imu.acc_random_walk);
+  return "// Noise of the IMU, taken from " + recording_->folder().imu_dir + "/sensor.yaml\n" +
+         text;
+}
+
+}  // namespace vir

@@ -1,0 +1,64 @@
+#include "euroc_options.h"
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "input_error.h"
+
+namespace vir::euroc {
+
+void describe(OptionVisitor& v, EurocOptions& o) {
+  constexpr double kInf = std::numeric_limits<double>::max();
+  v.section("euroc", "Recording in the EuRoC (ASL) folder layout, TUM-VI included");
+  v.value("source", o.source, "folder that contains mav0, or mav0 itself");
+  v.value("camera", o.camera, "camera folder below mav0, or none");
+  v.choice("images", o.images, {"link", "copy", "embed"},
+           "how images get into the rawlog: as links or copies beside it, or inside");
+  v.value("read_gt", o.read_gt, "take over the ground truth (evaluation only)");
+  v.value("read_ranges", o.read_ranges, "take over the ranges of mav0/uwb0");
+  v.value("start_s", o.start_s, {0, kInf}, "skip this much after the first image");
+  v.value("max_duration_s", o.max_duration_s, {0, kInf}, "stop after this much; 0 = to the end");
+  v.value("simulate_ranges", o.simulate_ranges, "draw ranges from the ground truth");
+  v.value("anchor_m", o.anchor_m, 0, "x y z of each anchor in the ground truth's world");
+  v.value("anchor_id", o.anchor_id, 0, "id of each anchor; empty = 0 1 2 ...");
+  v.value("range_sigma_m", o.range_sigma_m, {0, 100}, "standard deviation of a drawn range");
+  v.value("range_rate_hz", o.range_rate_hz, {0.001, 1000}, "drawn ranges per second and anchor");
+  v.value("lever_arm_m", o.lever_arm_m, 3, "antenna in the body frame, for drawn ranges");
+  v.value("range_seed", o.range_seed, {0, std::numeric_limits<int>::max()},
+          "seed of the drawn ranges");
+  v.value("nlos_share", o.nlos_share, {0, 1}, "share of drawn ranges without line of sight");
+  v.value("nlos_min_m", o.nlos_min_m, {0, 1000}, "least that such a range is too long");
+  v.value("nlos_max_m", o.nlos_max_m, {0, 1000}, "most that such a range is too long");
+}
+
+namespace {
+
+void require(bool ok, const std::string& text) {
+  if (!ok) throw InputError("[euroc] " + text);
+}
+
+}  // namespace
+
+void validate(const EurocOptions& o) {
+  require(!o.source.empty(), "source is empty: give the folder that contains mav0");
+  require(!o.camera.empty() && o.camera.find('/') == std::string::npos,
+          "camera = " + o.camera + ": give the name of a folder below mav0, or none");
+  require(o.anchor_m.size() % 3 == 0, "anchor_m has " + std::to_string(o.anchor_m.size()) +
+                                          " numbers; three per anchor are needed");
+  if (!o.simulate_ranges) return;
+  require(!o.anchor_m.empty(), "simulate_ranges = true needs anchor_m = x y z");
+  const std::size_t anchors = o.anchor_m.size() / 3;
+  require(o.anchor_id.empty() || o.anchor_id.size() == anchors,
+          "anchor_id has " + std::to_string(o.anchor_id.size()) + " entries for " +
+              std::to_string(anchors) + " anchors");
+  std::set<double> ids;
+  for (const double id : o.anchor_id) {
+    require(id == std::floor(id) && std::abs(id) <= std::numeric_limits<int>::max(),
+            "anchor_id: ids are whole numbers");
+    require(ids.insert(id).second, "anchor_id: every id may occur once");
+  }
+  require(o.nlos_max_m >= o.nlos_min_m, "nlos_max_m is less than nlos_min_m");
+}
+
+}  // namespace vir::euroc

@@ -1,0 +1,36 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "vir/core/options.h"
+
+namespace vir::euroc {
+
+/// Settings of section [euroc].
+struct EurocOptions {
+  std::string source;           ///< folder with `mav0`, or `mav0` itself
+  std::string camera = "cam0";  ///< folder below mav0, or "none"
+  std::string images = "link";  ///< link, copy or embed
+  bool read_gt = true;
+  bool read_ranges = true;
+  double start_s = 0;         ///< [s] after the first image
+  double max_duration_s = 0;  ///< [s] from the start, 0 = all
+
+  bool simulate_ranges = false;
+  std::vector<double> anchor_m;   ///< x y z of each anchor in the ground truth's world [m]
+  std::vector<double> anchor_id;  ///< one per anchor; empty: 0, 1, 2, ...
+  double range_sigma_m = 0.05;
+  double range_rate_hz = 20;                 ///< per anchor
+  std::vector<double> lever_arm_m{0, 0, 0};  ///< antenna in body
+  int range_seed = 1;
+  double nlos_share = 0;  ///< 0..1
+  double nlos_min_m = 0.5;
+  double nlos_max_m = 2.0;
+};
+
+void describe(OptionVisitor& v, EurocOptions& o);
+
+/// Checks that go beyond one value. Throws InputError naming key, value and what is allowed.
+void validate(const EurocOptions& o);
+
+}  // namespace vir::euroc

@@ -1,0 +1,12 @@
+#pragma once
+#include <stdexcept>
+
+namespace vir::euroc {
+
+/// The recording cannot be imported at all: what() says which file, what is wrong and what to do.
+class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace vir::euroc

@@ -1,0 +1,32 @@
+#include "problem_log.h"
+
+namespace vir::euroc {
+
+void ProblemLog::add(const std::string& counter, const std::string& where,
+                     const std::string& what) {
+  const long n = ++counts_[counter];
+  const std::string text = where + ": " + what;
+  if (n == 1) first_[counter] = text;
+  if (n <= kShown) messages_.push_back(text);
+  if (n == kShown + 1) messages_.push_back(counter + ": further cases are only counted");
+}
+
+void ProblemLog::note(const std::string& text) {
+  if (first_.emplace("note:" + text, text).second) messages_.push_back(text);
+}
+
+long ProblemLog::get(const std::string& counter) const {
+  const auto it = counts_.find(counter);
+  return it == counts_.end() ? 0 : it->second;
+}
+
+std::vector<std::pair<std::string, long>> ProblemLog::counters() const {
+  return {counts_.begin(), counts_.end()};
+}
+
+std::string ProblemLog::first(const std::string& counter) const {
+  const auto it = first_.find(counter);
+  return it == first_.end() ? std::string() : it->second;
+}
+
+}  // namespace vir::euroc

@@ -1,0 +1,187 @@
+#include "recording.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+
+#include "input_error.h"
+
+namespace vir::euroc {
+namespace fs = std::filesystem;
+namespace {
+
+/// Longer holes are worth a line in the report.
+constexpr TimeNs kGap = 500'000'000;
+constexpr TimeNs kEnd = std::numeric_limits<TimeNs>::max();
+
+bool isIdentity(const Pose& T) {
+  return T.p.norm() < 1e-9 && T.q.angularDistance(Quat::Identity()) < 1e-9;
+}
+
+template <typename Row>
+void requireRows(const RowCursor<Row>& c, const ProblemLog& log) {
+  if (c.peek()) return;
+  std::string why;
+  for (const char* kind :
+       {"malformed", "not_finite", "implausible", "cut_line", "too_late", "repeated"}) {
+    if (why.empty()) why = log.first(c.name() + "_" + kind);
+  }
+  throw InputError(c.path() + ": holds no usable row" +
+                   (why.empty() ? "" : "; first problem: " + why));
+}
+
+template <typename Cursor>
+void skipUntil(Cursor* c, TimeNs t) {
+  while (c && c->peek() && c->peek()->t < t) c->pop();
+}
+
+}  // namespace
+
+Recording::Recording(const EurocOptions& o, ProblemLog* log) : log_(log) {
+  validate(o);
+  folder_ = findFolder(o.source, o.camera);
+  openCalibration(o);
+  openStreams(o);
+}
+
+void Recording::openCalibration(const EurocOptions& o) {
+  const std::string imu_yaml = folder_.imu_dir + "/sensor.yaml";
+  if (fs::exists(imu_yaml)) {
+    imu_calibration_ = readImuYaml(imu_yaml, log_);
+  } else {
+    log_->note(imu_yaml +
+               ": missing; the IMU is taken as the body frame, noise densities as unknown");
+  }
+  const Pose& T_B_I = imu_calibration_.T_B_I;
+  if (!isIdentity(T_B_I)) {
+    log_->note(imu_yaml +
+               ": T_BS is not the identity; body is the IMU here, so camera, antenna and ground "
+               "truth were moved to the IMU's frame");
+  }
+  if (!folder_.camera_dir.empty()) {
+    camera_ = readCameraYaml(folder_.camera_dir + "/sensor.yaml");
+    camera_->T_B_C = T_B_I.inverse() * camera_->T_B_C;
+  }
+  range_sigma_m_ = o.range_sigma_m;
+  antenna_ = Vec3(o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]);
+  if (!folder_.uwb_dir.empty() && o.read_ranges && !o.simulate_ranges) {
+    const std::string uwb_yaml = folder_.uwb_dir + "/sensor.yaml";
+    if (fs::exists(uwb_yaml)) {
+      const UwbYaml uwb = readUwbYaml(uwb_yaml);
+      antenna_ = T_B_I.inverse() * uwb.T_B_U.p;
+      range_sigma_m_ = uwb.sigma_m.value_or(o.range_sigma_m);
+    } else {
+      log_->note(uwb_yaml + ": missing; lever_arm_m and range_sigma_m of the settings are used");
+    }
+  }
+  T_S_B_truth_ = T_B_I;
+  if (const std::string yaml = folder_.ground_truth_dir + "/sensor.yaml";
+      !folder_.ground_truth_file.empty() && fs::exists(yaml)) {
+    T_S_B_truth_ = readSensorPose(yaml).inverse() * T_B_I;
+  }
+}
+
+std::unique_ptr<RowCursor<PoseRow>> Recording::openGroundTruth(ProblemLog* log) const {
+  return folder_.ground_truth_is_tum ? openGroundTruthTum(folder_.ground_truth_file, log)
+                                     : openGroundTruthCsv(folder_.ground_truth_file, log);
+}
+
+void Recording::openStreams(const EurocOptions& o) {
+  imu_ = openImu(folder_.imu_dir + "/data.csv", log_);
+  requireRows(*imu_, *log_);
+  TimeNs origin = imu_->peek()->t;
+  if (camera_) {
+    images_ = openImageList(folder_.camera_dir + "/data.csv", log_);
+    requireRows(*images_, *log_);
+    origin = images_->peek()->t;
+  }
+  const bool has_truth = !folder_.ground_truth_file.empty();
+  if (!has_truth)
+    log_->note(folder_.mav0 + ": no ground truth (state_groundtruth_estimate0 or mocap0)");
+  if (has_truth && o.read_gt) truth_ = openGroundTruth(log_);
+  if (o.simulate_ranges) {
+    if (!has_truth)
+      throw InputError("[euroc] simulate_ranges = true needs a ground truth in " + folder_.mav0);
+    if (!folder_.uwb_dir.empty())
+      log_->note(folder_.uwb_dir + ": not read, ranges are drawn instead");
+    drawn_ = std::make_unique<RangeSimulator>(o, openGroundTruth(&silent_), T_S_B_truth_, log_);
+  } else if (!folder_.uwb_dir.empty() && o.read_ranges) {
+    ranges_ = openRanges(folder_.uwb_dir + "/data.csv", log_);
+  }
+
+  from_ = 0;
+  until_ = kEnd;
+  const double longest = toSeconds(kEnd - origin) / 2;
+  if (o.start_s > 0) from_ = origin + fromSeconds(std::min(o.start_s, longest));
+  if (o.max_duration_s > 0) {
+    until_ = std::max(from_, origin) + fromSeconds(std::min(o.max_duration_s, longest));
+  }
+  skipUntil(imu_.get(), from_);
+  skipUntil(images_.get(), from_);
+  skipUntil(ranges_.get(), from_);
+  skipUntil(truth_.get(), from_);
+  skipUntil(drawn_.get(), from_);
+  const bool nothing = camera_ ? !images_->peek() : !imu_->peek();
+  if (nothing) {
+    throw InputError("[euroc] start_s = " + std::to_string(o.start_s) +
+                     " lies behind the end of the recording");
+  }
+  now_ = from_;
+}
+
+void Recording::watchGap(TimeNs t, TimeNs* last, const char* counter, const std::string& file) {
+  if (*last > 0 && t - *last > kGap) {
+    char text[64];
+    std::snprintf(text, sizeof text, "nothing for %.3f s before %lld", toSeconds(t - *last),
+                  static_cast<long long>(t));
+    log_->add(counter, file, text);
+  }
+  *last = t;
+}
+
+bool Recording::next(Event* event) {
+  const TimeNs ti = imu_->peek() ? imu_->peek()->t : kEnd;
+  const TimeNs tr = ranges_ && ranges_->peek() ? ranges_->peek()->t : kEnd;
+  const TimeNs td = drawn_ && drawn_->peek() ? drawn_->peek()->t : kEnd;
+  const TimeNs tg = truth_ && truth_->peek() ? truth_->peek()->t : kEnd;
+  const TimeNs tc = images_ && images_->peek() ? images_->peek()->t : kEnd;
+  const TimeNs t = std::min({ti, tr, td, tg, tc});
+  if (t == kEnd || t > until_) return false;
+  event->t = now_ = t;
+  event->where.clear();
+  if (t == ti) {
+    event->what = *imu_->peek();
+    imu_->pop();
+    watchGap(t, &last_imu_, "imu_gap", imu_->path());
+  } else if (t == tr) {
+    event->what = *ranges_->peek();
+    ranges_->pop();
+  } else if (t == td) {
+    const SimulatedRange& r = *drawn_->peek();
+    event->what = RangeRow{r.t, r.anchor, r.range_m};
+    if (!r.line_of_sight) log_->count("range_drawn_without_line_of_sight");
+    drawn_->pop();
+  } else if (t == tg) {
+    PoseRow pose = *truth_->peek();
+    pose.T_W_B = pose.T_W_B * T_S_B_truth_;
+    event->what = pose;
+    truth_->pop();
+  } else {
+    event->what = *images_->peek();
+    event->where = images_->where();
+    images_->pop();
+    watchGap(t, &last_image_, "image_gap", images_->path());
+  }
+  return true;
+}
+
+double Recording::progress() const {
+  if (until_ != kEnd && until_ > from_ && from_ > 0) {
+    return std::clamp(static_cast<double>(now_ - from_) / static_cast<double>(until_ - from_), 0.0,
+                      1.0);
+  }
+  return images_ ? images_->progress() : imu_->progress();
+}
+
+}  // namespace vir::euroc

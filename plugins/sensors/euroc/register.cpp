@@ -1,0 +1,9 @@
+#include "euroc_dataset.h"
+#include "vir/pipeline/sensor_registry.h"
+
+namespace vir {
+
+VIR_REGISTER_SENSOR(EurocDataset, "euroc",
+                    "EuRoC (ASL) or TUM-VI folder: camera, IMU, ranges, ground truth");
+
+}  // namespace vir
