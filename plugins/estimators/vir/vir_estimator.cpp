@@ -1,0 +1,196 @@
+#include "vir_estimator.h"
+
+#include <mrpt/math/CMatrixFixed.h>
+#include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/poses/CPose3DQuat.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "vir/pipeline/mrpt_time.h"
+
+namespace vir {
+namespace {
+
+Pose poseOf(const mrpt::poses::CPose3D& p) {
+  const mrpt::poses::CPose3DQuat q(p);
+  return {Quat(q.quat().r(), q.quat().x(), q.quat().y(), q.quat().z()).normalized(),
+          Vec3(q.x(), q.y(), q.z())};
+}
+
+CameraCalibration calibrationOf(const mrpt::img::TCamera& c) {
+  CameraCalibration out;
+  out.width = static_cast<int>(c.ncols);
+  out.height = static_cast<int>(c.nrows);
+  out.fx = c.fx();
+  out.fy = c.fy();
+  out.cx = c.cx();
+  out.cy = c.cy();
+  switch (c.distortion) {
+    case mrpt::img::DistortionModel::kannala_brandt:
+      out.distortion = Distortion::equidistant;
+      out.dist = {c.k1(), c.k2(), c.k3(), c.k4(), 0};
+      break;
+    case mrpt::img::DistortionModel::plumb_bob:
+      out.distortion = Distortion::radtan;
+      out.dist = {c.k1(), c.k2(), c.p1(), c.p2(), c.k3()};
+      break;
+    default:
+      out.distortion = Distortion::none;
+  }
+  return out;
+}
+
+/// The image as one 8-bit channel; shares the pixels where it is one already.
+cv::Mat grayOf(const mrpt::obs::CObservationImage& image) {
+  const cv::Mat m = image.image.asCvMat<cv::Mat>(mrpt::img::SHALLOW_COPY);
+  if (m.channels() == 1) return m;
+  cv::Mat gray;
+  cv::cvtColor(m, gray, m.channels() == 4 ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
+  return gray;
+}
+
+}  // namespace
+
+void VirEstimator::describe(OptionVisitor& v) {
+  v.section("Estimator", "The estimator and which sensors of the recording it reads");
+  v.value("camera_label", camera_label_, "sensor label of the images");
+  v.value("imu_label", imu_label_, "sensor label of the IMU");
+  vir::describe(v, config_);
+}
+
+void VirEstimator::start(const LogSink& log) {
+  log_ = log;
+  estimator_ = std::make_unique<VisualInertialEstimator>(config_, log);
+}
+
+void VirEstimator::warnOnce(const std::string& key, const std::string& text) {
+  if (std::find(warned_.begin(), warned_.end(), key) != warned_.end()) return;
+  warned_.push_back(key);
+  warnings_.push_back(text);
+  log(log_, LogLevel::warning, text);
+}
+
+void VirEstimator::add(const mrpt::obs::CObservation& observation) {
+  if (observation.sensorLabel == camera_label_) {
+    if (const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation)) {
+      addImage(*image);
+    }
+  } else if (observation.sensorLabel == imu_label_) {
+    if (const auto* imu = dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation)) {
+      addImu(*imu);
+    }
+  }
+}
+
+void VirEstimator::addImu(const mrpt::obs::CObservationIMU& o) {
+  using namespace mrpt::obs;
+  for (const auto index : {IMU_X_ACC, IMU_Y_ACC, IMU_Z_ACC, IMU_WX, IMU_WY, IMU_WZ}) {
+    if (o.has(index)) continue;
+    ++imu_incomplete_;
+    warnOnce("imu",
+             "IMU readings without all six of acceleration and angular rate are skipped; "
+             "first at " +
+                 std::to_string(fromMrptTime(o.timestamp)) + " ns");
+    return;
+  }
+  ImuSample s;
+  s.t = fromMrptTime(o.timestamp);
+  s.acc = Vec3(o.get(IMU_X_ACC), o.get(IMU_Y_ACC), o.get(IMU_Z_ACC));
+  s.gyro = Vec3(o.get(IMU_WX), o.get(IMU_WY), o.get(IMU_WZ));
+  estimator_->addImu(s);
+}
+
+void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
+  const TimeNs t = fromMrptTime(o.timestamp);
+  if (!estimator_->hasCamera()) {
+    calibration_ = calibrationOf(o.cameraParams);
+    try {
+      estimator_->setCamera(calibration_, poseOf(o.cameraPose));
+    } catch (const std::invalid_argument& e) {
+      ++images_without_calibration_;
+      warnOnce("calibration", std::string("images without a usable calibration are skipped (") +
+                                  e.what() +
+                                  "); set it with rawlog-edit --camera-params or import again");
+      return;
+    }
+  }
+  cv::Mat gray;
+  try {
+    gray = grayOf(o);
+  } catch (const std::exception& e) {
+    ++images_undecodable_;
+    warnOnce("decode", "images that cannot be decoded are skipped; first at " + std::to_string(t) +
+                           " ns: " + std::string(e.what()).substr(0, 200));
+  }
+  estimator_->addImage(t, gray);
+}
+
+void VirEstimator::finish() { estimator_->finish(); }
+
+std::vector<StateEstimate> VirEstimator::take() {
+  std::vector<StateEstimate> out;
+  for (const FrameEstimate& f : estimator_->take()) {
+    StateEstimate s;
+    s.t = f.t;
+    s.valid = f.valid;
+    s.T_W_B = f.state.T_W_B;
+    s.v_W_B = f.state.v;
+    s.bias_gyro = f.state.bg;
+    s.bias_acc = f.state.ba;
+    s.segment = f.segment;
+    s.keyframe = f.keyframe;
+    s.tracks = f.tracks;
+    s.landmarks = f.landmarks;
+    s.health = f.health;
+    s.ms.pyramid = f.ms_pyramid;
+    s.ms.flow = f.ms_flow;
+    s.ms.detect = f.ms_detect;
+    s.ms.initialise = f.ms_start;
+    s.ms.optimise = f.ms_optimise;
+    s.ms.marginalise = f.ms_marginalise;
+    s.ms.total = f.ms_total;
+    out.push_back(s);
+  }
+  return out;
+}
+
+std::vector<LandmarkEstimate> VirEstimator::landmarks() const {
+  std::vector<LandmarkEstimate> out;
+  for (const WindowLandmark& l : estimator_->landmarks()) out.push_back({l.id, l.p_W});
+  return out;
+}
+
+std::vector<KeyframeEstimate> VirEstimator::keyframes() const {
+  std::vector<KeyframeEstimate> out;
+  for (const NavState& s : estimator_->keyframes()) out.push_back({s.t, s.T_W_B});
+  return out;
+}
+
+EstimatorReport VirEstimator::report() const {
+  const EstimatorCounters& c = estimator_->counters();
+  const ImuBufferCounters& i = estimator_->imuCounters();
+  EstimatorReport r;
+  r.counters = {{"images", c.images},
+                {"images_unusable", c.images_unusable},
+                {"images_undecodable", images_undecodable_},
+                {"images_without_calibration", images_without_calibration_},
+                {"images_out_of_order", c.images_out_of_order},
+                {"images_without_imu", c.images_without_imu},
+                {"image_gaps", c.image_gaps},
+                {"imu_readings", i.accepted},
+                {"imu_not_finite", i.not_finite},
+                {"imu_out_of_order", i.out_of_order},
+                {"imu_incomplete", imu_incomplete_},
+                {"imu_gaps", c.imu_gaps},
+                {"clock_steps", c.clock_steps}};
+  r.warnings = warnings_;
+  for (const std::string& w : estimator_->warnings()) r.warnings.push_back(w);
+  r.resets = estimator_->resets();
+  r.longest_wait_reason = estimator_->longestWaitReason();
+  return r;
+}
+
+}  // namespace vir

@@ -1,0 +1,40 @@
+#pragma once
+/// Estimator plugin `vir`: MRPT observations to the visual-inertial estimator and back.
+#include "vir/estimator/visual_inertial_estimator.h"
+#include "vir/pipeline/estimator.h"
+
+namespace mrpt::obs {
+class CObservationImage;
+class CObservationIMU;
+}  // namespace mrpt::obs
+
+namespace vir {
+
+class VirEstimator final : public Estimator {
+ public:
+  void describe(OptionVisitor& v) override;
+  void start(const LogSink& log) override;
+  void add(const mrpt::obs::CObservation& observation) override;
+  void finish() override;
+  std::vector<StateEstimate> take() override;
+  std::vector<LandmarkEstimate> landmarks() const override;
+  std::vector<KeyframeEstimate> keyframes() const override;
+  EstimatorReport report() const override;
+
+ private:
+  void addImage(const mrpt::obs::CObservationImage& image);
+  void addImu(const mrpt::obs::CObservationIMU& imu);
+  void warnOnce(const std::string& key, const std::string& text);
+
+  EstimatorConfig config_;
+  std::string camera_label_ = "CAM0";
+  std::string imu_label_ = "IMU0";
+  LogSink log_;
+  std::unique_ptr<VisualInertialEstimator> estimator_;
+  CameraCalibration calibration_;
+  std::vector<std::string> warned_;
+  std::vector<std::string> warnings_;
+  long images_undecodable_ = 0, images_without_calibration_ = 0, imu_incomplete_ = 0;
+};
+
+}  // namespace vir
