@@ -1,6 +1,5 @@
 /// vir-slam import DRIVER SOURCE --out FILE.rawlog: a recorded sensor at full speed into a rawlog.
 #include <CLI/CLI.hpp>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -8,8 +7,8 @@
 #include <memory>
 
 #include "commands.h"
-#include "image_folder.h"
 #include "console.h"
+#include "image_folder.h"
 #include "vir/core/settings.h"
 #include "vir/pipeline/mrpt_time.h"
 #include "vir/pipeline/rawlog_writer.h"
@@ -25,9 +24,6 @@ struct ImportArguments {
   std::vector<std::string> set;
   int compression = 1;
 };
-
-volatile std::sig_atomic_t interrupted = 0;
-void onInterrupt(int) { interrupted = 1; }
 
 /// What went into the rawlog under one label.
 struct LabelStatistics {
@@ -60,7 +56,7 @@ Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, RecordedSource& source,
   ProgressBar bar;
   bool more = true;
   while (more) {
-    if (interrupted) throw std::runtime_error("interrupted; no rawlog was written");
+    if (interrupted()) throw std::runtime_error("interrupted; no rawlog was written");
     more = !source.finished();
     if (more) sensor.doProcess();
     for (const auto& [stamp, object] : sensor.getObservations()) {
@@ -74,12 +70,24 @@ Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, RecordedSource& source,
   return statistics;
 }
 
+/// `x` of `x.rawlog`. Throws UsageError for a name that is not one of a rawlog: the other files
+/// that import writes would otherwise have the same name.
+std::string stemOf(const std::string& rawlog) {
+  for (const std::string suffix : {".rawlog", ".rawlog.gz"}) {
+    const std::size_t n = suffix.size();
+    if (rawlog.size() > n && rawlog.compare(rawlog.size() - n, n, suffix) == 0) {
+      return rawlog.substr(0, rawlog.size() - n);
+    }
+  }
+  throw UsageError("--out " + rawlog + ": must end in .rawlog");
+}
+
 constexpr const char* kCompanionMark = "// Written by vir-slam import";
 
 /// Writes the settings that go with the recording beside it. A file of that name that is not ours
 /// is left alone. Returns a line for the report.
 std::string writeCompanion(const std::string& rawlog, const std::string& text) {
-  const std::string path = fs::path(rawlog).replace_extension(".ini").string();
+  const std::string path = stemOf(rawlog) + ".ini";
   if (fs::exists(path)) {
     std::string first;
     std::ifstream old(path);
@@ -101,7 +109,7 @@ std::string writeCompanion(const std::string& rawlog, const std::string& text) {
   file.close();
   if (!file) throw std::runtime_error("cannot write " + part);
   fs::rename(part, path);
-  return path;
+  return "wrote " + path;
 }
 
 void report(const RecordedSource& source, const Statistics& statistics, const std::string& out,
@@ -115,10 +123,14 @@ void report(const RecordedSource& source, const Statistics& statistics, const st
                 span > 0 ? static_cast<double>(s.count - 1) / span : 0.0, span,
                 toSeconds(s.longest_gap));
   }
-  std::printf("read and skipped:");
-  for (const auto& [name, n] : source.counters()) std::printf(" %s=%ld", name.c_str(), n);
+  std::printf("\nread, and what was skipped or changed:\n");
+  for (const auto& [name, n] : source.counters()) std::printf("  %-34s %10ld\n", name.c_str(), n);
   std::printf("\nwrote %s\n", out.c_str());
-  if (!companion.empty()) std::printf("wrote %s\n", companion.c_str());
+  if (!companion.empty()) std::printf("%s\n", companion.c_str());
+  // MRPT 2.5.8 finds the image folder for a bare file name only.
+  const fs::path path(out);
+  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
+  std::printf("look at it: (cd %s && RawLogViewer %s)\n", folder.c_str(), path.filename().c_str());
 }
 
 void run(const ImportArguments& a, const Common& common) {
@@ -128,11 +140,11 @@ void run(const ImportArguments& a, const Common& common) {
   if (source == nullptr) {
     throw UsageError("'" + a.driver + "' is a live sensor; use `vir-slam record`");
   }
+  stemOf(a.out);
   if (!fs::exists(a.source)) throw UsageError("there is no such file or folder: " + a.source);
   configure(a, *source);
 
-  const std::string images_path = RawlogWriter::imageFolderOf(a.out);
-  ImageFolder images(images_path);
+  ImageFolder images(RawlogWriter::imageFolderOf(a.out));
   sensor->setPathForExternalImages(images.workingFolder());
   sensor->initialize();
   RawlogWriter writer(a.out, a.compression);
@@ -164,9 +176,8 @@ void addImport(CLI::App& app, Common& common) {
       ->check(CLI::Range(0, 9))
       ->capture_default_str();
   command->callback([a, &common] {
-    const auto before = std::signal(SIGINT, onInterrupt);
+    catchInterrupt();
     run(*a, common);
-    std::signal(SIGINT, before);
   });
 }
 

@@ -192,7 +192,8 @@ void VisualInertialEstimator::Impl::tryStart(const TrackedFrame& frame, FrameEst
   last_seen = frame.t;
   out->valid = true;
   out->state = window->newest();
-  out->keyframe = window->slide();
+  out->keyframe = true;
+  window->slide(true);
   out->landmarks = window->landmarksInNewest();
   out->standing = rest.standing();
   out->health = out->standing ? "standing" : "ok";
@@ -212,8 +213,11 @@ void VisualInertialEstimator::Impl::update(const TrackedFrame& frame, FrameEstim
   SolveSummary solve;
   {
     StageTimer timer(&out->ms_optimise);
+    out->keyframe = window->newestIsKeyframe();
     window->triangulate();
-    solve = window->optimise(config.window.iterations);
+    solve = out->keyframe || config.window.full_every_image
+                ? window->optimise(config.window.iterations)
+                : window->optimiseNewest(config.window.iterations_newest);
     tracker->drop(window->rejectOutliers());
   }
   out->reprojection_rms = solve.reprojection_rms;
@@ -233,7 +237,7 @@ void VisualInertialEstimator::Impl::update(const TrackedFrame& frame, FrameEstim
   out->health = out->standing ? "standing" : (blind ? "no landmarks, IMU only" : "ok");
   {
     StageTimer timer(&out->ms_marginalise);
-    out->keyframe = window->slide();
+    window->slide(out->keyframe);
   }
   collectRetired();
 }

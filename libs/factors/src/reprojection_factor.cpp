@@ -104,6 +104,26 @@ bool ReprojectionCalibrationFactor::Evaluate(double const* const* x, double* res
   return true;
 }
 
+bool PointSightFactor::Evaluate(double const* const* x, double* residuals,
+                                double** jacobians) const {
+  const Pose T = poseFrom(x[0]);
+  const Mat3 R_B_W = T.R().transpose();
+  const Vec3 p_B = R_B_W * (p_W_ - T.p);
+  const Vec3 s = R_C_B_ * (p_B - p_B_C_);
+  const double n = std::max(s.norm(), 1e-9);
+  const Vec3 su = s / n;
+  Eigen::Map<Vec2> r(residuals);
+  r = sight_.weight * (su - sight_.bearing);
+  if (jacobians && jacobians[0]) {
+    const Mat23 D = (sight_.weight - (sight_.weight * su) * su.transpose()) / n * R_C_B_;
+    Eigen::Matrix<double, 2, 6> J;
+    J.leftCols<3>() = -D * R_B_W;
+    J.rightCols<3>() = D * hat(p_B);
+    lift(J, jacobians[0]);
+  }
+  return true;
+}
+
 bool HostSightFactor::Evaluate(double const* const* x, double* residuals,
                                double** jacobians) const {
   Eigen::Map<Vec2>(residuals).noalias() = J_ * Vec2(x[0][0], x[0][1]);

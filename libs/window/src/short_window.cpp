@@ -11,7 +11,13 @@ namespace vir {
 void describe(OptionVisitor& v, WindowOptions& o) {
   v.section("Window", "The short window: keyframes, solver, marginalisation");
   v.value("keyframes", o.keyframes, {4, 40}, "keyframes kept besides the newest image");
-  v.value("iterations", o.iterations, {1, 100}, "solver iterations per image");
+  v.value("iterations", o.iterations, {1, 100}, "solver iterations per keyframe");
+  v.value("iterations_newest", o.iterations_newest, {1, 100},
+          "solver iterations for an image that is no keyframe");
+  v.value("newest_frames", o.newest_frames, {1, 10},
+          "frames that move with an image that is no keyframe");
+  v.value("full_every_image", o.full_every_image,
+          "solve the whole window for every image, not only for keyframes");
   v.value("sigma_px", o.sigma_px, {0.01, 100.0}, "noise of a tracked feature [px]");
   v.value("huber", o.huber, {0.1, 1e6}, "reprojections beyond this many sigma weigh less");
   v.value("outlier_sigma", o.outlier_sigma, {1.0, 1e6}, "reprojections beyond are dropped [sigma]");
@@ -151,10 +157,19 @@ int ShortWindow::triangulate() { return triangulateLandmarks(*impl_); }
 
 SolveSummary ShortWindow::optimise(int iterations) { return solveWindow(*impl_, iterations); }
 
+SolveSummary ShortWindow::optimiseNewest(int iterations) {
+  const int n = frames();
+  return solveTail(
+      *impl_, iterations,
+      static_cast<std::size_t>(std::max(n > 1 ? 1 : 0, n - impl_->options.newest_frames)));
+}
+
+bool ShortWindow::newestIsKeyframe() const { return decideKeyframe(*impl_); }
+
 std::vector<std::uint64_t> ShortWindow::rejectOutliers() { return rejectOutlierSights(*impl_); }
 
-bool ShortWindow::slide() {
-  impl_->newest().keyframe = decideKeyframe(*impl_);
+void ShortWindow::slide(bool keyframe) {
+  impl_->newest().keyframe = keyframe;
   // Tracks that ended without ever getting a depth, or outside the window, are of no more use.
   const Frame* newest = impl_->frames.back().get();
   for (auto it = impl_->landmarks.begin(); it != impl_->landmarks.end();) {
@@ -163,9 +178,8 @@ bool ShortWindow::slide() {
     it =
         ended && (l.sights.size() < 2 || !l.has_depth) ? impl_->landmarks.erase(it) : std::next(it);
   }
-  if (!impl_->newest().keyframe) return false;
+  if (!keyframe) return;
   if (static_cast<int>(impl_->frames.size()) > impl_->options.keyframes) marginalizeOldest(*impl_);
-  return true;
 }
 
 NavState ShortWindow::newest() const { return navStateOf(*impl_->frames.back()); }

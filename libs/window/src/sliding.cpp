@@ -40,7 +40,7 @@ void retire(WindowState& w, const Frame& f) { w.retired_keyframes.push_back(navS
 
 }  // namespace
 
-bool decideKeyframe(WindowState& w) {
+bool decideKeyframe(const WindowState& w) {
   if (w.frames.size() < 2) return true;
   const Frame& newest = *w.frames.back();
   const Frame& last = *w.frames[w.frames.size() - 2];

@@ -83,34 +83,21 @@ void relinearizeLinks(WindowState& w) {
   }
 }
 
-}  // namespace
-
-SolveSummary solveWindow(WindowState& w, int iterations) {
-  relinearizeLinks(w);
-  TermSet set(w);
-  set.addAll();
-  const Snapshot before(w);
-
-  ceres::Problem problem(problemOptions());
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  ceres::HuberLoss huber(w.options.huber);
-  addParameters(w, &problem, ordering.get());
-  for (const Term& t : set.terms()) {
-    problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
-                             t.huber > 0 ? &huber : nullptr, t.blocks);
-    if (t.landmark && t.blocks.size() == 1) ordering->AddElementToGroup(t.landmark, 0);
-  }
+ceres::Solver::Options solverOptions(int iterations) {
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_SCHUR;
   options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
   options.max_num_iterations = iterations;
   options.function_tolerance = 1e-5;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
-  options.linear_solver_ordering = ordering;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  return options;
+}
 
+SolveSummary run(WindowState& w, const ceres::Solver::Options& options, const TermSet& set,
+                 ceres::Problem* problem) {
+  const Snapshot before(w);
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, problem, &summary);
   SolveSummary out;
   out.iterations = static_cast<int>(summary.iterations.size());
   out.initial_cost = summary.initial_cost;
@@ -122,12 +109,56 @@ SolveSummary solveWindow(WindowState& w, int iterations) {
   double sum = 0;
   double r[2];
   for (const Term& t : set.terms()) {
-    if (!t.landmark || t.blocks.size() == 1) continue;
+    if (t.huber <= 0) continue;  // only reprojections have a robust loss
     t.cost->Evaluate(t.blocks.data(), r, nullptr);
     sum += r[0] * r[0] + r[1] * r[1];
   }
   out.reprojection_rms = out.sights ? std::sqrt(sum / (2.0 * out.sights)) : 0;
   return out;
+}
+
+}  // namespace
+
+SolveSummary solveWindow(WindowState& w, int iterations) {
+  relinearizeLinks(w);
+  TermSet set(w);
+  set.addAll();
+
+  ceres::Problem problem(problemOptions());
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  ceres::HuberLoss huber(w.options.huber);
+  addParameters(w, &problem, ordering.get());
+  for (const Term& t : set.terms()) {
+    problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
+                             t.huber > 0 ? &huber : nullptr, t.blocks);
+    if (t.landmark && t.blocks.size() == 1) ordering->AddElementToGroup(t.landmark, 0);
+  }
+  ceres::Solver::Options options = solverOptions(iterations);
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.linear_solver_ordering = ordering;
+  return run(w, options, set, &problem);
+}
+
+SolveSummary solveTail(WindowState& w, int iterations, std::size_t first) {
+  TermSet set(w);
+  set.addTail(first);
+  ceres::Problem problem(problemOptions());
+  ceres::HuberLoss huber(w.options.huber);
+  for (std::size_t k = first > 0 ? first - 1 : 0; k < w.frames.size(); ++k) {
+    Frame& f = *w.frames[k];
+    problem.AddParameterBlock(f.pose, 7, &w.pose_manifold);
+    problem.AddParameterBlock(f.speed_bias, 9);
+    if (k >= first) continue;
+    problem.SetParameterBlockConstant(f.pose);
+    problem.SetParameterBlockConstant(f.speed_bias);
+  }
+  for (const Term& t : set.terms()) {
+    problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
+                             t.huber > 0 ? &huber : nullptr, t.blocks);
+  }
+  ceres::Solver::Options options = solverOptions(iterations);
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  return run(w, options, set, &problem);
 }
 
 }  // namespace vir

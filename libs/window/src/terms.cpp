@@ -71,6 +71,31 @@ void TermSet::addAll() {
   }
 }
 
+void TermSet::addTail(std::size_t first) {
+  for (std::size_t k = first; k < w_.frames.size(); ++k) {
+    Frame* before = k ? w_.frames[k - 1].get() : nullptr;
+    if (before) addLink(*before, *w_.frames[k]);
+    addRest(*w_.frames[k], before);
+  }
+  const Pose T_B_C = w_.T_B_C();
+  const auto in_tail = [&](const Frame* f) {
+    for (std::size_t k = first; k < w_.frames.size(); ++k) {
+      if (w_.frames[k].get() == f) return true;
+    }
+    return false;
+  };
+  for (auto& [id, l] : w_.landmarks) {
+    if (!l.has_depth || in_tail(l.host())) continue;
+    const Vec3 p_W = landmarkInWorld(w_, l);
+    for (std::size_t k = l.sights.size() - 1; k > 0 && in_tail(l.sights[k].frame); --k) {
+      point_sights_.emplace_back(p_W, l.sights[k].sight, T_B_C);
+      terms_.push_back(
+          {&point_sights_.back(), {l.sights[k].frame->pose}, w_.options.huber, nullptr});
+      ++sights_;
+    }
+  }
+}
+
 void TermSet::addOldest(const std::vector<std::uint64_t>& ids) {
   addPrior();
   addRest(*w_.frames[0], nullptr);

@@ -86,6 +86,9 @@ class TermSet {
   explicit TermSet(WindowState& w) : w_(w) {}
   /// Everything in the window.
   void addAll();
+  /// What the frames from index `first` on feel of the rest, with landmarks and older frames taken
+  /// as known.
+  void addTail(std::size_t first);
   /// What involves the oldest frame: prior, its link, rest, and the landmarks in `ids`.
   void addOldest(const std::vector<std::uint64_t>& ids);
   const std::vector<Term>& terms() const { return terms_; }
@@ -103,6 +106,7 @@ class TermSet {
   std::vector<Term> terms_;
   std::deque<ReprojectionFactor> reprojections_;
   std::deque<HostSightFactor> host_sights_;
+  std::deque<PointSightFactor> point_sights_;
   std::vector<std::unique_ptr<ceres::CostFunction>> others_;
   int sights_ = 0;
 };
@@ -117,9 +121,11 @@ int triangulateLandmarks(WindowState& w);
 std::vector<std::uint64_t> rejectOutlierSights(WindowState& w);
 /// Removes the sights of a frame; landmarks hosted there move to their next sight.
 void removeSightsOf(WindowState& w, const Frame* frame);
-bool decideKeyframe(WindowState& w);
+bool decideKeyframe(const WindowState& w);
 void dropNewestInto(WindowState& w, Preintegration* link);
 void marginalizeOldest(WindowState& w);
 SolveSummary solveWindow(WindowState& w, int iterations);
+/// Only the frames from index `first` on move; landmarks and older frames are taken as known.
+SolveSummary solveTail(WindowState& w, int iterations, std::size_t first);
 
 }  // namespace vir

@@ -47,9 +47,10 @@ bool LineReader::rawLine(std::string* line) {
   bool any = false;
   for (;;) {
     if (at_ == filled_ && !fill()) {
-      open_end_ = any;
-      if (any) ++line_number_;
-      return any;
+      if (!any) return false;
+      open_end_ = true;
+      ++line_number_;
+      return true;
     }
     any = true;
     const char* begin = buffer_.data() + at_;

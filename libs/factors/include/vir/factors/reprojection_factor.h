@@ -83,6 +83,20 @@ class ReprojectionCalibrationFactor final : public ceres::SizedCostFunction<2, 7
   const double* lin_j_ = nullptr;
 };
 
+/// A known point p_W seen from a frame; whitened residual [2]. Parameter: pose. Calibration fixed.
+class PointSightFactor final : public ceres::SizedCostFunction<2, 7> {
+ public:
+  PointSightFactor(const Vec3& p_W, const Sight& sight, const Pose& T_B_C)
+      : p_W_(p_W), sight_(sight), R_C_B_(T_B_C.R().transpose()), p_B_C_(T_B_C.p) {}
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  Vec3 p_W_;
+  Sight sight_;
+  Mat3 R_C_B_;
+  Vec3 p_B_C_;
+};
+
 /// The host's own sight: whitened residual [2] = weight * basis * (u, v). Parameter: landmark.
 class HostSightFactor final : public ceres::SizedCostFunction<2, 3> {
  public:

@@ -16,6 +16,9 @@ namespace vir {
 struct WindowOptions {
   int keyframes = 10;
   int iterations = 3;
+  int iterations_newest = 3;
+  int newest_frames = 1;
+  bool full_every_image = false;
   double sigma_px = 1.0;
   double huber = 1.5;
   double outlier_sigma = 4.0;
@@ -99,12 +102,17 @@ class ShortWindow {
 
   /// Gives depth to tracks that have parallax now; returns how many.
   int triangulate();
+  /// Everything in the window moves.
   SolveSummary optimise(int iterations);
+  /// Only the newest frames move: cheap, for an image that will not stay as a keyframe.
+  SolveSummary optimiseNewest(int iterations);
+  /// Whether the newest frame is to stay as a keyframe: from its tracks and the predicted rotation.
+  bool newestIsKeyframe() const;
   /// Drops sights and landmarks that contradict the solution; ids of tracks to be given up.
   std::vector<std::uint64_t> rejectOutliers();
   /// Makes room for the next frame: keeps the newest as a keyframe (and marginalises the oldest
-  /// when the window is full), or marks it to be replaced. True if it is a keyframe.
-  bool slide();
+  /// when the window is full), or marks it to be replaced.
+  void slide(bool keyframe);
 
   NavState newest() const;
   NavState oldest() const;

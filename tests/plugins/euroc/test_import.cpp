@@ -1,0 +1,178 @@
+/// `vir-slam import` as a user calls it.
+#include <gtest/gtest.h>
+#include <mrpt/io/CFileGZInputStream.h>
+#include <mrpt/obs/CObservation.h>
+#include <mrpt/serialization/CArchive.h>
+#include <sys/wait.h>
+
+#include <map>
+#include <set>
+
+#include "vir_test_data.h"
+#include "vir_test_euroc_folder.h"
+
+namespace vir {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code = -1;
+  std::string text;  ///< both streams
+};
+
+Outcome call(const std::string& arguments, const fs::path& log) {
+  const std::string command =
+      std::string(VIR_BINARY_DIR) + "/bin/vir-slam " + arguments + " > " + log.string() + " 2>&1";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::readText(log)};
+}
+
+std::map<std::string, int> countByLabel(const fs::path& rawlog) {
+  std::map<std::string, int> counts;
+  mrpt::io::CFileGZInputStream in(rawlog.string());
+  auto archive = mrpt::serialization::archiveFrom(in);
+  for (;;) {
+    try {
+      const auto object = archive.ReadObject();
+      ++counts[dynamic_cast<const mrpt::obs::CObservation&>(*object).sensorLabel];
+    } catch (const mrpt::serialization::CExceptionEOF&) {
+      return counts;
+    }
+  }
+}
+
+class Import : public ::testing::Test {
+ protected:
+  Outcome run(const std::string& more = "") {
+    return call(
+        "import euroc " + folder.root().string() + " --out " + rawlog().string() + " " + more,
+        log());
+  }
+  fs::path rawlog() const { return folder.temp() / "out" / "x.rawlog"; }
+  fs::path images() const { return folder.temp() / "out" / "x_Images"; }
+  fs::path log() const { return folder.temp() / "log.txt"; }
+  /// Names in the output folder, sorted, joined.
+  std::string listing() const {
+    std::string out;
+    std::set<std::string> names;
+    if (fs::exists(rawlog().parent_path())) {
+      for (const auto& e : fs::directory_iterator(rawlog().parent_path())) {
+        names.insert(e.path().filename().string());
+      }
+    }
+    for (const auto& n : names) out += n + " ";
+    return out;
+  }
+  test::EurocFolder folder;
+};
+
+TEST_F(Import, WritesRawlogImagesAndNoise) {
+  const Outcome o = run();
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_EQ(listing(), "x.ini x.rawlog x_Images ");
+  const auto counts = countByLabel(rawlog());
+  EXPECT_EQ(counts,
+            (std::map<std::string, int>{
+                {"CAM0", 10}, {"GT", folder.imuRows()}, {"IMU0", folder.imuRows()}, {"UWB0", 10}}));
+  const fs::path first = images() / ("CAM0_" + std::to_string(folder.imageStamp(0)) + ".png");
+  EXPECT_TRUE(fs::is_symlink(first));
+  EXPECT_FALSE(cv::imread(first.string()).empty());
+  EXPECT_NE(test::readText(folder.temp() / "out/x.ini").find("acc_random_walk = 0.003"),
+            std::string::npos);
+  EXPECT_EQ(o.text.find('\r'), std::string::npos) << "a progress bar in a log file";
+  EXPECT_NE(o.text.find("CAM0"), std::string::npos);
+}
+
+TEST_F(Import, TwiceGivesTheSameBytes) {
+  ASSERT_EQ(run("--set euroc.images=embed").code, 0);
+  const std::string first = test::readText(rawlog());
+  ASSERT_EQ(run("--set euroc.images=embed").code, 0);
+  EXPECT_EQ(test::readText(rawlog()), first);
+}
+
+TEST_F(Import, ReplacesAnOlderImportAsAWhole) {
+  ASSERT_EQ(run().code, 0);
+  ASSERT_EQ(run("--set euroc.max_duration_s=0.1").code, 0);
+  EXPECT_EQ(countByLabel(rawlog())["CAM0"], 3);
+  EXPECT_EQ(std::distance(fs::directory_iterator(images()), fs::directory_iterator()), 3);
+  ASSERT_EQ(run("--set euroc.images=embed").code, 0);
+  EXPECT_EQ(listing(), "x.ini x.rawlog ");
+}
+
+TEST_F(Import, AFailureLeavesTheOlderImportAlone) {
+  ASSERT_EQ(run().code, 0);
+  const std::string before = test::readText(rawlog());
+  fs::rename(folder.mav0() / "cam0/data", folder.mav0() / "cam0/gone");
+  const Outcome o = run();
+  EXPECT_EQ(o.code, 1);
+  EXPECT_NE(o.text.find("no image"), std::string::npos) << o.text;
+  EXPECT_EQ(test::readText(rawlog()), before);
+  EXPECT_EQ(listing(), "x.ini x.rawlog x_Images ");
+}
+
+TEST_F(Import, ForeignFilesInTheImageFolderAreNotTouched) {
+  test::writeText(images() / "holiday.png", "x");
+  const Outcome o = run();
+  EXPECT_EQ(o.code, 1);
+  EXPECT_NE(o.text.find("holiday.png"), std::string::npos) << o.text;
+  EXPECT_EQ(test::readText(images() / "holiday.png"), "x");
+}
+
+TEST_F(Import, AnIniOfTheUserIsLeftAlone) {
+  test::writeText(folder.temp() / "out/x.ini", "[Estimator]\n");
+  const Outcome o = run();
+  EXPECT_EQ(o.code, 0);
+  EXPECT_EQ(test::readText(folder.temp() / "out/x.ini"), "[Estimator]\n");
+  EXPECT_NE(o.text.find("left as it is"), std::string::npos) << o.text;
+}
+
+TEST_F(Import, ErrorsLeaveNothingBehind) {
+  fs::remove(folder.mav0() / "cam0/sensor.yaml");
+  const Outcome o = run();
+  EXPECT_EQ(o.code, 1);
+  EXPECT_NE(o.text.find("cam0/sensor.yaml"), std::string::npos) << o.text;
+  EXPECT_EQ(listing(), "");
+}
+
+TEST_F(Import, WrongUseIsExitCode2) {
+  EXPECT_EQ(run("--set euroc.imges=link").code, 2);
+  EXPECT_EQ(run("--set euroc.start_s=soon").code, 2);
+  EXPECT_EQ(run("--set nonsense").code, 2);
+  EXPECT_EQ(
+      call("import nosuch " + folder.root().string() + " --out " + rawlog().string(), log()).code,
+      2);
+  EXPECT_EQ(call("import euroc /nonexistent --out " + rawlog().string(), log()).code, 2);
+  EXPECT_EQ(call("import euroc", log()).code, 2);
+  EXPECT_EQ(call("import euroc " + folder.root().string() + " --out " +
+                     (folder.temp() / "out/x.ini").string(),
+                 log())
+                .code,
+            2);
+  EXPECT_EQ(listing(), "");
+}
+
+TEST_F(Import, ProblemsAreReported) {
+  folder.append("imu0/data.csv", "1403636590000000000,nan,0,0,0,0,9.81\n");
+  fs::remove(folder.imageFile(3));
+  const Outcome o = run();
+  EXPECT_EQ(o.code, 0);
+  EXPECT_NE(o.text.find("imu_not_finite"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("data.csv:93: column 2 is nan"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("image_missing"), std::string::npos) << o.text;
+}
+
+TEST(ImportShared, TheMachineHallClip) {
+  VIR_REQUIRE_DATA(clip, "euroc_MH01_clip30s");
+  test::TempFolder temp;
+  const Outcome o = call(
+      "import euroc " + clip.string() + " --out " + (temp / "mh.rawlog").string(), temp / "log");
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_EQ(countByLabel(temp / "mh.rawlog"),
+            (std::map<std::string, int>{{"CAM0", 600}, {"GT", 6975}, {"IMU0", 7192}}));
+  EXPECT_EQ(std::distance(fs::directory_iterator(temp / "mh_Images"), fs::directory_iterator()),
+            600);
+}
+
+}  // namespace
+}  // namespace vir
