@@ -47,8 +47,12 @@ std::string extrinsics(const Pose& T_B_S) {
 std::string cameraYaml(const CObservationImage& o) {
   const mrpt::img::TCamera& c = o.cameraParams;
   const bool equidistant = c.distortion == mrpt::img::DistortionModel::kannala_brandt;
-  std::vector<double> d{c.dist[0], c.dist[1], c.dist[2], c.dist[3]};
-  if (!equidistant && c.dist[4] != 0) d.push_back(c.dist[4]);
+  std::vector<double> d{c.k1(), c.k2(), c.p1(), c.p2()};
+  if (equidistant) {
+    d = {c.k1(), c.k2(), c.k3(), c.k4()};
+  } else if (c.k3() != 0) {
+    d.push_back(c.k3());
+  }
   std::string text = "sensor_type: camera\n" + extrinsics(fromMrptPose(o.cameraPose));
   text += "resolution: [" + std::to_string(c.ncols) + ", " + std::to_string(c.nrows) + "]\n";
   text += "camera_model: pinhole\nintrinsics: " + listed({c.fx(), c.fy(), c.cx(), c.cy()}) + "\n";

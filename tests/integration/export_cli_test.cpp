@@ -32,9 +32,9 @@ class ExportCli : public testing::Test {
       writer.write(*imu);
       if (i % 10 != 5) continue;
       auto image = test::imageAt(t, i);
-      image->cameraParams.ncols = 8;
-      image->cameraParams.nrows = 6;
-      image->cameraParams.setIntrinsicParamsFromValues(5, 5.5, 4, 3);
+      image->cameraParams.ncols = 16;
+      image->cameraParams.nrows = 12;
+      image->cameraParams.setIntrinsicParamsFromValues(10, 11, 8, 6);
       image->cameraParams.setDistortionKannalaBrandt(0.1, -0.2, 0.3, -0.4);
       image->cameraPose = mrpt::poses::CPose3D(0.1, 0.2, 0.3, 0.4, 0.5, 0.6);
       writer.write(*image);
