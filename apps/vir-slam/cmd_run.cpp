@@ -2,10 +2,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 #include "commands.h"
+#include "companion.h"
 #include "console.h"
 #include "run_options.h"
 #include "vir/core/ini_writer.h"
@@ -53,16 +53,6 @@ std::string rawlogPath(const Settings& settings, const RunOptions& options) {
   const bool from_file = setting != nullptr && setting->origin.line > 0;
   if (!from_file || fs::path(options.rawlog).is_absolute()) return options.rawlog;
   return (fs::path(settings.name()).parent_path() / options.rawlog).string();
-}
-
-/// The file that `import` left beside the recording, or empty. A file of that name which somebody
-/// else wrote is none of our business.
-std::string companionOf(const std::string& rawlog) {
-  const std::string path = fs::path(rawlog).replace_extension(".ini").string();
-  std::ifstream in(path);
-  std::string first;
-  std::getline(in, first);
-  return first.rfind("// Written by vir-slam import", 0) == 0 ? path : "";
 }
 
 /// Everything a run needs, read and checked before any file is written.

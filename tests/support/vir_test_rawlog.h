@@ -25,14 +25,14 @@ inline std::shared_ptr<mrpt::obs::CObservationIMU> imuAt(TimeNs t) {
   return imu;
 }
 
-/// 8 x 6 pixels, embedded; the first one is `value`.
+/// 16 x 12 pixels, embedded; the first one is `value`.
 inline std::shared_ptr<mrpt::obs::CObservationImage> imageAt(TimeNs t, int value = 0) {
   auto image = std::make_shared<mrpt::obs::CObservationImage>();
   image->timestamp = toMrptTime(t);
   image->sensorLabel = "CAM0";
-  image->image.resize(8, 6, mrpt::img::CH_GRAY);
-  for (int y = 0; y < 6; ++y) {
-    for (int x = 0; x < 8; ++x) *image->image.ptr<std::uint8_t>(x, y) = 0;
+  image->image.resize(16, 12, mrpt::img::CH_GRAY);
+  for (int y = 0; y < 12; ++y) {
+    for (int x = 0; x < 16; ++x) *image->image.ptr<std::uint8_t>(x, y) = 0;
   }
   *image->image.ptr<std::uint8_t>(0, 0) = static_cast<std::uint8_t>(value);
   return image;
