@@ -3,7 +3,9 @@
 function(vir_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra $<$<BOOL:${VIR_WERROR}>:-Werror>)
   if(VIR_SANITIZE)
-    target_compile_options(${target} PRIVATE -fsanitize=${VIR_SANITIZE} -fno-omit-frame-pointer)
+    target_compile_options(${target} PRIVATE -fsanitize=${VIR_SANITIZE} -fno-omit-frame-pointer
+      # gcc takes the checks themselves for reads of uninitialised values.
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
     target_link_options(${target} PRIVATE -fsanitize=${VIR_SANITIZE})
   endif()
 endfunction()

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "commands.h"
+#include "companion.h"
 #include "console.h"
 #include "run_options.h"
 #include "vir/core/ini_writer.h"
@@ -54,18 +55,6 @@ std::string rawlogPath(const Settings& settings, const RunOptions& options) {
   return (fs::path(settings.name()).parent_path() / options.rawlog).string();
 }
 
-/// Adds what was found out about the recording when it was imported. Returns a line for the log.
-std::string mergeCompanion(const std::string& rawlog, Settings* settings, std::string* companion) {
-  std::error_code ignored;
-  *companion = fs::path(rawlog).replace_extension(".ini").string();
-  if (!fs::exists(*companion, ignored) || fs::equivalent(*companion, settings->name(), ignored)) {
-    companion->clear();
-    return {};
-  }
-  const std::size_t taken = settings->mergeDefaults(Settings::fromFile(*companion));
-  return std::to_string(taken) + " settings of the recording taken from " + *companion;
-}
-
 /// Everything a run needs, read and checked before any file is written.
 struct Prepared {
   RunOptions options;
@@ -82,8 +71,11 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   describe(own, run.options);
   run.options.rawlog = rawlogPath(settings, run.options);
   requireFile(run.options.rawlog, "rawlog");
-  std::string companion;
-  run.note = mergeCompanion(run.options.rawlog, &settings, &companion);
+  const std::string companion = companionOf(run.options.rawlog);
+  if (!companion.empty()) {
+    const std::size_t taken = settings.mergeDefaults(Settings::fromFile(companion));
+    run.note = std::to_string(taken) + " settings of the recording taken from " + companion;
+  }
 
   loadPlugins(common);
   run.estimator = createEstimator(run.options.driver);

@@ -35,6 +35,7 @@ void requireFile(const std::string& path, const std::string& what);
 
 void addImport(CLI::App& app, Common& common);
 void addEvaluate(CLI::App& app, Common& common);
+void addExport(CLI::App& app, Common& common);
 void addPlugins(CLI::App& app, Common& common);
 void addRun(CLI::App& app, Common& common);
 

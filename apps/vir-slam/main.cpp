@@ -22,6 +22,7 @@ constexpr void (*kCommands[])(CLI::App&, Common&) = {
     addRun,
     addImport,
     addEvaluate,
+    addExport,
     addPlugins,
 };
 

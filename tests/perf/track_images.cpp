@@ -12,6 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "motion_filter.h"
 #include "recording.h"
 #include "vir/vision/feature_tracker.h"
 
@@ -162,6 +163,51 @@ void reportAccuracy(const Tracks& tracks, const std::vector<Pose>& T_W_C, const 
   std::printf("\n");
 }
 
+/// Distance from the epipolar line between images `gap` apart, with the relative pose fitted to the
+/// tracks themselves: needs no ground truth, sees only one of two axes.
+void reportEpipolar(const Tracks& tracks, std::size_t images, std::size_t gap,
+                    const std::vector<Mat3>& R_C0_C, const CameraModel& camera) {
+  std::vector<double> all;
+  for (std::size_t i = 0; i + gap < images; i += 5) {
+    std::vector<BearingPair> pairs;
+    double parallax = 0;
+    const Mat3 R = R_C0_C[i].transpose() * R_C0_C[i + gap];
+    for (const auto& [id, s] : tracks) {
+      if (s.front().image > i || s.back().image < i + gap) continue;
+      BearingPair p;
+      for (const Sighting& o : s) {
+        if (o.image == i) p.b0 = o.bearing;
+        if (o.image == i + gap) p.b1 = o.bearing;
+      }
+      Vec2 px;
+      camera.project(p.b1, &px, &p.J1);
+      parallax += (p.b0 - R * p.b1).norm();
+      pairs.push_back(p);
+    }
+    if (pairs.size() < 20 || parallax < 0.02 * static_cast<double>(pairs.size())) continue;
+    const MotionVerdict v = filterByMotion(pairs, R, 0.02, 2.0);
+    if (v.direction.isZero()) continue;
+    const Mat3 R_fit = R * expSO3(v.rotation_correction);
+    for (const BearingPair& p : pairs) {
+      const Vec3 m = R_fit.transpose() * v.direction.cross(p.b0);
+      const Vec2 g = (p.J1 * p.J1.transpose()).inverse() * p.J1 * m;
+      all.push_back(std::abs(m.dot(p.b1)) / g.norm());
+    }
+  }
+  const auto share = [&](double limit) {
+    return 100.0 *
+           static_cast<double>(
+               std::count_if(all.begin(), all.end(), [&](double e) { return e > limit; })) /
+           static_cast<double>(std::max<std::size_t>(all.size(), 1));
+  };
+  std::printf(
+      "epipolar distance over %zu images [px]: n %zu, 50%% %.3f 68%% %.3f 95%% %.3f; above 1 px "
+      "%.2f %%, 2 px "
+      "%.2f %%\n",
+      gap, all.size(), quantile(all, 0.5), quantile(all, 0.68), quantile(all, 0.95), share(1.0),
+      share(2.0));
+}
+
 void draw(const cv::Mat& gray, const TrackedFrame& frame, const Tracks& tracks, std::size_t image,
           const std::string& file) {
   cv::Mat canvas;
@@ -202,6 +248,7 @@ int run(int argc, char** argv) {
 
   Tracks tracks;
   std::vector<Pose> T_W_C(frames);
+  std::vector<Mat3> R_C0_C;
   double cpu = 0, pyramid = 0, flow = 0, detect = 0, count = 0, count_min = 1e9;
   long lost[3] = {0, 0, 0}, detected = 0, unusable = 0;
   TimeNs last = 0;
@@ -215,6 +262,7 @@ int run(int argc, char** argv) {
     if (i > 0 && a["rotation"] == "truth") R = T_W_C[i - 1].R().transpose() * T_W_C[i].R();
     if (i > 0 && (a["rotation"].empty() || a["rotation"] == "gyro"))
       R = r.gyroRotation(last, t, bias);
+    R_C0_C.push_back(i == 0 ? R : Mat3(R_C0_C.back() * R));
     const std::clock_t before = std::clock();
     const TrackedFrame frame = tracker.process(t, gray, R);
     cpu += 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
@@ -252,6 +300,8 @@ int run(int argc, char** argv) {
   std::printf("track length: %zu tracks, mean %.1f, median %.0f, 75%% %.0f, 90%% %.0f images\n",
               lengths.size(), mean, quantile(lengths, 0.5), quantile(lengths, 0.75),
               quantile(lengths, 0.9));
+  reportEpipolar(tracks, frames, 10, R_C0_C, *camera);
+  reportEpipolar(tracks, frames, 25, R_C0_C, *camera);
   if (!r.truth.empty()) reportAccuracy(tracks, T_W_C, *camera);
   return 0;
 }

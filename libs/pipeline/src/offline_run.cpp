@@ -10,6 +10,7 @@
 #include "mrpt_error.h"
 #include "resource_usage.h"
 #include "vir/core/settings.h"
+#include "vir/pipeline/mrpt_pose.h"
 #include "vir/pipeline/mrpt_time.h"
 #include "vir/pipeline/rawlog_reader.h"
 #include "vir/pipeline/time_orderer.h"
@@ -23,15 +24,6 @@ using mrpt::obs::CObservationRobotPose;
 
 constexpr const char* kGroundTruthLabel = "GT";
 constexpr long kReportEvery = 50;  // observations between two calls of the progress hook
-
-Pose toPose(const mrpt::poses::CPose3D& T) {
-  const auto R = T.getRotationMatrix();
-  Mat3 M;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) M(r, c) = R(r, c);
-  }
-  return {Quat(M).normalized(), Vec3(T.x(), T.y(), T.z())};
-}
 
 class OfflineRun {
  public:
@@ -87,7 +79,7 @@ class OfflineRun {
     const TimeNs t = fromMrptTime(observation->timestamp);
     if (observation->sensorLabel == kGroundTruthLabel) {
       if (const auto pose = std::dynamic_pointer_cast<CObservationRobotPose>(observation)) {
-        recorder_.addGroundTruth(t, toPose(pose->pose.mean));
+        recorder_.addGroundTruth(t, fromMrptPose(pose->pose.mean));
       }
       return;
     }

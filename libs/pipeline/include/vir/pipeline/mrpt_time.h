@@ -18,11 +18,11 @@ inline mrpt::Clock::time_point toMrptTime(TimeNs t) {
 
 /// Exact; stamps that nanoseconds cannot hold (before 1678, after 2261) saturate.
 inline TimeNs fromMrptTime(const mrpt::Clock::time_point& t) {
-  const std::int64_t ticks = t.time_since_epoch().count() - kUnixEpochTicks;
   constexpr std::int64_t limit = INT64_MAX / 100;
-  if (ticks > limit) return limit * 100;
-  if (ticks < -limit) return -limit * 100;
-  return ticks * 100;
+  const std::int64_t count = t.time_since_epoch().count();
+  if (count > limit + kUnixEpochTicks) return limit * 100;
+  if (count < -limit + kUnixEpochTicks) return -limit * 100;
+  return (count - kUnixEpochTicks) * 100;
 }
 
 }  // namespace vir

@@ -1,5 +1,7 @@
 #pragma once
-/// The front end: corners found on a grid and followed by pyramidal Lucas-Kanade.
+/// The front end: corners found on a grid, followed by pyramidal Lucas-Kanade at half resolution
+/// and then aligned at full resolution with the patch each was first seen as, so that errors do not
+/// add up along a track. Same input, same bytes out, whatever the number of OpenCV threads.
 #include <Eigen/StdVector>
 #include <cstdint>
 #include <memory>
@@ -17,11 +19,13 @@ struct TrackerOptions {
   double min_distance_px = 25;
   int grid_cell_px = 60;
   int pyramid_levels = 3;
-  int window_px = 21;
-  int max_iterations = 15;
+  int window_px = 21;  ///< edge of the patch that finds the way
+  int patch_px = 15;   ///< edge of the patch that fixes the position
+  int max_iterations = 8;
   double forward_backward_px = 0.7;  ///< 0 = no backward check
-  double outlier_px = 2.0;           ///< distance from the epipolar line given the known rotation
+  double outlier_px = 1.0;           ///< distance from the epipolar line given the known rotation
   double min_corner_score = 20;
+  double min_similarity = 0.88;  ///< normalised cross-correlation with the remembered patch
 };
 void describe(OptionVisitor& v, TrackerOptions& o);
 
@@ -40,14 +44,15 @@ struct TrackedFrame {
   TimeNs t = 0;
   std::vector<FeatureObservation> features;  ///< ordered by id
   int continued = 0;                         ///< tracks carried over from the previous image
-  int lost_flow = 0;                         ///< LK failed or left the image
-  int lost_backward = 0;                     ///< forward-backward check failed
-  int lost_outlier = 0;                      ///< contradicts the common motion
-  int detected = 0;                          ///< new corners
-  double median_flow_px = 0;                 ///< median image motion of the continued tracks
-  double median_parallax_px = 0;             ///< the same after the predicted rotation is taken out
-  double mean_intensity = 0;                 ///< 0..255
-  bool usable = true;  ///< false: empty, wrong size or type; `reason` says why
+  int lost_flow = 0;              ///< not found again, looks different, or left the image
+  int lost_backward = 0;          ///< forward-backward check failed
+  int lost_outlier = 0;           ///< contradicts the common motion
+  int lost_crowded = 0;           ///< came too close to an older track
+  int detected = 0;               ///< new corners
+  double median_flow_px = 0;      ///< median image motion of the continued tracks
+  double median_parallax_px = 0;  ///< the same after the predicted rotation is taken out
+  double mean_intensity = 0;      ///< 0..255
+  bool usable = true;             ///< false: empty, wrong size or type, blank; `reason` says why
   std::string reason;
   double ms_pyramid = 0, ms_flow = 0, ms_detect = 0;  ///< for frames.csv only, never for decisions
 };
@@ -56,9 +61,12 @@ class FeatureTracker {
  public:
   FeatureTracker(const TrackerOptions& options, std::shared_ptr<const CameraModel> camera);
   ~FeatureTracker();
-  /// Follows the features into `gray` (CV_8UC1; not kept, not modified). `R_C0_C1` is the rotation
-  /// that takes coordinates in this camera frame to the previous one, from the gyro. An unusable
-  /// image drops no state: the next one is matched against the last usable.
+  /// Follows the features into `gray` (CV_8UC1; not kept, not modified). `R_C0_C1` takes
+  /// coordinates in this camera frame to the camera frame of the last *usable* image, from the
+  /// gyro; it may be wrong by a gyro bias of about 0.1 rad/s. Anything that is not a rotation is
+  /// replaced by identity and `reason` says so. An unusable image drops no state: the next one is
+  /// matched against the last usable, so after it the caller must hand over the rotation over the
+  /// whole time in between.
   TrackedFrame process(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1);
   /// The back end found these to be wrong: stop following them.
   void drop(const std::vector<std::uint64_t>& ids);

@@ -1,0 +1,85 @@
+#pragma once
+/// The state of FeatureTracker and its steps: feature_tracker.cpp holds the frame around them,
+/// track_following.cpp how a track gets from one image to the next.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "corner_detector.h"
+#include "image_pyramid.h"
+#include "patch.h"
+#include "vir/vision/feature_tracker.h"
+
+namespace vir {
+
+inline Vec2 toVec(const cv::Point2f& p) { return {p.x, p.y}; }
+inline cv::Point2f toPoint(const Vec2& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y())};
+}
+
+/// Of all grey levels of an image.
+struct Brightness {
+  double mean = 0.0, deviation = 0.0;
+};
+
+/// A feature as last seen, with the patch it is recognised by.
+struct Track {
+  FeatureObservation seen;
+  Patch patch;
+  PatchWarp warp;  ///< patch to the last usable image
+};
+
+/// A track found in the new image; nothing of the state changes until all of them are known.
+struct Followed {
+  std::size_t from = 0;  ///< index of the track
+  FeatureObservation now;
+  PatchWarp warp;
+  Patch renewed;  ///< replaces the track's patch unless empty
+};
+
+struct FeatureTracker::Impl {
+  Impl(const TrackerOptions& o, std::shared_ptr<const CameraModel> c)
+      : options(o),
+        camera(std::move(c)),
+        window(std::max(5, (o.window_px / 2) | 1)),
+        levels(std::max(1, o.pyramid_levels)),
+        border(o.patch_px / 2 + 2),
+        detector(
+            {o.grid_cell_px / 2, 0.5 * o.min_distance_px, o.min_corner_score, (border + 1) / 2}) {}
+
+  std::string refuse(const cv::Mat& gray) const;
+  const ImagePyramid& matchExposure(const Brightness& now);
+  void predict(const Mat3& R_C0_C1, int* lost);
+  void follow(const Mat3& R_C0_C1, const ImagePyramid& target, TrackedFrame* frame);
+  bool align(const Track& track, const cv::Point2f& start, Followed* f) const;
+  void rejectOutliers(const Mat3& R_C0_C1, double dt, TrackedFrame* frame);
+  void thinOut(TrackedFrame* frame);
+  bool observe(const Vec2& px, FeatureObservation* f) const;
+  bool insideBorder(const Vec2& p) const;
+  void summarise(const Mat3& R_C0_C1, TrackedFrame* frame) const;
+  void keepFollowed();
+  bool tooDark(const Brightness& now, TimeNs t) const;
+  void detect(TrackedFrame* frame);
+
+  TrackerOptions options;
+  std::shared_ptr<const CameraModel> camera;
+  int window;  ///< of Lucas-Kanade at half resolution
+  int levels;
+  int border;
+  CornerDetector detector;
+
+  std::vector<Track> tracks;       ///< in the last usable image, ordered by id
+  std::vector<Followed> followed;  ///< those of them found in the new image, in the same order
+  std::uint64_t next_id = 0;
+  TimeNs last_t = 0;
+  ImagePyramid last, current, matched;
+  Brightness last_brightness;
+  cv::Mat matched_image;
+
+  std::vector<cv::Point2f> start, forward, back;  ///< [px of the half resolution]
+  std::vector<unsigned char> found, found_back;
+};
+
+}  // namespace vir

@@ -1,0 +1,150 @@
+/// What export writes says the same as the rawlog; EuRoC's layout comes back through import.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "vir/pipeline/rawlog_reader.h"
+#include "vir_test_rawlog.h"
+#include "vir_test_shell.h"
+#include "vir_test_temp_folder.h"
+
+namespace vir {
+namespace {
+
+using test::kMs;
+using test::kStart;
+using test::Outcome;
+using test::quoted;
+using test::virSlam;
+
+class ExportCli : public testing::Test {
+ protected:
+  void SetUp() override {
+    RawlogWriter writer(path("a.rawlog"));
+    for (int i = 0; i < 40; ++i) {
+      const TimeNs t = kStart + 5 * i * kMs;
+      auto imu = test::imuAt(t);
+      for (const auto index : {mrpt::obs::IMU_X_ACC, mrpt::obs::IMU_Y_ACC})
+        imu->set(index, 0.1 * i);
+      imu->set(mrpt::obs::IMU_WX, 1.0 / 3);
+      imu->set(mrpt::obs::IMU_WY, -2e-7);
+      imu->set(mrpt::obs::IMU_WZ, 0.25);
+      writer.write(*imu);
+      if (i % 10 != 5) continue;
+      auto image = test::imageAt(t, i);
+      image->cameraParams.ncols = 16;
+      image->cameraParams.nrows = 12;
+      image->cameraParams.setIntrinsicParamsFromValues(10, 11, 8, 6);
+      image->cameraParams.setDistortionKannalaBrandt(0.1, -0.2, 0.3, -0.4);
+      image->cameraPose = mrpt::poses::CPose3D(0.1, 0.2, 0.3, 0.4, 0.5, 0.6);
+      writer.write(*image);
+      writer.write(*test::truthAt(t, 0.1 * i));
+      auto range = test::rangeAt(t + kMs, 4);
+      range->stdError = 0.05F;
+      range->sensedData[0].sensedDistance = 2.7F;
+      range->sensedData[0].sensorLocationOnRobot.z(0.25);
+      writer.write(*range);
+    }
+    writer.finish();
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  Outcome exportAs(const std::string& format) {
+    return virSlam("export " + quoted(path("a.rawlog")) + " --format " + format + " --out " +
+                   quoted(path(format)));
+  }
+  static long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+  test::TempFolder folder_;
+};
+
+std::vector<mrpt::obs::CObservation::Ptr> readAll(const std::string& path) {
+  RawlogReader reader(path);
+  std::vector<mrpt::obs::CObservation::Ptr> all;
+  while (auto o = reader.next()) all.push_back(o);
+  EXPECT_EQ(reader.damage(), "");
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return std::make_pair(a->timestamp, a->sensorLabel) <
+           std::make_pair(b->timestamp, b->sensorLabel);
+  });
+  return all;
+}
+
+void expectSame(mrpt::obs::CObservation& a, mrpt::obs::CObservation& b) {
+  EXPECT_EQ(a.timestamp, b.timestamp);
+  EXPECT_EQ(a.sensorLabel, b.sensorLabel);
+  if (auto* imu = dynamic_cast<mrpt::obs::CObservationIMU*>(&a)) {
+    EXPECT_EQ(imu->rawMeasurements, dynamic_cast<mrpt::obs::CObservationIMU&>(b).rawMeasurements);
+  } else if (auto* image = dynamic_cast<mrpt::obs::CObservationImage*>(&a)) {
+    auto& other = dynamic_cast<mrpt::obs::CObservationImage&>(b);
+    image->load();
+    other.load();
+    EXPECT_EQ(image->image.at<std::uint8_t>(0, 0), other.image.at<std::uint8_t>(0, 0));
+    EXPECT_EQ(image->cameraParams.dist, other.cameraParams.dist);
+    EXPECT_EQ(image->cameraParams.distortion, other.cameraParams.distortion);
+    EXPECT_EQ(image->cameraParams.fy(), other.cameraParams.fy());
+    EXPECT_LT((image->cameraPose - other.cameraPose).norm(), 1e-9);
+  } else if (auto* range = dynamic_cast<mrpt::obs::CObservationBeaconRanges*>(&a)) {
+    auto& other = dynamic_cast<mrpt::obs::CObservationBeaconRanges&>(b);
+    EXPECT_EQ(range->stdError, other.stdError);
+    ASSERT_EQ(other.sensedData.size(), 1u);
+    EXPECT_EQ(range->sensedData[0].sensedDistance, other.sensedData[0].sensedDistance);
+    EXPECT_EQ(range->sensedData[0].beaconID, other.sensedData[0].beaconID);
+    EXPECT_EQ(range->sensedData[0].sensorLocationOnRobot.z(),
+              other.sensedData[0].sensorLocationOnRobot.z());
+  }
+}
+
+TEST_F(ExportCli, EurocComesBackThroughImport) {
+  const Outcome out = exportAs("euroc");
+  ASSERT_EQ(out.code, 0) << out.text;
+  const Outcome back =
+      virSlam("import euroc " + quoted(path("euroc")) + " --out " + quoted(path("b.rawlog")));
+  ASSERT_EQ(back.code, 0) << back.text;
+  const auto before = readAll(path("a.rawlog"));
+  const auto after = readAll(path("b.rawlog"));
+  ASSERT_EQ(before.size(), after.size()) << back.text;
+  for (std::size_t i = 0; i < before.size(); ++i) expectSame(*before[i], *after[i]);
+}
+
+TEST_F(ExportCli, EurocDoesNotOverwrite) {
+  ASSERT_EQ(exportAs("euroc").code, 0);
+  const Outcome again = exportAs("euroc");
+  EXPECT_EQ(again.code, 1);
+  EXPECT_TRUE(test::contains(again.text, "exists already")) << again.text;
+}
+
+TEST_F(ExportCli, Tum) {
+  const Outcome out = exportAs("tum");
+  ASSERT_EQ(out.code, 0) << out.text;
+  const std::string text = test::readText(path("tum/GT.tum"));
+  EXPECT_EQ(lines(text), 4);
+  EXPECT_EQ(text.substr(0, text.find('\n')),
+            "1700000000.025000000 0.500000000 0.000000000 0.000000000 0.000000000 0.000000000 "
+            "0.000000000 1.000000000");
+}
+
+TEST_F(ExportCli, Csv) {
+  const Outcome out = exportAs("csv");
+  ASSERT_EQ(out.code, 0) << out.text;
+  EXPECT_EQ(lines(test::readText(path("csv/IMU0.csv"))), 41);
+  EXPECT_EQ(lines(test::readText(path("csv/CAM0.csv"))), 5);
+  EXPECT_TRUE(test::contains(test::readText(path("csv/UWB0.csv")),
+                             "\n1700000000026000000,4,2.7,0.05,0,0,0.25\n"));
+}
+
+TEST_F(ExportCli, DamagedRecordingIsExportedAndReported) {
+  const std::string whole = test::readText(path("a.rawlog"));
+  test::writeText(path("a.rawlog"), whole.substr(0, whole.size() * 2 / 3));
+  const Outcome out = exportAs("csv");
+  EXPECT_EQ(out.code, 1);
+  EXPECT_TRUE(test::contains(out.text, "damaged or cut off")) << out.text;
+  EXPECT_TRUE(std::filesystem::exists(path("csv/IMU0.csv")));
+}
+
+TEST_F(ExportCli, WrongUse) {
+  EXPECT_EQ(exportAs("pcd").code, 2);
+  EXPECT_EQ(virSlam("export /nowhere.rawlog --format csv --out x").code, 2);
+}
+
+}  // namespace
+}  // namespace vir

@@ -1,0 +1,115 @@
+/// Each way in which a plugin can be wrong has its own words.
+#include "vir/pipeline/plugin_loader.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "vir/pipeline/estimator_registry.h"
+#include "vir/pipeline/sensor_registry.h"
+#include "vir_test_temp_folder.h"
+
+namespace vir {
+namespace {
+
+using testing::Test;
+
+std::string good(const std::string& name) {
+  return std::string(VIR_FIXTURES) + "/good/libfixture_" + name + ".so";
+}
+std::string bad(const std::string& name) {
+  return std::string(VIR_FIXTURES) + "/bad/libfixture_" + name + ".so";
+}
+
+template <typename Work>
+std::string errorOf(Work work) {
+  try {
+    work();
+  } catch (const PluginError& e) {
+    return e.what();
+  }
+  return "no PluginError";
+}
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(PluginLoader, LoadsAndCreditsWhatAPluginRegisters) {
+  loadPlugin(good("estimator"));
+  loadPlugin(good("sensor"));
+  loadPlugin(good("estimator"));  // again: nothing happens
+  ASSERT_EQ(registeredEstimators().size(), 1u);
+  EXPECT_EQ(registeredEstimators()[0].name, "counting");
+  EXPECT_TRUE(has(registeredEstimators()[0].plugin_file, "libfixture_estimator.so"));
+  ASSERT_EQ(registeredSensors().size(), 1u);
+  EXPECT_EQ(registeredSensors()[0].alias, "ticking");
+  EXPECT_EQ(registeredSensors()[0].class_name, "TickingSensor");
+  EXPECT_NE(createEstimator("counting"), nullptr);
+  EXPECT_NE(createSensor("ticking"), nullptr);
+  EXPECT_NE(createSensor("TickingSensor"), nullptr);
+}
+
+TEST(PluginLoader, FolderIsLoadedInNameOrder) {
+  const auto files = loadPluginFolder(std::string(VIR_FIXTURES) + "/good");
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_TRUE(has(files[0], "estimator"));
+  EXPECT_TRUE(has(files[1], "sensor"));
+}
+
+TEST(PluginLoader, MissingFile) {
+  const std::string text = errorOf([] { loadPlugin("/nowhere/libx.so"); });
+  EXPECT_EQ(text, "there is no plugin file /nowhere/libx.so");
+}
+
+TEST(PluginLoader, MissingFolder) {
+  const std::string text = errorOf([] { loadPluginFolder("/nowhere"); });
+  EXPECT_TRUE(has(text, "no plugin folder /nowhere")) << text;
+}
+
+TEST(PluginLoader, NotASharedObject) {
+  const test::TempFolder folder;
+  test::writeText(folder / "libtext.so", "this is text\n");
+  const std::string text = errorOf([&] { loadPlugin((folder / "libtext.so").string()); });
+  EXPECT_TRUE(has(text, "cannot load plugin")) << text;
+  EXPECT_TRUE(has(text, "libtext.so")) << text;
+}
+
+TEST(PluginLoader, UndefinedSymbolIsNamed) {
+  const std::string text = errorOf([] { loadPlugin(bad("undefined")); });
+  EXPECT_TRUE(has(text, "cannot load plugin")) << text;
+  EXPECT_TRUE(has(text, "definedNowhere")) << text;
+}
+
+TEST(PluginLoader, DuplicateNameNamesBothPlugins) {
+  loadPlugin(good("estimator"));
+  const std::string text = errorOf([] { loadPlugin(bad("twin")); });
+  EXPECT_TRUE(has(text, "estimator 'Counting' is registered twice")) << text;
+  EXPECT_TRUE(has(text, "libfixture_estimator.so")) << text;
+  EXPECT_TRUE(has(text, "libfixture_twin.so")) << text;
+  EXPECT_NE(createEstimator("counting"), nullptr);  // the first one stays
+}
+
+TEST(PluginLoader, ClassThatMrptHasAlready) {
+  const std::string text = errorOf([] { loadPlugin(bad("twin_sensor")); });
+  EXPECT_TRUE(has(text, "MRPT has a class CCameraSensor already")) << text;
+}
+
+TEST(PluginLoader, PluginThatRegistersNothing) {
+  const std::string text = errorOf([] { loadPlugin(bad("empty")); });
+  EXPECT_TRUE(has(text, "registers nothing")) << text;
+}
+
+TEST(PluginLoader, UnknownNamesListWhatThereIs) {
+  if (registeredEstimators().empty()) {  // ctest runs each case in a process of its own
+    EXPECT_TRUE(has(errorOf([] { createEstimator("nope"); }), "none (no plugin loaded)"));
+  }
+  loadPluginFolder(std::string(VIR_FIXTURES) + "/good");
+  EXPECT_EQ(errorOf([] { createEstimator("nope"); }),
+            "unknown estimator 'nope'; available: counting");
+  EXPECT_EQ(errorOf([] { createSensor("nope"); }),
+            "unknown sensor driver 'nope'; available: ticking");
+}
+
+}  // namespace
+}  // namespace vir

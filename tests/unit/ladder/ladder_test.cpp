@@ -1,0 +1,86 @@
+/// A library includes headers of its own and of lower rungs only. The rungs are the "rung N:" lines
+/// of libs/CMakeLists.txt.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <sstream>
+#include <string>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kLibs = fs::path(VIR_SOURCE_DIR) / "libs";
+
+std::map<std::string, int> readRungs() {
+  std::map<std::string, int> rungs;
+  std::ifstream in(kLibs / "CMakeLists.txt");
+  const std::regex pattern("# rung ([0-9]+): (.*)");
+  std::smatch match;
+  for (std::string line; std::getline(in, line);) {
+    if (!std::regex_match(line, match, pattern)) continue;
+    std::istringstream names(match[2]);
+    for (std::string name; names >> name;) rungs[name] = std::stoi(match[1]);
+  }
+  return rungs;
+}
+
+bool isSource(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  return extension == ".h" || extension == ".cpp";
+}
+
+/// Calls visit(library, file, header) for every include line of libs.
+template <typename Visit>
+void forEachInclude(Visit visit) {
+  const std::regex pattern("\\s*#\\s*include\\s*[<\"]([^>\"]+)[>\"].*");
+  std::smatch match;
+  for (const auto& item : fs::recursive_directory_iterator(kLibs)) {
+    if (!item.is_regular_file() || !isSource(item.path())) continue;
+    const std::string library = fs::relative(item.path(), kLibs).begin()->string();
+    std::ifstream in(item.path());
+    for (std::string line; std::getline(in, line);) {
+      if (std::regex_match(line, match, pattern)) visit(library, item.path(), match[1].str());
+    }
+  }
+}
+
+TEST(Ladder, EveryLibraryHasARung) {
+  const auto rungs = readRungs();
+  ASSERT_FALSE(rungs.empty());
+  for (const auto& item : fs::directory_iterator(kLibs)) {
+    if (!item.is_directory()) continue;
+    EXPECT_EQ(rungs.count(item.path().filename().string()), 1u)
+        << item.path() << " has no rung in libs/CMakeLists.txt";
+  }
+}
+
+TEST(Ladder, IncludesOnlyGoDown) {
+  const auto rungs = readRungs();
+  const std::regex ours("vir/([a-z_]+)/.*");
+  int checked = 0;
+  forEachInclude([&](const std::string& library, const fs::path& file, const std::string& header) {
+    std::smatch match;
+    if (!std::regex_match(header, match, ours)) return;
+    const std::string used = match[1];
+    ++checked;
+    ASSERT_EQ(rungs.count(used), 1u) << file << " includes " << header;
+    EXPECT_TRUE(used == library || rungs.at(used) < rungs.at(library))
+        << file << " (rung " << rungs.at(library) << ") includes " << header << " (rung "
+        << rungs.at(used) << ")";
+  });
+  EXPECT_GT(checked, 20);  // the pattern still finds something
+}
+
+TEST(Ladder, OnlyPipelineKnowsMrptBeyondItsSettings) {
+  forEachInclude([](const std::string& library, const fs::path& file, const std::string& header) {
+    if (header.rfind("mrpt/", 0) != 0 || library == "pipeline") return;
+    EXPECT_TRUE(library == "core" && header.rfind("mrpt/config/", 0) == 0)
+        << file << " includes " << header;
+  });
+}
+
+}  // namespace
