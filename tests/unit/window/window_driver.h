@@ -1,0 +1,82 @@
+#pragma once
+/// Runs a short window over the simulated scene the way the estimator does, without a tracker.
+#include <cmath>
+#include <vector>
+
+#include "vir_test_scene.h"
+
+namespace vir_test {
+
+inline vir::ImuNoise unscaledNoise() {
+  vir::ImuNoise n;
+  n.noise_scale = 1;
+  n.acc_random_walk = 1e-4;
+  return n;
+}
+
+struct WindowDriver {
+  WindowDriver(Motion motion, unsigned seed, const vir::WindowOptions& window_options,
+               double t0_s = 1.0)
+      : scene(std::move(motion), seed),
+        options(window_options),
+        window(options, noise, Scene::T_B_C(), Scene::kFocal, 0.0),
+        t(vir::fromSeconds(t0_s)),
+        next_imu(t - vir::fromSeconds(0.01)) {}
+
+  void feedImu() {
+    for (; next_imu <= t + vir::fromSeconds(0.005); next_imu += vir::fromSeconds(0.005)) {
+      imu.add(scene.imu(next_imu));
+    }
+  }
+
+  void start(const vir::NavState& state, const vir::StartPrior& prior, bool standing = false) {
+    feedImu();
+    window.start(state, prior, scene.observe(t), standing);
+  }
+
+  /// Adds the next image with its prediction, optionally disturbed.
+  void push(double period_s, double disturb = 0, bool standing = false) {
+    const vir::NavState from = window.newest();
+    t += vir::fromSeconds(period_s);
+    feedImu();
+    vir::Preintegration link = imu.integrate(from.t, t, noise, from.bg, from.ba);
+    vir::NavState s = predict(from, link, noise.gravity_mps2, t);
+    if (disturb > 0) {
+      s.T_W_B.p += scene.normal3(disturb);
+      s.T_W_B.q = (s.T_W_B.q * vir::expQuat(scene.normal3(0.3 * disturb))).normalized();
+      s.v += scene.normal3(disturb);
+    }
+    std::vector<vir::FeatureObservation> features = scene.observe(t);
+    if (spoil) spoil(&features);
+    window.push(s, std::move(link), features, standing);
+    imu.dropBefore(from.t - vir::fromSeconds(1.0));
+  }
+
+  /// One image as the estimator's loop handles it.
+  void step(double period_s, bool standing = false) {
+    push(period_s, 0, standing);
+    const bool keyframe = window.newestIsKeyframe();
+    window.triangulate();
+    last = keyframe || options.full_every_image ? window.optimise(options.iterations)
+                                                : window.optimiseNewest(options.iterations_newest);
+    window.rejectOutliers();
+    window.slide(keyframe);
+    keyframes += keyframe;
+  }
+
+  double positionError() const {
+    return (window.newest().T_W_B.p - scene.truth(window.newest().t).T_W_B.p).norm();
+  }
+
+  Scene scene;
+  vir::ImuNoise noise = unscaledNoise();
+  vir::WindowOptions options;
+  vir::ShortWindow window;
+  vir::ImuBuffer imu;
+  TimeNs t, next_imu;
+  std::function<void(std::vector<vir::FeatureObservation>*)> spoil;
+  vir::SolveSummary last;
+  int keyframes = 0;
+};
+
+}  // namespace vir_test

@@ -1,0 +1,138 @@
+/// The window over longer runs: consistency, rest, bounded memory, repeatability.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "window_driver.h"
+
+namespace vir {
+namespace {
+
+using vir_test::WindowDriver;
+
+/// Everything as noisy as the options say it is; the start is drawn from its own prior.
+void startNoisy(WindowDriver* d) {
+  d->scene.noise_px = d->options.sigma_px;
+  d->scene.noise_gyro = d->noise.gyro_noise_density;
+  d->scene.noise_acc = d->noise.acc_noise_density;
+  StartPrior p;
+  p.tilt_rad = 0.005;
+  p.velocity_mps = 0.02;
+  p.bias_gyro = 0.002;
+  p.bias_acc = 0.03;
+  NavState s = d->scene.truth(d->t);
+  s.T_W_B.p += d->scene.normal3(p.position_m);
+  const Vec3 turn = d->scene.normal3(1).cwiseProduct(Vec3(p.tilt_rad, p.tilt_rad, p.yaw_rad));
+  s.T_W_B.q = (expQuat(turn) * s.T_W_B.q).normalized();
+  s.v += d->scene.normal3(p.velocity_mps);
+  s.bg += d->scene.normal3(p.bias_gyro);
+  s.ba += d->scene.normal3(p.bias_acc);
+  d->start(s, p);
+}
+
+TEST(WindowRun, PositionCovarianceIsHonest) {
+  double sum = 0;
+  const int seeds = 20;
+  for (unsigned seed = 1; seed <= seeds; ++seed) {
+    WindowOptions o;
+    o.full_every_image = true;
+    WindowDriver d(vir_test::circling, seed, o, 0.3 * seed);
+    startNoisy(&d);
+    for (int k = 0; k < 30; ++k) d.step(0.1);
+    const Mat3 P = d.window.newestCovariance().topLeftCorner<3, 3>();
+    const Vec3 e = d.window.newest().T_W_B.p - d.scene.truth(d.t).T_W_B.p;
+    const double nees = e.dot(P.ldlt().solve(e));
+    EXPECT_LT(nees, 60) << "seed " << seed << ", error " << e.norm() << " m";
+    sum += nees;
+  }
+  RecordProperty("mean_nees", std::to_string(sum / seeds));
+  // Three dimensions: the mean over runs should be 3.
+  EXPECT_GT(sum / seeds, 0.3 * 3);
+  EXPECT_LT(sum / seeds, 3 * 3);
+}
+
+TEST(WindowRun, KeepsAtMostItsFramesAndForgetsLandmarks) {
+  WindowOptions o;
+  o.keyframes = 6;
+  WindowDriver d(vir_test::circling, 1, o);
+  startNoisy(&d);
+  int most_frames = 0, retired = 0, most_landmarks = 0;
+  for (int k = 0; k < 1000; ++k) {
+    d.step(0.05);
+    ASSERT_TRUE(d.last.usable) << k;
+    most_frames = std::max(most_frames, d.window.frames());
+    most_landmarks = std::max(most_landmarks, static_cast<int>(d.window.landmarks().size()));
+    retired += static_cast<int>(d.window.takeRetiredKeyframes().size());
+    d.window.takeRetiredLandmarks();
+  }
+  EXPECT_LE(most_frames, o.keyframes + 1);
+  EXPECT_LT(most_landmarks, 8 * static_cast<int>(d.scene.max_tracks));
+  EXPECT_GT(d.keyframes, 100);
+  EXPECT_LT(d.keyframes, 900);
+  // Every keyframe (and the start) is in the window or has been handed out once.
+  EXPECT_NEAR(retired + d.window.frames(), d.keyframes + 1, 1);
+  EXPECT_LT(d.positionError(), 1.0) << "after sixty metres";
+}
+
+TEST(WindowRun, StandingKeepsThePose) {
+  WindowDriver d(vir_test::still, 1, WindowOptions());
+  d.scene.bias_gyro = Vec3(0.01, -0.02, 0.01);
+  d.scene.bias_acc = Vec3(0.1, 0.1, -0.1);
+  d.scene.noise_px = 0.3;
+  d.scene.noise_gyro = d.noise.gyro_noise_density;
+  d.scene.noise_acc = d.noise.acc_noise_density;
+  NavState s = d.scene.truth(d.t);
+  s.bg += Vec3(0.001, -0.001, 0.001);
+  s.ba.setZero();
+  StartPrior p;
+  p.bias_gyro = 0.002;
+  p.velocity_mps = 0.01;
+  p.tilt_rad = 0.02;
+  d.start(s, p, true);
+  for (int k = 0; k < 200; ++k) {
+    d.step(0.05, true);
+    ASSERT_TRUE(d.last.usable);
+    ASSERT_LT(d.positionError(), 0.01) << k;
+    ASSERT_LT(d.window.newest().T_W_B.q.angularDistance(s.T_W_B.q), 0.03) << k;
+    ASSERT_LE(d.window.frames(), 3) << "standing must not fill the window";
+  }
+  EXPECT_LT(d.window.newest().v.norm(), 0.005);
+  EXPECT_EQ(d.window.newest().t, d.t);
+}
+
+TEST(WindowRun, TwoRunsGiveTheSameBits) {
+  const auto run = [] {
+    WindowDriver d(vir_test::circling, 5, WindowOptions());
+    startNoisy(&d);
+    std::vector<double> out;
+    for (int k = 0; k < 40; ++k) {
+      d.step(0.1);
+      const NavState s = d.window.newest();
+      for (const Vec3& v : {s.T_W_B.p, s.v, s.bg, s.ba}) {
+        for (int i = 0; i < 3; ++i) out.push_back(v[i]);
+      }
+      for (int i = 0; i < 4; ++i) out.push_back(s.T_W_B.q.coeffs()[i]);
+    }
+    return out;
+  };
+  EXPECT_EQ(run(), run());
+}
+
+TEST(WindowRun, ExtrinsicsMayBeEstimatedOnTheWay) {
+  WindowOptions o;
+  o.estimate_extrinsics = true;
+  o.full_every_image = true;
+  WindowDriver d(vir_test::circling, 1, o);
+  startNoisy(&d);
+  for (int k = 0; k < 40; ++k) d.step(0.1);
+  ASSERT_TRUE(d.last.usable);
+  const Pose E = d.window.extrinsics();
+  EXPECT_LT(E.q.angularDistance(vir_test::Scene::T_B_C().q), 0.02);
+  EXPECT_LT((E.p - vir_test::Scene::T_B_C().p).norm(), 0.1);
+  EXPECT_LT(d.positionError(), 0.2);
+}
+
+}  // namespace
+}  // namespace vir
