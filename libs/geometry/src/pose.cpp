@@ -16,9 +16,17 @@ Mat3 rotZ(double yaw) {
 Quat gravityAlignedAttitude(const Vec3& up_B) {
   const double n = up_B.norm();
   if (!(n > 0)) throw std::invalid_argument("gravityAlignedAttitude: the vector is zero");
-  const Quat q = Quat::FromTwoVectors(up_B / n, Vec3::UnitZ());
-  const Mat3 R = q.toRotationMatrix();
-  return Quat(rotZ(-yawOf(R)) * R).normalized();
+  // Rows of R_W_B are W's axes in B: z is up, and without yaw y has no part along B's x. This keeps
+  // all digits upside down too, where the shortest turn between two vectors loses them.
+  const Vec3 z = up_B / n;
+  Vec3 y(0, z.z(), -z.y());
+  const double across = y.norm();
+  y = across > 0 ? Vec3(y / across) : Vec3::UnitY();
+  Mat3 R;
+  R.row(0) = y.cross(z);
+  R.row(1) = y;
+  R.row(2) = z;
+  return Quat(R).normalized();
 }
 
 }  // namespace vir

@@ -29,8 +29,9 @@ class Linearizer {
       throw std::runtime_error("marginalization: a residual could not be evaluated");
     }
     const double n = r.norm();
-    if (t.huber > 0 && n > t.huber) {
-      const double w = std::sqrt(t.huber / n);
+    if (t.robust > 0 && (t.cauchy || n > t.robust)) {
+      const double w =
+          t.cauchy ? 1.0 / std::sqrt(1.0 + n * n / (t.robust * t.robust)) : std::sqrt(t.robust / n);
       r *= w;
       for (RowMajor& j : J) j *= w;
     }

@@ -19,7 +19,9 @@ void describe(OptionVisitor& v, WindowOptions& o) {
   v.value("full_every_image", o.full_every_image,
           "solve the whole window for every image, not only for keyframes");
   v.value("sigma_px", o.sigma_px, {0.01, 100.0}, "noise of a tracked feature [px]");
-  v.value("huber", o.huber, {0.1, 1e6}, "reprojections beyond this many sigma weigh less");
+  v.choice("loss", o.loss, {"huber", "cauchy"}, "robust loss of reprojections");
+  v.value("loss_scale", o.loss_scale, {0.1, 1e6},
+          "reprojections beyond this many sigma weigh less");
   v.value("outlier_sigma", o.outlier_sigma, {1.0, 1e6}, "reprojections beyond are dropped [sigma]");
   v.value("keyframe_parallax_px", o.keyframe_parallax_px, {0.5, 500.0},
           "mean parallax to the last keyframe that makes the next");

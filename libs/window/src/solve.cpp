@@ -83,6 +83,11 @@ void relinearizeLinks(WindowState& w) {
   }
 }
 
+std::unique_ptr<ceres::LossFunction> lossOf(const WindowOptions& o) {
+  if (o.loss == "cauchy") return std::make_unique<ceres::CauchyLoss>(o.loss_scale);
+  return std::make_unique<ceres::HuberLoss>(o.loss_scale);
+}
+
 ceres::Solver::Options solverOptions(int iterations) {
   ceres::Solver::Options options;
   options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
@@ -109,7 +114,7 @@ SolveSummary run(WindowState& w, const ceres::Solver::Options& options, const Te
   double sum = 0;
   double r[2];
   for (const Term& t : set.terms()) {
-    if (t.huber <= 0) continue;  // only reprojections have a robust loss
+    if (t.robust <= 0) continue;  // only reprojections have a robust loss
     t.cost->Evaluate(t.blocks.data(), r, nullptr);
     sum += r[0] * r[0] + r[1] * r[1];
   }
@@ -126,11 +131,11 @@ SolveSummary solveWindow(WindowState& w, int iterations) {
 
   ceres::Problem problem(problemOptions());
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  ceres::HuberLoss huber(w.options.huber);
+  const std::unique_ptr<ceres::LossFunction> loss = lossOf(w.options);
   addParameters(w, &problem, ordering.get());
   for (const Term& t : set.terms()) {
     problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
-                             t.huber > 0 ? &huber : nullptr, t.blocks);
+                             t.robust > 0 ? loss.get() : nullptr, t.blocks);
     if (t.landmark && t.blocks.size() == 1) ordering->AddElementToGroup(t.landmark, 0);
   }
   ceres::Solver::Options options = solverOptions(iterations);
@@ -143,7 +148,7 @@ SolveSummary solveTail(WindowState& w, int iterations, std::size_t first) {
   TermSet set(w);
   set.addTail(first);
   ceres::Problem problem(problemOptions());
-  ceres::HuberLoss huber(w.options.huber);
+  const std::unique_ptr<ceres::LossFunction> loss = lossOf(w.options);
   for (std::size_t k = first > 0 ? first - 1 : 0; k < w.frames.size(); ++k) {
     Frame& f = *w.frames[k];
     problem.AddParameterBlock(f.pose, 7, &w.pose_manifold);
@@ -154,7 +159,7 @@ SolveSummary solveTail(WindowState& w, int iterations, std::size_t first) {
   }
   for (const Term& t : set.terms()) {
     problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
-                             t.huber > 0 ? &huber : nullptr, t.blocks);
+                             t.robust > 0 ? loss.get() : nullptr, t.blocks);
   }
   ceres::Solver::Options options = solverOptions(iterations);
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;

@@ -13,7 +13,7 @@ Factor& TermSet::make(Args&&... args) {
 void TermSet::addPrior() {
   if (w_.prior.r0.size() == 0) return;
   auto& f = make<LinearPriorFactor>(w_.prior);
-  terms_.push_back({&f, w_.prior_blocks, 0, nullptr});
+  terms_.push_back({&f, w_.prior_blocks, 0, false, nullptr});
 }
 
 void TermSet::addLink(Frame& a, Frame& b) {
@@ -21,25 +21,26 @@ void TermSet::addLink(Frame& a, Frame& b) {
   if (w_.options.first_estimate_jacobians) {
     f.linearizeAt(a.linPose(), a.linSpeedBias(), b.linPose(), b.linSpeedBias());
   }
-  terms_.push_back({&f, {a.pose, a.speed_bias, b.pose, b.speed_bias}, 0, nullptr});
+  terms_.push_back({&f, {a.pose, a.speed_bias, b.pose, b.speed_bias}, 0, false, nullptr});
 }
 
 void TermSet::addRest(Frame& a, Frame* before) {
   if (!a.standing) return;
   auto& f = make<ZeroVelocityFactor>(w_.options.rest_sigma_v_mps);
-  terms_.push_back({&f, {a.speed_bias}, 0, nullptr});
+  terms_.push_back({&f, {a.speed_bias}, 0, false, nullptr});
   if (!before || !before->standing) return;
   Eigen::Matrix<double, 6, 6> S = Eigen::Matrix<double, 6, 6>::Zero();
   S.diagonal().head<3>().setConstant(1.0 / w_.options.rest_sigma_p_m);
   S.diagonal().tail<3>().setConstant(1.0 / w_.options.rest_sigma_theta_rad);
   auto& g = make<RelativePoseFactor>(Pose(), S);
-  terms_.push_back({&g, {before->pose, a.pose}, 0, nullptr});
+  terms_.push_back({&g, {before->pose, a.pose}, 0, false, nullptr});
 }
 
 void TermSet::addLandmark(Landmark& l) {
   Frame* host = l.host();
+  const bool cauchy = w_.options.loss == "cauchy";
   host_sights_.emplace_back(l.ray, l.sights.front().sight.weight);
-  terms_.push_back({&host_sights_.back(), {l.x}, 0, l.x});
+  terms_.push_back({&host_sights_.back(), {l.x}, 0, false, l.x});
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
     Frame* f = l.sights[k].frame;
     const bool fej = w_.options.first_estimate_jacobians;
@@ -48,12 +49,16 @@ void TermSet::addLandmark(Landmark& l) {
     if (w_.calibrating()) {
       auto& r = make<ReprojectionCalibrationFactor>(l.ray, l.sights[k].sight, w_.td_ref_s);
       r.linearizeAt(lin_i, lin_j);
-      terms_.push_back(
-          {&r, {host->pose, f->pose, w_.extrinsic, l.x, w_.time_offset}, w_.options.huber, l.x});
+      terms_.push_back({&r,
+                        {host->pose, f->pose, w_.extrinsic, l.x, w_.time_offset},
+                        w_.options.loss_scale,
+                        cauchy,
+                        l.x});
     } else {
       reprojections_.emplace_back(l.ray, l.sights[k].sight, w_.T_B_C());
       reprojections_.back().linearizeAt(lin_i, lin_j);
-      terms_.push_back({&reprojections_.back(), {host->pose, f->pose, l.x}, w_.options.huber, l.x});
+      terms_.push_back(
+          {&reprojections_.back(), {host->pose, f->pose, l.x}, w_.options.loss_scale, cauchy, l.x});
     }
     ++sights_;
   }
@@ -78,6 +83,7 @@ void TermSet::addTail(std::size_t first) {
     addRest(*w_.frames[k], before);
   }
   const Pose T_B_C = w_.T_B_C();
+  const bool cauchy = w_.options.loss == "cauchy";
   const auto in_tail = [&](const Frame* f) {
     for (std::size_t k = first; k < w_.frames.size(); ++k) {
       if (w_.frames[k].get() == f) return true;
@@ -89,8 +95,11 @@ void TermSet::addTail(std::size_t first) {
     const Vec3 p_W = landmarkInWorld(w_, l);
     for (std::size_t k = l.sights.size() - 1; k > 0 && in_tail(l.sights[k].frame); --k) {
       point_sights_.emplace_back(p_W, l.sights[k].sight, T_B_C);
-      terms_.push_back(
-          {&point_sights_.back(), {l.sights[k].frame->pose}, w_.options.huber, nullptr});
+      terms_.push_back({&point_sights_.back(),
+                        {l.sights[k].frame->pose},
+                        w_.options.loss_scale,
+                        cauchy,
+                        nullptr});
       ++sights_;
     }
   }

@@ -11,7 +11,7 @@
 namespace vir {
 
 struct StartupOptions {
-  double min_span_s = 0.5;
+  double min_span_s = 1.0;
   double max_span_s = 2.0;
   double max_scale_sigma = 0.05;
   double max_tilt_sigma_deg = 1.5;

@@ -15,7 +15,8 @@ namespace vir {
 struct Term {
   const ceres::CostFunction* cost = nullptr;
   std::vector<double*> blocks;
-  double huber = 0;            ///< threshold of the Huber loss on the whitened norm; 0 = none
+  double robust = 0;           ///< scale of the robust loss on the whitened norm; 0 = none
+  bool cauchy = false;         ///< Cauchy's loss, else Huber's
   double* landmark = nullptr;  ///< the landmark block among `blocks`, if any
 };
 

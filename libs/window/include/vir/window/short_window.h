@@ -19,10 +19,11 @@ struct WindowOptions {
   int iterations_newest = 3;
   int newest_frames = 1;
   bool full_every_image = false;
-  double sigma_px = 1.0;
-  double huber = 1.5;
+  double sigma_px = 0.3;
+  std::string loss = "cauchy";
+  double loss_scale = 1.0;
   double outlier_sigma = 4.0;
-  double keyframe_parallax_px = 10.0;
+  double keyframe_parallax_px = 12.0;
   double keyframe_min_shared = 0.5;
   double keyframe_max_interval_s = 0.6;
   double min_parallax_px = 3.0;
