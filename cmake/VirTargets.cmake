@@ -35,7 +35,9 @@ function(vir_plugin name)
     target_link_options(vir_plugin_${name} PRIVATE -Wl,-z,defs)
   endif()
   set_target_properties(vir_plugin_${name} PROPERTIES
-    LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/vir-slam/plugins)
+    LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/vir-slam/plugins
+    INSTALL_RPATH "$ORIGIN/../..")
+  install(TARGETS vir_plugin_${name} LIBRARY DESTINATION lib/vir-slam/plugins)
   vir_compile_options(vir_plugin_${name})
 endfunction()
 

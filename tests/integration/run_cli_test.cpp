@@ -119,11 +119,11 @@ TEST_F(RunCli, FailedRunIsOne) {
 TEST_F(RunCli, InterruptKeepsWhatThereIs) {
   test::writeRecording(path("long.rawlog"), 20000);
   const std::string program = quoted(VIR_BINARY_DIR "/bin/vir-slam") + kPlugins;
-  const Outcome outcome =
-      test::shell(program + "run " + quoted(path("c.ini")) + " --rawlog " +
-                  quoted(path("long.rawlog")) + " --out " + quoted(path("out")) +
-                  " & child=$!; while [ ! -s " + quoted(path("out/trajectory.tum")) +
-                  " ]; do sleep 0.01; done; kill -INT $child; wait $child");
+  const Outcome outcome = test::shell(
+      program + "run " + quoted(path("c.ini")) + " --rawlog " + quoted(path("long.rawlog")) +
+      " --out " + quoted(path("out")) + " & child=$!; while kill -0 $child && [ ! -s " +
+      quoted(path("out/trajectory.tum")) +
+      " ]; do sleep 0.01; done; kill -INT $child; wait $child");
   EXPECT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_TRUE(contains(outcome.text, "interrupted")) << outcome.text;
   const auto summary = nlohmann::json::parse(test::readText(path("out/summary.json")));

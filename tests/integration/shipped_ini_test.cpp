@@ -39,8 +39,8 @@ TEST(ShippedIni, EachIsAccepted) {
 TEST(ShippedIni, ReferenceIsWhatTheCodeSays) {
   const fs::path file = kIni / "reference.ini";
   ASSERT_TRUE(fs::exists(file)) << "make it with: vir-slam plugins vir > ini/reference.ini";
-  EXPECT_EQ(test::readText(file), test::virSlam("plugins vir").text)
-      << "make it anew with: vir-slam plugins vir > ini/reference.ini";
+  EXPECT_TRUE(test::readText(file) == test::virSlam("plugins vir").text)
+      << "an option changed; make it anew with: vir-slam plugins vir > ini/reference.ini";
 }
 
 }  // namespace

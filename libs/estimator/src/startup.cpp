@@ -12,7 +12,11 @@ void describe(OptionVisitor& v, StartupOptions& o) {
   v.value("min_span_s", o.min_span_s, {0.1, 60.0}, "shortest stretch of images to start from");
   v.value("max_span_s", o.max_span_s, {0.2, 60.0}, "longest stretch of images to start from");
   v.value("max_scale_sigma", o.max_scale_sigma, {1e-4, 10.0},
-          "relative standard deviation of the scale at which a start is accepted");
+          "relative standard deviation of the scale at which a start is accepted at once");
+  v.value("patience_s", o.patience_s, {0.0, 1e6},
+          "after this long a start is accepted at patient_scale_sigma");
+  v.value("patient_scale_sigma", o.patient_scale_sigma, {1e-4, 10.0},
+          "relative standard deviation of the scale at which a late start is accepted");
   v.value("max_tilt_sigma_deg", o.max_tilt_sigma_deg, {1e-3, 90.0},
           "standard deviation of roll and pitch at which a start is accepted");
   v.value("min_parallax_px", o.min_parallax_px, {1.0, 1000.0},
@@ -69,6 +73,7 @@ Startup::Startup(const StartupOptions& options, const ImuNoise& noise, const Pos
 void Startup::reset() {
   frames_.clear();
   since_attempt_ = 0;
+  any_offer_ = false;
   reason_ = "waiting for images";
 }
 
@@ -79,6 +84,8 @@ StartupStatus Startup::offer(const TrackedFrame& frame, ImuBuffer& imu, const Re
     return StartupStatus::waiting;
   }
   frames_.push_back(frame);
+  if (!any_offer_) first_offer_ = frame.t;
+  any_offer_ = true;
   while (toSeconds(frames_.back().t - frames_.front().t) > options_.max_span_s + 1e-6) {
     frames_.pop_front();
   }
@@ -240,7 +247,10 @@ bool Startup::refine(ShortWindow* window) {
     reason_ = "inconsistent";
     return false;
   }
-  if (!(scale_sigma < options_.max_scale_sigma) ||
+  const bool patient = toSeconds(frames_.back().t - first_offer_) >= options_.patience_s;
+  const double limit = patient ? std::max(options_.max_scale_sigma, options_.patient_scale_sigma)
+                               : options_.max_scale_sigma;
+  if (!(scale_sigma < limit) ||
       !(acc.tilt_sigma_rad * 180 / M_PI < options_.max_tilt_sigma_deg)) {
     reason_ = "scale uncertain";
     return false;

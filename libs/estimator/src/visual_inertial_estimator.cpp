@@ -344,6 +344,12 @@ const EstimatorCounters& VisualInertialEstimator::counters() const { return impl
 const ImuBufferCounters& VisualInertialEstimator::imuCounters() const {
   return impl_->imu.counters();
 }
+double VisualInertialEstimator::timeOffset() const {
+  return impl_->window ? impl_->window->timeOffset() : impl_->config.camera_time_offset_s;
+}
+Pose VisualInertialEstimator::extrinsics() const {
+  return impl_->window ? impl_->window->extrinsics() : impl_->T_B_C;
+}
 int VisualInertialEstimator::resets() const { return impl_->resets; }
 const std::vector<std::string>& VisualInertialEstimator::warnings() const {
   return impl_->warnings;

@@ -14,13 +14,15 @@ bool triangulate(const WindowState& w, const Landmark& l, double* rho) {
   double cc = 0, ca = 0, parallax = 0;
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
     const Pose T_Cj_Ci = (l.sights[k].frame->T_W_B() * T_B_C).inverse() * T_W_Ci;
-    const Vec3 a = T_Cj_Ci.q * l.ray.bearing;
-    const Mat23& W = l.sights[k].sight.weight;
-    const Vec2 Wa = W * (a - l.sights[k].sight.bearing);
+    const Sight& s = l.sights[k].sight;
+    const Vec3 a = T_Cj_Ci.q * (l.ray.bearing - w.td() * l.ray.rate);
+    const Vec3 seen = s.bearing - w.td() * s.rate;
+    const Mat23& W = s.weight;
+    const Vec2 Wa = W * (a - seen);
     const Vec2 Wc = W * T_Cj_Ci.p;
     cc += Wc.squaredNorm();
     ca += Wc.dot(Wa);
-    const double angle = std::acos(std::clamp(a.dot(l.sights[k].sight.bearing), -1.0, 1.0));
+    const double angle = std::acos(std::clamp(a.dot(seen), -1.0, 1.0));
     parallax = std::max(parallax, angle);
   }
   if (parallax * w.focal_px < w.options.min_parallax_px || cc <= 0) return false;
@@ -30,7 +32,7 @@ bool triangulate(const WindowState& w, const Landmark& l, double* rho) {
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
     const Vec2 r =
         reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
-                             l.sights[k].frame->T_W_B(), T_B_C, Vec3(0, 0, *rho), 0, nullptr);
+                             l.sights[k].frame->T_W_B(), T_B_C, Vec3(0, 0, *rho), w.td(), nullptr);
     worst = std::max(worst, r.norm());
   }
   return worst < 3 * w.options.outlier_sigma;
@@ -39,7 +41,7 @@ bool triangulate(const WindowState& w, const Landmark& l, double* rho) {
 }  // namespace
 
 Vec3 landmarkInWorld(const WindowState& w, const Landmark& l) {
-  return l.host()->T_W_B() * (w.T_B_C() * l.inCamera());
+  return l.host()->T_W_B() * (w.T_B_C() * l.inCamera(w.td()));
 }
 
 int triangulateLandmarks(WindowState& w) {
@@ -72,7 +74,7 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
     for (std::size_t k = 1; k < l.sights.size();) {
       const Vec2 r = reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
                                           l.sights[k].frame->T_W_B(), T_B_C, x,
-                                          w.time_offset[0] - w.td_ref_s, nullptr);
+                                          w.td(), nullptr);
       if (r.norm() > w.options.outlier_sigma) {
         newest_bad = newest_bad || l.sights[k].frame == newest;
         l.sights.erase(l.sights.begin() + k);

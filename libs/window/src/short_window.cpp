@@ -34,7 +34,13 @@ void describe(OptionVisitor& v, WindowOptions& o) {
   v.value("first_estimate_jacobians", o.first_estimate_jacobians,
           "Jacobians of states in the prior are taken at their first estimate");
   v.value("estimate_extrinsics", o.estimate_extrinsics, "refine the camera's pose in the body");
+  v.value("extrinsics_sigma_m", o.extrinsics_sigma_m, {1e-6, 10.0},
+          "how far the calibrated camera position may be off");
+  v.value("extrinsics_sigma_rad", o.extrinsics_sigma_rad, {1e-6, 3.0},
+          "how far the calibrated camera rotation may be off");
   v.value("estimate_time_offset", o.estimate_time_offset, "refine the camera's time offset");
+  v.value("time_offset_sigma_s", o.time_offset_sigma_s, {1e-7, 1.0},
+          "how far the given time offset may be off");
   v.value("rest_sigma_v_mps", o.rest_sigma_v_mps, {1e-6, 10.0}, "velocity noise at standstill");
   v.value("rest_sigma_p_m", o.rest_sigma_p_m, {1e-6, 10.0}, "position noise at standstill");
   v.value("rest_sigma_theta_rad", o.rest_sigma_theta_rad, {1e-7, 1.0},
@@ -82,9 +88,33 @@ struct ShortWindow::Impl : WindowState {
       sight.sight.weight = o.dpx_dbearing / options.sigma_px;
       sight.sight.rate = o.bearing_rate;
       l.sights.push_back(sight);
-      if (l.sights.size() == 1) l.setHostRay();
+      if (l.sights.size() == 1) {
+        l.setHostRay();
+      } else if (l.sights.size() == 2 && l.ray.rate.isZero()) {
+        // A new track has no rate yet: its next image tells how it was moving.
+        l.sights.front().sight.rate = o.bearing_rate;
+        l.ray.rate = o.bearing_rate;
+      }
     }
     return *frames.back();
+  }
+
+  /// Appends one block whose local coordinates are known to `sigmas`.
+  void addPriorBlock(double* data, int ambient, const std::vector<double>& sigmas) {
+    const int rows = static_cast<int>(prior.J.rows()), cols = static_cast<int>(prior.J.cols());
+    const int n = static_cast<int>(sigmas.size());
+    prior.J.conservativeResizeLike(Eigen::MatrixXd::Zero(rows + n, cols + n));
+    for (int i = 0; i < n; ++i) prior.J(rows + i, cols + i) = 1.0 / sigmas[i];
+    prior.blocks.push_back({ambient, cols, std::vector<double>(data, data + ambient)});
+    prior_blocks.push_back(data);
+  }
+
+  void addCalibrationPrior() {
+    if (options.estimate_extrinsics) {
+      const double p = options.extrinsics_sigma_m, a = options.extrinsics_sigma_rad;
+      addPriorBlock(extrinsic, 7, {p, p, p, a, a, a});
+    }
+    if (options.estimate_time_offset) addPriorBlock(time_offset, 1, {options.time_offset_sigma_s});
   }
 
   NormalEquations information() {
@@ -138,12 +168,14 @@ void ShortWindow::start(const NavState& state, const StartPrior& p,
     row(12, Vec3::Unit(i), p.bias_acc);
   }
   LinearPrior& prior = impl_->prior;
-  prior.J.resize(static_cast<int>(rows.size()), 15);
-  for (std::size_t k = 0; k < rows.size(); ++k) prior.J.row(static_cast<int>(k)) = rows[k];
-  prior.r0 = Eigen::VectorXd::Zero(static_cast<int>(rows.size()));
+  const int n = static_cast<int>(rows.size());
+  prior.J = Eigen::MatrixXd::Zero(n, 15);
+  for (int k = 0; k < n; ++k) prior.J.row(k) = rows[static_cast<std::size_t>(k)];
   prior.blocks = {{7, 0, std::vector<double>(f.pose, f.pose + 7)},
                   {9, 6, std::vector<double>(f.speed_bias, f.speed_bias + 9)}};
   impl_->prior_blocks = {f.pose, f.speed_bias};
+  impl_->addCalibrationPrior();
+  prior.r0 = Eigen::VectorXd::Zero(prior.J.rows());
 }
 
 void ShortWindow::push(const NavState& predicted, Preintegration link,

@@ -94,7 +94,9 @@ void TermSet::addTail(std::size_t first) {
     if (!l.has_depth || in_tail(l.host())) continue;
     const Vec3 p_W = landmarkInWorld(w_, l);
     for (std::size_t k = l.sights.size() - 1; k > 0 && in_tail(l.sights[k].frame); --k) {
-      point_sights_.emplace_back(p_W, l.sights[k].sight, T_B_C);
+      Sight sight = l.sights[k].sight;
+      sight.bearing -= w_.td() * sight.rate;
+      point_sights_.emplace_back(p_W, sight, T_B_C);
       terms_.push_back({&point_sights_.back(),
                         {l.sights[k].frame->pose},
                         w_.options.loss_scale,

@@ -51,7 +51,10 @@ struct Landmark {
   bool in_prior = false;  ///< some of its sights were marginalised
 
   Frame* host() const { return sights.front().frame; }
-  Vec3 inCamera() const { return (ray.bearing + ray.basis * Vec2(x[0], x[1])) / x[2]; }
+  /// Point in the host's camera; `td_s`: time offset against the one the stamps were corrected with.
+  Vec3 inCamera(double td_s) const {
+    return (ray.bearing + ray.basis * Vec2(x[0], x[1]) - td_s * ray.rate) / x[2];
+  }
   void setHostRay() {
     const Sight& s = sights.front().sight;
     ray.bearing = s.bearing;
@@ -76,6 +79,8 @@ struct WindowState {
   PoseManifold pose_manifold;
 
   Pose T_B_C() const { return poseFrom(extrinsic); }
+  /// Change of the time offset against the one the frames' stamps were corrected with [s].
+  double td() const { return time_offset[0] - td_ref_s; }
   bool calibrating() const { return options.estimate_extrinsics || options.estimate_time_offset; }
   Frame& newest() { return *frames.back(); }
 };

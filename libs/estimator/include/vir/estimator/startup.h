@@ -13,7 +13,9 @@ namespace vir {
 struct StartupOptions {
   double min_span_s = 1.0;
   double max_span_s = 2.0;
-  double max_scale_sigma = 0.05;
+  double max_scale_sigma = 0.02;
+  double patience_s = 1.6;
+  double patient_scale_sigma = 0.05;
   double max_tilt_sigma_deg = 1.5;
   double min_parallax_px = 15.0;
   int min_shared_tracks = 25;
@@ -65,6 +67,8 @@ class Startup {
   std::string reason_ = "waiting for images";
   std::string detail_;
   int since_attempt_ = 0;
+  bool any_offer_ = false;
+  TimeNs first_offer_ = 0;
 };
 
 }  // namespace vir

@@ -77,6 +77,9 @@ class VisualInertialEstimator {
   std::vector<WindowLandmark> landmarks() const;
   const EstimatorCounters& counters() const;
   const ImuBufferCounters& imuCounters() const;
+  /// Time offset and camera pose in the body as last estimated (or as given).
+  double timeOffset() const;
+  Pose extrinsics() const;
   int resets() const;
   const std::vector<std::string>& warnings() const;
   /// The reason that kept initialisation waiting longest.

@@ -14,7 +14,7 @@
 namespace vir {
 
 struct WindowOptions {
-  int keyframes = 10;
+  int keyframes = 14;
   int iterations = 3;
   int iterations_newest = 3;
   int newest_frames = 1;
@@ -29,7 +29,10 @@ struct WindowOptions {
   double min_parallax_px = 3.0;
   bool first_estimate_jacobians = true;
   bool estimate_extrinsics = false;
+  double extrinsics_sigma_m = 0.01;
+  double extrinsics_sigma_rad = 0.01;
   bool estimate_time_offset = false;
+  double time_offset_sigma_s = 0.005;
   double rest_sigma_v_mps = 0.01;
   double rest_sigma_p_m = 0.001;
   double rest_sigma_theta_rad = 0.0005;
