@@ -2,7 +2,9 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "window_state.h"
 
@@ -18,57 +20,74 @@ ceres::Problem::Options problemOptions() {
   return o;
 }
 
-void addParameters(WindowState& w, ceres::Problem* problem,
-                   ceres::ParameterBlockOrdering* ordering) {
-  for (auto& f : w.frames) {
-    problem->AddParameterBlock(f->pose, 7, &w.pose_manifold);
-    problem->AddParameterBlock(f->speed_bias, 9);
-    ordering->AddElementToGroup(f->pose, 1);
-    ordering->AddElementToGroup(f->speed_bias, 1);
+/// A copy of what is solved for, in window order in one array: Ceres orders by address, so that the
+/// rounding of a result would else depend on where the heap happened to put a landmark. Only a
+/// solution that is finite is written back.
+class Unknowns {
+ public:
+  explicit Unknowns(WindowState& w) {
+    const std::size_t blocks = 2 * w.frames.size() + 2 + w.landmarks.size();
+    entries_.reserve(blocks);
+    index_.reserve(blocks);
+    for (auto& f : w.frames) {
+      add(f->pose, 7);
+      add(f->speed_bias, 9);
+    }
+    add(w.extrinsic, 7);
+    add(w.time_offset, 1);
+    for (auto& [id, l] : w.landmarks) add(l.x, 3);
+    values_.reserve(size_);
+    for (const Entry& e : entries_) values_.insert(values_.end(), e.original, e.original + e.size);
   }
-  if (!w.calibrating()) return;
-  problem->AddParameterBlock(w.extrinsic, 7, &w.pose_manifold);
-  problem->AddParameterBlock(w.time_offset, 1);
-  if (!w.options.estimate_extrinsics) problem->SetParameterBlockConstant(w.extrinsic);
-  if (!w.options.estimate_time_offset) problem->SetParameterBlockConstant(w.time_offset);
-  ordering->AddElementToGroup(w.extrinsic, 1);
-  ordering->AddElementToGroup(w.time_offset, 1);
-}
+  double* of(double* original) { return values_.data() + index_.at(original); }
+  std::vector<double*> of(std::vector<double*> originals) {
+    for (double*& x : originals) x = of(x);
+    return originals;
+  }
+  bool finite() const {
+    return std::all_of(values_.begin(), values_.end(), [](double x) { return std::isfinite(x); });
+  }
+  void writeBack() const {
+    const double* v = values_.data();
+    for (const Entry& e : entries_) {
+      std::copy(v, v + e.size, e.original);
+      v += e.size;
+    }
+  }
 
-/// Saved values, to undo a solution that is not finite.
-struct Snapshot {
-  explicit Snapshot(const WindowState& w) {
-    for (const auto& f : w.frames) {
-      values.insert(values.end(), f->pose, f->pose + 7);
-      values.insert(values.end(), f->speed_bias, f->speed_bias + 9);
-    }
-    for (const auto& [id, l] : w.landmarks) values.insert(values.end(), l.x, l.x + 3);
+ private:
+  struct Entry {
+    double* original;
+    int size;
+  };
+  void add(double* x, int size) {
+    entries_.push_back({x, size});
+    index_[x] = size_;
+    size_ += static_cast<std::size_t>(size);
   }
-  void restore(WindowState* w) const {
-    const double* v = values.data();
-    const auto take = [&v](double* out, int n) {
-      std::copy(v, v + n, out);
-      v += n;
-    };
-    for (auto& f : w->frames) {
-      take(f->pose, 7);
-      take(f->speed_bias, 9);
-    }
-    for (auto& [id, l] : w->landmarks) take(l.x, 3);
-  }
-  std::vector<double> values;
+  std::vector<Entry> entries_;
+  std::unordered_map<const double*, std::size_t> index_;  // looked up only
+  std::size_t size_ = 0;
+  std::vector<double> values_;
 };
 
-bool finite(const WindowState& w) {
-  for (const auto& f : w.frames) {
-    for (double x : f->pose) {
-      if (!std::isfinite(x)) return false;
-    }
-    for (double x : f->speed_bias) {
-      if (!std::isfinite(x)) return false;
-    }
+void addParameters(WindowState& w, Unknowns* x, ceres::Problem* problem,
+                   ceres::ParameterBlockOrdering* ordering) {
+  for (auto& f : w.frames) {
+    problem->AddParameterBlock(x->of(f->pose), 7, &w.pose_manifold);
+    problem->AddParameterBlock(x->of(f->speed_bias), 9);
+    ordering->AddElementToGroup(x->of(f->pose), 1);
+    ordering->AddElementToGroup(x->of(f->speed_bias), 1);
   }
-  return true;
+  if (!w.calibrating()) return;
+  double* const extrinsic = x->of(w.extrinsic);
+  double* const time_offset = x->of(w.time_offset);
+  problem->AddParameterBlock(extrinsic, 7, &w.pose_manifold);
+  problem->AddParameterBlock(time_offset, 1);
+  if (!w.options.estimate_extrinsics) problem->SetParameterBlockConstant(extrinsic);
+  if (!w.options.estimate_time_offset) problem->SetParameterBlockConstant(time_offset);
+  ordering->AddElementToGroup(extrinsic, 1);
+  ordering->AddElementToGroup(time_offset, 1);
 }
 
 /// Links whose biases moved far from where they were integrated are integrated again.
@@ -98,9 +117,8 @@ ceres::Solver::Options solverOptions(int iterations) {
   return options;
 }
 
-SolveSummary run(WindowState& w, const ceres::Solver::Options& options, const TermSet& set,
+SolveSummary run(const ceres::Solver::Options& options, const TermSet& set, Unknowns* x,
                  ceres::Problem* problem) {
-  const Snapshot before(w);
   ceres::Solver::Summary summary;
   ceres::Solve(options, problem, &summary);
   SolveSummary out;
@@ -108,9 +126,9 @@ SolveSummary run(WindowState& w, const ceres::Solver::Options& options, const Te
   out.initial_cost = summary.initial_cost;
   out.final_cost = summary.final_cost;
   out.sights = set.sights();
-  out.usable =
-      finite(w) && std::isfinite(summary.final_cost) && summary.termination_type != ceres::FAILURE;
-  if (!out.usable) before.restore(&w);
+  out.usable = x->finite() && std::isfinite(summary.final_cost) &&
+               summary.termination_type != ceres::FAILURE;
+  if (out.usable) x->writeBack();
   double sum = 0;
   double r[2];
   for (const Term& t : set.terms()) {
@@ -132,16 +150,17 @@ SolveSummary solveWindow(WindowState& w, int iterations) {
   ceres::Problem problem(problemOptions());
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   const std::unique_ptr<ceres::LossFunction> loss = lossOf(w.options);
-  addParameters(w, &problem, ordering.get());
+  Unknowns x(w);
+  addParameters(w, &x, &problem, ordering.get());
   for (const Term& t : set.terms()) {
     problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
-                             t.robust > 0 ? loss.get() : nullptr, t.blocks);
-    if (t.landmark && t.blocks.size() == 1) ordering->AddElementToGroup(t.landmark, 0);
+                             t.robust > 0 ? loss.get() : nullptr, x.of(t.blocks));
+    if (t.landmark && t.blocks.size() == 1) ordering->AddElementToGroup(x.of(t.landmark), 0);
   }
   ceres::Solver::Options options = solverOptions(iterations);
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.linear_solver_ordering = ordering;
-  return run(w, options, set, &problem);
+  return run(options, set, &x, &problem);
 }
 
 SolveSummary solveTail(WindowState& w, int iterations, std::size_t first) {
@@ -149,21 +168,22 @@ SolveSummary solveTail(WindowState& w, int iterations, std::size_t first) {
   set.addTail(first);
   ceres::Problem problem(problemOptions());
   const std::unique_ptr<ceres::LossFunction> loss = lossOf(w.options);
+  Unknowns x(w);
   for (std::size_t k = first > 0 ? first - 1 : 0; k < w.frames.size(); ++k) {
     Frame& f = *w.frames[k];
-    problem.AddParameterBlock(f.pose, 7, &w.pose_manifold);
-    problem.AddParameterBlock(f.speed_bias, 9);
+    problem.AddParameterBlock(x.of(f.pose), 7, &w.pose_manifold);
+    problem.AddParameterBlock(x.of(f.speed_bias), 9);
     if (k >= first) continue;
-    problem.SetParameterBlockConstant(f.pose);
-    problem.SetParameterBlockConstant(f.speed_bias);
+    problem.SetParameterBlockConstant(x.of(f.pose));
+    problem.SetParameterBlockConstant(x.of(f.speed_bias));
   }
   for (const Term& t : set.terms()) {
     problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
-                             t.robust > 0 ? loss.get() : nullptr, t.blocks);
+                             t.robust > 0 ? loss.get() : nullptr, x.of(t.blocks));
   }
   ceres::Solver::Options options = solverOptions(iterations);
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  return run(w, options, set, &problem);
+  return run(options, set, &x, &problem);
 }
 
 }  // namespace vir
