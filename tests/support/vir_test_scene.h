@@ -1,7 +1,7 @@
 #pragma once
-/// A small simulated world for the estimator's tests: an analytic motion, seeded random points on
-/// the walls of a room, a pinhole camera looking ahead and an IMU. Everything is a function of the
-/// seed only. Not the simulator of the program: this one renders no images.
+/// A small simulated world for the estimator's tests: an analytic motion, seeded random points in a
+/// room, a pinhole camera looking ahead and an IMU. Everything is a function of the seed only. Not
+/// the simulator of the program: this one renders no images.
 #include <cmath>
 #include <functional>
 #include <map>
@@ -52,7 +52,10 @@ class Scene {
     for (int k = 0; k < points; ++k) {
       const double a = 6 * u(random_), b = 6 * u(random_), h = 3 * u(random_);
       const Vec3 sides[4] = {Vec3(6, a, h), Vec3(-6, a, h), Vec3(a, 6, h), Vec3(a, -6, h)};
-      points_.push_back(sides[k % 4] + 0.5 * Vec3(b / 6, u(random_), 0));
+      const Vec3 wall = sides[k / 2 % 4] + 0.5 * Vec3(b / 6, u(random_), 0);
+      // Every second point stands somewhere in the room: a bare wall alone hardly tells a turn from
+      // a sideways step.
+      points_.push_back(k % 2 ? Vec3(0.9 * a, 0.9 * b, h) : wall);
     }
   }
 
