@@ -15,6 +15,9 @@ namespace {
 constexpr std::size_t kMaxWaitingImages = 100;
 /// Without an image for longer, the tracks are not expected to survive.
 constexpr double kImageGapS = 0.5;
+/// Readings missing for longer cannot be bridged by interpolation: measured on the rendered flight,
+/// a hole of 1.0 s costs nothing, one of 1.5 s metres.
+constexpr double kImuHoleS = 1.0;
 /// This many readings in a row from the past: the clock was set back, not a late packet.
 constexpr long kClockStepReadings = 50;
 
@@ -68,6 +71,8 @@ struct VisualInertialEstimator::Impl {
   void update(const TrackedFrame& frame, FrameEstimate* out);
   std::string failure(const TrackedFrame& frame, const SolveSummary& solve, TimeNs t);
   void restart(const std::string& why);
+  /// Does t lie in a hole of the readings, or well behind the last of them?
+  bool missesImu(TimeNs t) const;
   void collectRetired();
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);
@@ -93,6 +98,8 @@ struct VisualInertialEstimator::Impl {
   bool running = false;
   int segment = 0;
   int resets = 0;
+  TimeNs hole_start = 0, hole_end = 0;   // the last long interval without readings
+  bool in_gap = false, in_dark = false;  // warn once per stretch
   long stepped_back = 0;
   bool any_image = false;
   TimeNs last_image = 0;  // on the IMU clock
@@ -129,6 +136,13 @@ void VisualInertialEstimator::Impl::process(TimeNs t_image, const cv::Mat& gray)
     if (imu.empty() || t < imu.firstTime()) {
       ++counters.images_without_imu;
       out.health = "no IMU readings yet";
+    } else if (missesImu(t)) {
+      ++counters.images_without_imu;
+      out.health = "no IMU readings";
+      if (running) {
+        origin = window->newest().T_W_B;
+        restart("the IMU was silent");
+      }
     } else {
       const double since = any_image ? toSeconds(t - last_image) : 0;
       if (since > kImageGapS) {
@@ -167,6 +181,10 @@ TrackedFrame VisualInertialEstimator::Impl::track(TimeNs t, const cv::Mat& gray,
   }
   TrackedFrame frame = tracker->process(t, gray, R_C0_C1);
   if (!frame.usable) ++counters.images_unusable;
+  if (!frame.usable && !in_dark) {
+    warn("images from " + std::to_string(t) + " ns on cannot be used: " + frame.reason);
+  }
+  in_dark = !frame.usable;
   out->tracks = static_cast<int>(frame.features.size());
   out->ms_pyramid = frame.ms_pyramid;
   out->ms_flow = frame.ms_flow;
@@ -205,10 +223,11 @@ void VisualInertialEstimator::Impl::update(const TrackedFrame& frame, FrameEstim
   const TimeNs t = frame.t;
   bool gap = false;
   Preintegration link = imu.integrate(previous.t, t, config.imu, previous.bg, previous.ba, &gap);
-  if (gap) {
-    ++counters.imu_gaps;
+  if (gap) ++counters.imu_gaps;
+  if (gap && !in_gap) {
     warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
   }
+  in_gap = gap;
   const NavState predicted = predict(previous, link, config.imu.gravity_mps2, t);
   window->push(predicted, std::move(link), frame.features, rest.standing());
   SolveSummary solve;
@@ -269,6 +288,12 @@ void VisualInertialEstimator::Impl::restart(const std::string& why) {
   tracker->reset();
   rest.reset();
   running = false;
+  last_usable = 0;  // nothing left to be matched against
+}
+
+bool VisualInertialEstimator::Impl::missesImu(TimeNs t) const {
+  if (t > hole_start && t < hole_end) return true;
+  return t > imu.lastTime() + fromSeconds(0.1);
 }
 
 void VisualInertialEstimator::Impl::collectRetired() {
@@ -286,7 +311,13 @@ void VisualInertialEstimator::setCamera(const CameraCalibration& calibration, co
 bool VisualInertialEstimator::hasCamera() const { return impl_->tracker != nullptr; }
 
 void VisualInertialEstimator::addImu(const ImuSample& sample) {
+  const bool any = !impl_->imu.empty();
+  const TimeNs last = any ? impl_->imu.lastTime() : 0;
   if (impl_->imu.add(sample)) {
+    if (any && toSeconds(sample.t - last) > kImuHoleS) {
+      impl_->hole_start = last;
+      impl_->hole_end = sample.t;
+    }
     impl_->stepped_back = 0;
     impl_->processWaiting(false);
     return;
