@@ -250,8 +250,7 @@ bool Startup::refine(ShortWindow* window) {
   const bool patient = toSeconds(frames_.back().t - first_offer_) >= options_.patience_s;
   const double limit = patient ? std::max(options_.max_scale_sigma, options_.patient_scale_sigma)
                                : options_.max_scale_sigma;
-  if (!(scale_sigma < limit) ||
-      !(acc.tilt_sigma_rad * 180 / M_PI < options_.max_tilt_sigma_deg)) {
+  if (!(scale_sigma < limit) || !(acc.tilt_sigma_rad * 180 / M_PI < options_.max_tilt_sigma_deg)) {
     reason_ = "scale uncertain";
     return false;
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <map>
+#include <stdexcept>
 
 namespace vir {
 namespace {
@@ -215,7 +216,8 @@ void VisualInertialEstimator::Impl::update(const TrackedFrame& frame, FrameEstim
     StageTimer timer(&out->ms_optimise);
     out->keyframe = window->newestIsKeyframe();
     window->triangulate();
-    solve = out->keyframe || config.window.full_every_image
+    const bool full = out->keyframe || window->newestEndsRestLink();
+    solve = full || config.window.full_every_image
                 ? window->optimise(config.window.iterations)
                 : window->optimiseNewest(config.window.iterations_newest);
     tracker->drop(window->rejectOutliers());
@@ -293,6 +295,14 @@ void VisualInertialEstimator::addImu(const ImuSample& sample) {
   if (++impl_->stepped_back < kClockStepReadings) return;
   ++impl_->counters.clock_steps;
   impl_->stepped_back = 0;
+  impl_->counters.images_without_imu += static_cast<long>(impl_->waiting.size());
+  for (const auto& [t, image] : impl_->waiting) {
+    FrameEstimate lost;
+    lost.t = t;
+    lost.segment = impl_->segment;
+    lost.health = "the clock of the IMU was set back";
+    impl_->results.push_back(lost);
+  }
   impl_->waiting.clear();
   if (impl_->running) impl_->origin = impl_->window->newest().T_W_B;
   if (impl_->tracker) impl_->restart("the clock of the IMU was set back");
@@ -303,6 +313,9 @@ void VisualInertialEstimator::addImu(const ImuSample& sample) {
 }
 
 void VisualInertialEstimator::addImage(TimeNs t, const cv::Mat& gray) {
+  if (!impl_->tracker) {
+    throw std::logic_error("VisualInertialEstimator: setCamera must come before the first image");
+  }
   ++impl_->counters.images;
   const TimeNs t_imu = t + fromSeconds(impl_->config.camera_time_offset_s);
   const bool after_waiting = impl_->waiting.empty() || t > impl_->waiting.back().first;

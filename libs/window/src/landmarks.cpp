@@ -73,8 +73,7 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
     std::size_t bad = 0;
     for (std::size_t k = 1; k < l.sights.size();) {
       const Vec2 r = reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
-                                          l.sights[k].frame->T_W_B(), T_B_C, x,
-                                          w.td(), nullptr);
+                                          l.sights[k].frame->T_W_B(), T_B_C, x, w.td(), nullptr);
       if (r.norm() > w.options.outlier_sigma) {
         newest_bad = newest_bad || l.sights[k].frame == newest;
         l.sights.erase(l.sights.begin() + k);

@@ -199,6 +199,7 @@ SolveSummary ShortWindow::optimiseNewest(int iterations) {
 }
 
 bool ShortWindow::newestIsKeyframe() const { return decideKeyframe(*impl_); }
+bool ShortWindow::newestEndsRestLink() const { return endsRestLink(*impl_); }
 
 std::vector<std::uint64_t> ShortWindow::rejectOutliers() { return rejectOutlierSights(*impl_); }
 

@@ -54,11 +54,17 @@ bool decideKeyframe(const WindowState& w) {
          s.parallax_px > 0.3 * w.options.keyframe_parallax_px;
 }
 
+bool endsRestLink(const WindowState& w) {
+  if (w.frames.size() < 2) return false;
+  const Frame& n = *w.frames.back();
+  return n.standing && w.frames[w.frames.size() - 2]->standing && n.link->dt() > kMaxRestLinkS;
+}
+
 void dropNewestInto(WindowState& w, Preintegration* link) {
   Frame& n = w.newest();
   Frame& before = *w.frames[w.frames.size() - 2];
   removeSightsOf(w, &n);
-  if (n.standing && before.standing && n.link->dt() > kMaxRestLinkS) {
+  if (endsRestLink(w)) {
     before.t = n.t;
   } else {
     Preintegration merged = std::move(*n.link);

@@ -51,7 +51,8 @@ struct Landmark {
   bool in_prior = false;  ///< some of its sights were marginalised
 
   Frame* host() const { return sights.front().frame; }
-  /// Point in the host's camera; `td_s`: time offset against the one the stamps were corrected with.
+  /// Point in the host's camera; `td_s`: time offset against the one the stamps were corrected
+  /// with.
   Vec3 inCamera(double td_s) const {
     return (ray.bearing + ray.basis * Vec2(x[0], x[1]) - td_s * ray.rate) / x[2];
   }
@@ -127,6 +128,8 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w);
 /// Removes the sights of a frame; landmarks hosted there move to their next sight.
 void removeSightsOf(WindowState& w, const Frame* frame);
 bool decideKeyframe(const WindowState& w);
+/// Newest and the frame before it stand still, and the link between them is at its longest.
+bool endsRestLink(const WindowState& w);
 void dropNewestInto(WindowState& w, Preintegration* link);
 void marginalizeOldest(WindowState& w);
 SolveSummary solveWindow(WindowState& w, int iterations);

@@ -15,7 +15,7 @@ namespace vir {
 
 struct WindowOptions {
   int keyframes = 14;
-  int iterations = 3;
+  int iterations = 2;
   int iterations_newest = 3;
   int newest_frames = 1;
   bool full_every_image = false;
@@ -112,6 +112,9 @@ class ShortWindow {
   SolveSummary optimiseNewest(int iterations);
   /// Whether the newest frame is to stay as a keyframe: from its tracks and the predicted rotation.
   bool newestIsKeyframe() const;
+  /// The newest frame ends a long stretch of rest, about to be cut off: time to solve everything,
+  /// so that the biases learn from it.
+  bool newestEndsRestLink() const;
   /// Drops sights and landmarks that contradict the solution; ids of tracks to be given up.
   std::vector<std::uint64_t> rejectOutliers();
   /// Makes room for the next frame: keeps the newest as a keyframe (and marginalises the oldest
