@@ -73,8 +73,12 @@ say "Running the estimator on $rawlog"
 
 if [ -n "$reference" ]; then
   say "Comparing with $reference"
+  images=()
+  for file in "$source_folder"/{mav0/,}cam0/data.csv; do
+    if [ -n "$source_folder" ] && [ -f "$file" ]; then images=(--images "$file"); fi
+  done
   "$vir_slam" evaluate --reference "$reference" "$out/trajectory.tum" \
-    --json "$out/evaluation.json" --plot "$out/evaluation.svg"
+    ${images[@]+"${images[@]}"} --json "$out/evaluation.json" --plot "$out/evaluation.svg"
 else
   say "No ground truth beside the recording: nothing to compare with"
 fi
