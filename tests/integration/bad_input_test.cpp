@@ -79,19 +79,11 @@ TEST_F(BadInput, NothingWrong) {
   EXPECT_TRUE(r.summary["warnings"].empty()) << r.summary["warnings"];
 }
 
-TEST_F(BadInput, NoImuForTwoSecondsIsSaid) {
-  erase(&recording_->imu, kFrom, kFrom + 2);
-  const RunResult r = importAndRun();
-  expectImportSays({"imu_gap 1\n", "nothing for 2.005 s before"});
-  EXPECT_GE(r.counter("imu_gaps"), 1);
-  EXPECT_TRUE(r.warns("IMU readings missing")) << r.summary;
-  EXPECT_FALSE(r.trajectory.empty());
-}
-
-/// Measured: 35 m off, and no reset says so. Images alone should bridge this, or a new segment.
+/// Bridged by interpolation this went 35 m astray: no pose without readings, then a new segment.
 TEST_F(BadInput, NoImuForTwoSecondsStartsANewSegment) {
   erase(&recording_->imu, kFrom, kFrom + 2);
   const RunResult r = importAndRun();
+  expectImportSays({"imu_gap 1\n", "nothing for 2.005 s before"});
   EXPECT_EQ(r.summary["resets"], 1);
   EXPECT_TRUE(r.warns("the IMU was silent")) << r.summary;
   const double last = toSeconds(r.trajectory.back().t - recording_->at(0));
@@ -158,11 +150,10 @@ TEST_F(BadInput, ImuCutOffInMidLineIsSaid) {
   const RunResult r = importAndRun(true);
   expectImportSays({"imu_cut_line 1\n", "its last line may be cut and is not used"});
   EXPECT_LT(errorAfter(r, kFrom, kFrom + 4), 0.01);
-  EXPECT_GE(r.counter("imu_gaps"), 1);
-  EXPECT_TRUE(r.warns("IMU readings missing")) << r.summary;
+  EXPECT_TRUE(r.warns("the IMU was silent")) << r.summary;
 }
 
-/// Measured: 6 m off within 2 s after the last reading, with poses that claim to be valid.
+/// Holding the last reading led 6 m astray within 2 s, with poses that claimed to be valid.
 TEST_F(BadInput, ImuCutOffGivesNoWrongPoses) {
   erase(&recording_->imu, kFrom + 4, 1e6);
   const RunResult r = importAndRun(true);

@@ -315,6 +315,7 @@ void VisualInertialEstimator::addImu(const ImuSample& sample) {
   const TimeNs last = any ? impl_->imu.lastTime() : 0;
   if (impl_->imu.add(sample)) {
     if (any && toSeconds(sample.t - last) > kImuHoleS) {
+      ++impl_->counters.imu_gaps;
       impl_->hole_start = last;
       impl_->hole_end = sample.t;
     }
