@@ -48,6 +48,35 @@ struct KeyframeEstimate {
   Pose T_W_B;
 };
 
+/// An anchor as now estimated, in W.
+struct AnchorEstimate {
+  std::uint64_t id = 0;
+  Vec3 p_W = Vec3::Zero();         ///< [m]
+  Mat3 covariance = Mat3::Zero();  ///< [m^2]
+  double bias_m = 0;               ///< constant part of its ranges that is no distance
+  double bias_sigma_m = 0;
+  /// "collecting" (no position yet; `advice` says what is missing), "mirror_open" (a second
+  /// position explains the ranges as well), "estimated", "fixed", "moved" (its ranges contradict
+  /// it: being found anew).
+  std::string state;
+  std::string advice;              ///< e.g. "move sideways: the path so far is a straight line"
+  Vec3 mirror_p_W = Vec3::Zero();  ///< the other position while "mirror_open"
+  long ranges_used = 0, ranges_rejected = 0;
+  bool has_position = false;
+};
+
+/// What became of one range, as decided when it was processed (causal).
+struct RangeRecord {
+  TimeNs t = 0;
+  std::uint64_t id = 0;
+  double measured_m = 0;
+  double predicted_m = 0;  ///< bias included; 0 if there is no prediction
+  double residual_m = 0;   ///< measured - predicted; 0 if there is no prediction
+  double sigma_m = 0;      ///< of the prediction and the range together; 0 if none
+  double weight = 0;       ///< of the robust loss, 0..1
+  std::string decision;    ///< "accepted", "collected" (no position yet), or why not used
+};
+
 /// Counted, never silent: what the estimator could not use, and what happened to it.
 struct EstimatorReport {
   std::vector<std::pair<std::string, long>> counters;  ///< e.g. {"images_unusable", 3}
@@ -73,6 +102,10 @@ class Estimator {
   virtual std::vector<LandmarkEstimate> landmarks() const = 0;
   /// Keyframes as the window last saw them.
   virtual std::vector<KeyframeEstimate> keyframes() const = 0;
+  /// Anchors ordered by id; none if the estimator uses no ranges.
+  virtual std::vector<AnchorEstimate> anchors() const { return {}; }
+  /// Ranges decided on since the last call, in time order.
+  virtual std::vector<RangeRecord> takeRanges() { return {}; }
   virtual EstimatorReport report() const = 0;
 };
 
