@@ -20,6 +20,8 @@ constexpr double kMaxGap_s = 0.5;
 constexpr double kCrowded = 0.4;
 /// Motion of the image from which the noise is that of a moving camera [px].
 constexpr double kMoving_px = 1.0;
+/// Nothing is found nearer to the image's edge.
+constexpr double kRim_px = 8;
 constexpr double kIntensity = 110;
 /// Share of the tracks that a wall without texture leaves.
 constexpr double kBlindShare = 0.05;
@@ -48,6 +50,14 @@ struct Track {
   FeatureObservation seen;
 };
 
+/// Where the camera is, ready for many points.
+struct View {
+  explicit View(const Pose& T_C_W) : T(T_C_W), R(T_C_W.R()) {}
+  Vec3 operator*(const Vec3& p_W) const { return R * p_W + T.p; }
+  Pose T;
+  Mat3 R;
+};
+
 }  // namespace
 
 struct TrackSimulator::Impl {
@@ -57,26 +67,30 @@ struct TrackSimulator::Impl {
         motion(std::move(m)),
         camera(std::move(c)),
         T_B_C(extrinsics),
+        slopes(widestSlopes()),
         world(o, *motion),
         births(static_cast<std::uint64_t>(o.seed), 410),
         noise(static_cast<std::uint64_t>(o.seed), 411),
         losses(static_cast<std::uint64_t>(o.seed), 412) {}
 
   /// Pixel of a point of the world; false when it is not in the image.
-  bool see(std::size_t point, const Pose& T_C_W, Vec2* px) const;
+  Vec2 widestSlopes() const;
+  bool see(std::size_t point, const View& view, Vec2* px) const;
+  bool mayShow(const TrackWorld::Block& block, const View& view) const;
   bool observe(const Vec2& px, FeatureObservation* out) const;
   /// Projects the points of all tracks; returns the median motion of the image [px].
-  double lookAgain(const Pose& T_C_W);
-  void follow(TimeNs t, const Pose& T_C_W, double survival_power, TrackedFrame* frame);
+  double lookAgain(const View& view);
+  void follow(TimeNs t, const View& view, double survival_power, TrackedFrame* frame);
   void giveUpCrowded(TrackedFrame* frame);
-  void start(const Pose& T_C_W, double wanted_share, TrackedFrame* frame);
-  std::vector<std::pair<std::size_t, Vec2>> candidates(const Pose& T_C_W) const;
+  void start(const View& view, double wanted_share, TrackedFrame* frame);
+  std::vector<std::pair<std::size_t, Vec2>> candidates(const View& view) const;
   Track born(std::size_t point);
 
   TrackSimulationOptions options;
   std::shared_ptr<const Motion> motion;
   std::shared_ptr<const CameraModel> camera;
   Pose T_B_C;
+  Vec2 slopes;
   TrackWorld world;
   Random births, noise, losses;
   std::vector<Track> tracks;  // by id
@@ -88,17 +102,43 @@ struct TrackSimulator::Impl {
   Pose last_T_C_W;
 };
 
-bool TrackSimulator::Impl::see(std::size_t point, const Pose& T_C_W, Vec2* px) const {
-  const Vec3 p_C = T_C_W * world.points()[point];
-  if (p_C.z() < options.min_depth_m || p_C.squaredNorm() > std::pow(options.max_distance_m, 2)) {
+/// Slopes x/z and y/z within which a point can show in the image.
+Vec2 TrackSimulator::Impl::widestSlopes() const {
+  const CameraCalibration& c = camera->calibration();
+  Vec2 widest(0.1, 0.1);
+  for (int k = 0; k <= 8; ++k) {
+    const double s = k / 8.0;
+    for (const Vec2& px : {Vec2(s * c.width, 0), Vec2(s * c.width, c.height), Vec2(0, s * c.height),
+                           Vec2(c.width, s * c.height)}) {
+      Vec3 b;
+      if (!camera->unproject(px, &b)) continue;
+      const double z = std::max(b.z(), 0.2);
+      widest = widest.cwiseMax(Vec2(std::abs(b.x()), std::abs(b.y())) / z);
+    }
+  }
+  return widest;
+}
+
+bool TrackSimulator::Impl::see(std::size_t point, const View& view, Vec2* px) const {
+  const Vec3 p_C = view * world.points()[point];
+  const double reach = options.max_distance_m;
+  if (p_C.z() < options.min_depth_m || p_C.squaredNorm() > reach * reach) return false;
+  // Far outside the image a distortion model may fold back into it.
+  if (std::abs(p_C.x()) > slopes.x() * p_C.z() || std::abs(p_C.y()) > slopes.y() * p_C.z()) {
     return false;
   }
-  // Far outside the image a distortion model may fold back into it.
-  if (std::abs(p_C.x()) > 2.5 * p_C.z() || std::abs(p_C.y()) > 2.5 * p_C.z()) return false;
   if (!camera->project(p_C, px)) return false;
   const CameraCalibration& c = camera->calibration();
-  constexpr double kRim = 8;
-  return px->x() > kRim && px->y() > kRim && px->x() < c.width - kRim && px->y() < c.height - kRim;
+  return px->x() > kRim_px && px->y() > kRim_px && px->x() < c.width - kRim_px &&
+         px->y() < c.height - kRim_px;
+}
+
+bool TrackSimulator::Impl::mayShow(const TrackWorld::Block& block, const View& view) const {
+  const Vec3 c = view * block.centre;
+  const double r = block.radius;
+  return c.z() > -r && c.norm() - r < options.max_distance_m &&
+         std::abs(c.x()) < slopes.x() * c.z() + r * std::sqrt(1 + slopes.x() * slopes.x()) &&
+         std::abs(c.y()) < slopes.y() * c.z() + r * std::sqrt(1 + slopes.y() * slopes.y());
 }
 
 bool TrackSimulator::Impl::observe(const Vec2& px, FeatureObservation* out) const {
@@ -123,24 +163,24 @@ Track TrackSimulator::Impl::born(std::size_t point) {
   return k;
 }
 
-double TrackSimulator::Impl::lookAgain(const Pose& T_C_W) {
+double TrackSimulator::Impl::lookAgain(const View& view) {
   std::vector<double> flow;
   for (Track& k : tracks) {
     const Vec2 before = k.clean;
-    k.in_sight = see(k.point, T_C_W, &k.clean);
+    k.in_sight = see(k.point, view, &k.clean);
     if (k.in_sight) flow.push_back((k.clean - before).norm());
   }
   return median(flow);
 }
 
-void TrackSimulator::Impl::follow(TimeNs t, const Pose& T_C_W, double survival_power,
+void TrackSimulator::Impl::follow(TimeNs t, const View& view, double survival_power,
                                   TrackedFrame* frame) {
   const double dt = toSeconds(t - last_usable);
-  const double motion_px = lookAgain(T_C_W);
+  const double motion_px = lookAgain(view);
   const double white =
       options.noise_px *
       (options.rest_noise + (1 - options.rest_noise) * std::min(1.0, motion_px / kMoving_px));
-  const Mat3 R_C0_C1 = (last_T_C_W * T_C_W.inverse()).R();
+  const Mat3 R_C0_C1 = (last_T_C_W * view.T.inverse()).R();
   std::vector<double> flow, parallax;
   std::vector<Track> kept;
   for (Track& k : tracks) {
@@ -190,43 +230,44 @@ void TrackSimulator::Impl::giveUpCrowded(TrackedFrame* frame) {
   tracks = std::move(kept);
 }
 
-std::vector<std::pair<std::size_t, Vec2>> TrackSimulator::Impl::candidates(
-    const Pose& T_C_W) const {
+std::vector<std::pair<std::size_t, Vec2>> TrackSimulator::Impl::candidates(const View& view) const {
   // At most one per cell of the image, drawn among those that fall into it.
   struct Best {
     std::uint64_t score = 0;
     std::size_t point = 0;
     Vec2 px = Vec2::Zero();
   };
-  std::map<std::pair<int, int>, Best> cells;
+  const CameraCalibration& c = camera->calibration();
+  const double cell = options.min_distance_px;
+  const auto columns = static_cast<std::size_t>(c.width / cell) + 1;
+  std::vector<Best> cells(columns * (static_cast<std::size_t>(c.height / cell) + 1));
+  const std::uint64_t salt = mixBits(images + (static_cast<std::uint64_t>(options.seed) << 32));
   for (const TrackWorld::Block& b : world.blocks()) {
-    const Vec3 c = T_C_W * b.centre;
-    if (c.z() < -b.radius || c.norm() - b.radius > options.max_distance_m) continue;
+    if (!mayShow(b, view)) continue;
     for (std::size_t k = b.begin; k < b.end; ++k) {
       Vec2 px;
-      if (!see(k, T_C_W, &px)) continue;
-      const std::uint64_t score =
-          mixBits(images * 0x9E3779B97F4A7C15ULL + k + static_cast<std::uint64_t>(options.seed));
-      Best& best = cells[{static_cast<int>(px.x() / options.min_distance_px),
-                          static_cast<int>(px.y() / options.min_distance_px)}];
-      if (score >= best.score) best = {score, k, px};
+      if (!see(k, view, &px)) continue;
+      const std::uint64_t score = mixBits(salt + k);
+      Best& best = cells[static_cast<std::size_t>(px.y() / cell) * columns +
+                         static_cast<std::size_t>(px.x() / cell)];
+      if (score > best.score) best = {score, k, px};
     }
   }
-  std::vector<Best> order;
-  for (const auto& [cell, best] : cells) order.push_back(best);
-  std::sort(order.begin(), order.end(), [](const Best& a, const Best& b) {
+  std::sort(cells.begin(), cells.end(), [](const Best& a, const Best& b) {
     return a.score != b.score ? a.score > b.score : a.point < b.point;
   });
   std::vector<std::pair<std::size_t, Vec2>> out;
-  for (const Best& b : order) out.emplace_back(b.point, b.px);
+  for (const Best& b : cells) {
+    if (b.score > 0) out.emplace_back(b.point, b.px);
+  }
   return out;
 }
 
-void TrackSimulator::Impl::start(const Pose& T_C_W, double wanted_share, TrackedFrame* frame) {
+void TrackSimulator::Impl::start(const View& view, double wanted_share, TrackedFrame* frame) {
   const auto wanted = static_cast<std::size_t>(wanted_share * options.max_tracks);
   if (tracks.size() >= wanted) return;
   const double limit = options.min_distance_px * options.min_distance_px;
-  for (const auto& [point, px] : candidates(T_C_W)) {
+  for (const auto& [point, px] : candidates(view)) {
     if (tracks.size() >= wanted) break;
     const Vec2& at = px;
     if (std::any_of(tracks.begin(), tracks.end(),
@@ -277,7 +318,7 @@ TrackedFrame TrackSimulator::at(TimeNs t) {
     return frame;
   }
   frame.mean_intensity = kIntensity;
-  const Pose T_C_W = (s.motion->poseAt(t) * s.T_B_C).inverse();
+  const View view((s.motion->poseAt(t) * s.T_B_C).inverse());
   const bool blind = insideAny(s.options.blind_s, since_begin);
   if (s.any && !s.tracks.empty()) {
     const double gap = toSeconds(t - s.last_usable);
@@ -285,15 +326,15 @@ TrackedFrame TrackSimulator::at(TimeNs t) {
       frame.lost_flow = static_cast<int>(s.tracks.size());
       s.tracks.clear();
     } else {
-      s.follow(t, T_C_W, blind ? 1e9 : std::max(1.0, gap * s.options.rate_hz), &frame);
+      s.follow(t, view, blind ? 1e9 : std::max(1.0, gap * s.options.rate_hz), &frame);
       s.giveUpCrowded(&frame);
     }
   }
-  s.start(T_C_W, blind ? kBlindShare : 1.0, &frame);
+  s.start(view, blind ? kBlindShare : 1.0, &frame);
   for (const Track& k : s.tracks) frame.features.push_back(k.seen);
   s.any = true;
   s.last_usable = t;
-  s.last_T_C_W = T_C_W;
+  s.last_T_C_W = view.T;
   return frame;
 }
 

@@ -23,12 +23,12 @@ struct TrackSimulationOptions {
   double weak_track_images = 4;
   double noise_px = 0.3;        ///< white, per axis
   double offset_px = 0.3;       ///< constant along a track, per axis
-  double drift_px = 0;          ///< random walk along a track, per axis and square root of images
+  double drift_px = 0.1;        ///< random walk along a track, per axis and square root of images
   double rest_noise = 0.2;      ///< factor of the white noise when the image stands still
   double outlier_share = 0.02;  ///< of the tracks that slide off their point at some time
   double outlier_px = 1.5;      ///< how fast, per image
   double room_margin_m = 2;     ///< the room is the path's bounding box grown by this
-  double wall_density = 12;     ///< points per m^2 of walls, floor and ceiling
+  double wall_density = 30;     ///< points per m^2 of walls, floor and ceiling
   double free_share = 0.4;      ///< points standing free near the path, per point of the walls
   double min_depth_m = 0.3, max_distance_m = 25;
   std::vector<double> blackout_s;  ///< from to, from to ...: images are dark
