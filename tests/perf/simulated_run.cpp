@@ -1,0 +1,120 @@
+#include "simulated_run.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vir/evaluation/nees.h"
+
+namespace vir::tool {
+namespace {
+
+/// Yaw that is nearest to a rotation; well defined whatever axis of the body points up.
+double nearestYaw(const Mat3& R) { return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1)); }
+
+/// T_R_E, position and yaw only, that lays an estimated pose onto the true one.
+Pose gauge(const Pose& truth, const Pose& estimate) {
+  const Mat3 R = rotZ(nearestYaw(truth.R() * estimate.R().transpose()));
+  return {Quat(R), truth.p - R * estimate.p};
+}
+
+/// Feeds what the sensors saw in the order of time, images after the readings that they need.
+class Feeder {
+ public:
+  Feeder(const std::shared_ptr<const Motion>& motion, const RunSettings& s)
+      : settings_(s),
+        imu_(simulateImu(*motion, s.imu)),
+        tracks_(s.tracks, motion, makeCamera(s.camera), s.T_B_C),
+        estimator_(s.estimator) {
+    estimator_.setCamera(s.camera, s.T_B_C);
+    if (s.use_ranges) ranges_ = simulateRanges(*motion, s.ranges);
+  }
+
+  void run() {
+    std::size_t next = 0;
+    for (const TimeNs t : tracks_.times()) {
+      for (; next < imu_.samples.size() && imu_.samples[next].t <= t; ++next) {
+        estimator_.addImu(imu_.samples[next]);
+      }
+      estimator_.addTracks(tracks_.at(t));
+      collect();
+    }
+    for (; next < imu_.samples.size(); ++next) estimator_.addImu(imu_.samples[next]);
+    estimator_.finish();
+    collect();
+  }
+
+  const std::vector<FrameEstimate>& frames() const { return frames_; }
+  const VisualInertialEstimator& estimator() const { return estimator_; }
+  long ranges() const { return static_cast<long>(ranges_.size()); }
+
+ private:
+  void collect() {
+    for (FrameEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
+  }
+
+  const RunSettings& settings_;
+  SimulatedImu imu_;
+  TrackSimulator tracks_;
+  VisualInertialEstimator estimator_;
+  std::vector<SimulatedRange> ranges_;
+  std::vector<FrameEstimate> frames_;
+};
+
+PoseError errorOf(const FrameEstimate& f, const Pose& truth, const Pose& T_R_E) {
+  const Pose e = T_R_E * f.state.T_W_B;
+  PoseError out;
+  out.t = f.t;
+  out.position = e.p - truth.p;
+  out.rotation_rad = logQuat(truth.q.conjugate() * e.q).norm();
+  out.yaw_rad = nearestYaw(e.R() * truth.R().transpose());
+  out.tracks = f.tracks;
+  out.landmarks = f.landmarks;
+  out.health = f.health;
+  return out;
+}
+
+}  // namespace
+
+RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s, int seed) {
+  s.imu.seed = s.tracks.seed = s.ranges.seed = seed;
+  Feeder feeder(motion, s);
+  feeder.run();
+  RunResult out;
+  out.seed = seed;
+  out.resets = feeder.estimator().resets();
+  out.ranges = feeder.ranges();
+  double ms = 0, tracks = 0;
+  for (const FrameEstimate& f : feeder.frames()) {
+    ms += f.ms_total;
+    tracks += f.tracks;
+    if (!f.valid) continue;
+    out.estimate.push_back({f.t, f.state.T_W_B});
+    out.truth.push_back({f.t, motion->poseAt(f.t)});
+  }
+  const double n = std::max<double>(1, static_cast<double>(feeder.frames().size()));
+  out.ms_per_frame = ms / n;
+  out.mean_tracks = tracks / n;
+  if (out.estimate.size() < 10) {
+    out.note = "did not start: " + feeder.estimator().longestWaitReason();
+    return out;
+  }
+  out.valid = true;
+  out.init_s = toSeconds(out.estimate.front().t - feeder.frames().front().t);
+  out.evaluation = evaluate(out.truth, out.estimate, {});
+  const NavState first = feeder.estimator().keyframes().front();
+  const Pose T_R_E = gauge(motion->poseAt(first.t), first.T_W_B);
+  double nees = 0;
+  long count = 0;
+  for (const FrameEstimate& f : feeder.frames()) {
+    if (!f.valid) continue;
+    out.errors.push_back(errorOf(f, motion->poseAt(f.t), T_R_E));
+    if (out.errors.back().nees < 0) continue;
+    nees += out.errors.back().nees;
+    ++count;
+  }
+  if (count > 0) out.mean_nees = nees / static_cast<double>(count);
+  out.end_error_m = out.errors.back().position.norm();
+  return out;
+}
+
+}  // namespace vir::tool
