@@ -30,10 +30,13 @@ class Feeder {
   }
 
   void run() {
-    std::size_t next = 0;
+    std::size_t next = 0, next_range = 0;
     for (const TimeNs t : tracks_.times()) {
       for (; next < imu_.samples.size() && imu_.samples[next].t <= t; ++next) {
         estimator_.addImu(imu_.samples[next]);
+      }
+      for (; next_range < ranges_.size() && ranges_[next_range].t <= t; ++next_range) {
+        addRange(ranges_[next_range]);
       }
       estimator_.addTracks(tracks_.at(t));
       collect();
@@ -48,6 +51,15 @@ class Feeder {
   long ranges() const { return static_cast<long>(ranges_.size()); }
 
  private:
+  void addRange(const SimulatedRange& r) {
+    RangeMeasurement m;
+    m.t = r.t;
+    m.anchor = static_cast<std::uint64_t>(r.anchor);
+    m.range_m = r.range_m;
+    m.sigma_m = settings_.ranges.sigma_m;
+    m.p_B_U = Vec3(settings_.ranges.lever_arm_m.data());
+    estimator_.addRange(m);
+  }
   void collect() {
     for (FrameEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
   }
@@ -70,6 +82,11 @@ PoseError errorOf(const FrameEstimate& f, const Pose& truth, const Pose& T_R_E) 
   out.tracks = f.tracks;
   out.landmarks = f.landmarks;
   out.health = f.health;
+  const Mat3 P = T_R_E.R() * f.covariance.topLeftCorner<3, 3>() * T_R_E.R().transpose();
+  if (P.trace() > 0) {
+    out.sigma = P.diagonal().cwiseSqrt();
+    out.nees = out.position.dot(P.ldlt().solve(out.position));
+  }
   return out;
 }
 
@@ -111,6 +128,23 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
     if (out.errors.back().nees < 0) continue;
     nees += out.errors.back().nees;
     ++count;
+  }
+  const Pose aligned = out.evaluation.transform.T_R_E;
+  for (const AnchorReport& a : feeder.estimator().anchors()) {
+    AnchorError e;
+    e.id = static_cast<int>(a.id);
+    e.state = a.state;
+    if (a.has_position) {
+      const Vec3 truth = anchorAt(s.ranges, a.id, toSeconds(motion->end() - motion->begin()));
+      const Vec3 error = T_R_E * a.p_W - truth;
+      e.error_first_m = error.norm();
+      const Vec3 after = aligned * a.p_W - truth;
+      e.error_m = after.norm();
+      e.horizontal_m = after.head<2>().norm();
+      const Mat3 P = T_R_E.R() * a.covariance * T_R_E.R().transpose();
+      if (P.trace() > 0) e.nees = error.dot(P.ldlt().solve(error));
+    }
+    out.anchors.push_back(e);
   }
   if (count > 0) out.mean_nees = nees / static_cast<double>(count);
   out.end_error_m = out.errors.back().position.norm();
