@@ -170,7 +170,7 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
     ++a.collected;
     return true;
   }
-  const RangeResidual r = rangeResidual(antenna.p_W, state->position(), state->x[3], held->range_m);
+  const RangePrediction r = predictRange(antenna.p_W, state->position(), state->x[3], held->range_m);
   double variance =
       held->sigma_m * held->sigma_m + r.direction.dot(antenna.inner_covariance * r.direction);
   const int c = s.window->columnOf(a.key());
@@ -309,12 +309,12 @@ bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
 
 void RangeLayer::Impl::reweigh(AnchorTrack* a, const Held& held) {
   AnchorState& state = *window->anchor(a->key());
-  std::vector<ResidualSample> residuals;
+  std::vector<RangeResidual> residuals;
   for (const HeldRange& r : held(a->key())) {
-    const RangeResidual e = rangeResidual(r.motion, state.position(), state.x[3], r.range_m);
+    const RangePrediction e = predictRange(r.motion, state.position(), state.x[3], r.range_m);
     residuals.push_back({r.t, -e.value_m, r.sigma_m});
   }
-  const double now = varianceFactor(residuals);
+  const double now = rangeCorrelation(residuals).variance_factor;
   // Slowly: the residuals themselves depend on the weights.
   state.variance_factor = std::clamp(0.5 * (state.variance_factor + now), 1.0, 30.0);
 }

@@ -29,10 +29,10 @@ void anchorJacobian(double scale, const Vec3& direction, double* j) {
 
 }  // namespace
 
-RangeResidual rangeResidual(const Vec3& p_W_U, const Vec3& p_W_A, double bias_m, double range_m) {
+RangePrediction predictRange(const Vec3& p_W_U, const Vec3& p_W_A, double bias_m, double range_m) {
   const Vec3 d = p_W_U - p_W_A;
   const double distance = d.norm();
-  RangeResidual out;
+  RangePrediction out;
   out.value_m = distance + bias_m - range_m;
   out.direction = d / std::max(distance, kMinDistance);
   return out;
@@ -44,7 +44,7 @@ bool NodeRangeFactor::Evaluate(double const* const* x, double* residuals,
   const double shrink = std::exp(-x[0][4]);
   const Vec3 motion_W = R * (shrink * motion_O_);
   const Vec3 offset_W = motion_W + R * lever_O_;
-  const RangeResidual r = rangeResidual(vec(x[0]) + offset_W, vec(x[1]), x[1][3], range_.range_m);
+  const RangePrediction r = predictRange(vec(x[0]) + offset_W, vec(x[1]), x[1][3], range_.range_m);
   const double scale = finish(range_, r.value_m, residuals);
   if (!jacobians) return true;
   if (jacobians[0]) {
@@ -61,7 +61,7 @@ bool WindowRangeFactor::Evaluate(double const* const* x, double* residuals,
   const Pose T0 = poseFrom(x[0]), Tj = poseFrom(x[1]);
   const Mat3 R = rotZ(x[2][3]);
   const Vec3 span_W = R * (Tj.p + Tj.q * offset_B_ - T0.p);
-  const RangeResidual r = rangeResidual(vec(x[2]) + span_W, vec(x[3]), x[3][3], range_.range_m);
+  const RangePrediction r = predictRange(vec(x[2]) + span_W, vec(x[3]), x[3][3], range_.range_m);
   const double scale = finish(range_, r.value_m, residuals);
   if (!jacobians) return true;
   const Row3 u = scale * r.direction.transpose();
@@ -90,7 +90,7 @@ bool FrontRangeFactor::Evaluate(double const* const* x, double* residuals,
   const Pose T0 = poseFrom(x[0]);
   const Mat3 R = rotZ(x[1][3]);
   const Vec3 span_W = R * (T0.q * offset_B_);
-  const RangeResidual r = rangeResidual(vec(x[1]) + span_W, vec(x[2]), x[2][3], range_.range_m);
+  const RangePrediction r = predictRange(vec(x[1]) + span_W, vec(x[2]), x[2][3], range_.range_m);
   const double scale = finish(range_, r.value_m, residuals);
   if (!jacobians) return true;
   const Row3 u = scale * r.direction.transpose();

@@ -28,11 +28,11 @@ constexpr double kMinDistance = 0.05;
 
 /// Unwhitened range residual: |p_W_U - p_W_A| + bias - range, with the direction from the anchor to
 /// the antenna (zero vector at zero distance, unit length beyond kMinDistance).
-struct RangeResidual {
+struct RangePrediction {
   double value_m = 0;
   Vec3 direction = Vec3::Zero();
 };
-RangeResidual rangeResidual(const Vec3& p_W_U, const Vec3& p_W_A, double bias_m, double range_m);
+RangePrediction predictRange(const Vec3& p_W_U, const Vec3& p_W_A, double bias_m, double range_m);
 
 /// Range at a node of the long window: antenna at p + Rz(yaw) (exp(-s) motion + lever).
 /// Parameters: node [5], anchor [4].
