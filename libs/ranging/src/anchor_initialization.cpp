@@ -17,6 +17,8 @@ using ranging::Optimum;
 
 /// Squared Mahalanobis distance of the solution from the prior at which they contradict.
 constexpr double kPriorContradicted = 25;
+/// A position that explains fewer of the newest ranges is of no use now.
+constexpr double kNewestShare = 0.3;
 /// Path lengths below this add nothing to a sigma, but keep it positive [m].
 constexpr double kLeastSigma = 1e-6;
 
@@ -128,13 +130,21 @@ void judge(const AnchorInitOptions& options, const AnchorSearch& search,
 
 /// True if no fixed position explains the ranges (or the prior).
 bool inconsistent(const AnchorInitOptions& options, const std::optional<AnchorPrior>& prior,
-                  std::size_t valid, AnchorInitialization* result) {
-  const double share = 1 - result->outliers / static_cast<double>(valid);
-  if (result->rms_ratio > options.max_rms_ratio || share < options.min_inlier_share) {
+                  const AnchorSearch& search, AnchorInitialization* result) {
+  const double valid = result->used + result->outliers;
+  const double share = 1 - result->outliers / valid;
+  if (result->rms_ratio > options.max_rms_ratio || share < options.min_inlier_share ||
+      search.tooShort() > options.max_short_share * valid) {
     result->advice = format(
         "residuals are %.1f times their sigma and %.0f %% of the ranges fit: is the anchor fixed, "
         "its id right, the path good?",
         result->rms_ratio, 100 * share);
+    return true;
+  }
+  if (valid >= options.min_ranges && search.newestShare() < kNewestShare) {
+    result->advice =
+        format("only %.0f %% of the newest ranges fit: the anchor has moved, or is hidden",
+               100 * search.newestShare());
     return true;
   }
   if (!prior || result->solutions.empty()) return false;
@@ -193,11 +203,11 @@ AnchorInitialization initializeAnchor(const std::vector<AntennaRange>& ranges,
   for (std::size_t i = 0; i < optima.size() && i < 2; ++i) {
     result.solutions.push_back(search.solution(optima[i]));
   }
-  result.outliers = search.outliers();
+  result.outliers = search.tooLong() + search.tooShort();
   result.used = n - result.outliers;
   result.rms_ratio = search.scale();
   result.variance_factor = search.scale() * search.scale() * search.worth();
-  if (inconsistent(options, prior, data.size(), &result)) {
+  if (inconsistent(options, prior, search, &result)) {
     result.geometry = AnchorGeometry::inconsistent;
     return result;
   }

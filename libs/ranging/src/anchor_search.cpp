@@ -13,6 +13,8 @@ constexpr std::size_t kCoarse = 100, kProbe = 300, kStarts = 8;
 constexpr double kInlierSigma = 3;
 /// Twice the cost between two optima below which they are one.
 constexpr double kSeparate = 4;
+/// An optimum so much worse on the few ranges looked at first is not followed up.
+constexpr double kHopeless = 30;
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -57,7 +59,10 @@ AnchorSearch::AnchorSearch(const FitData& data, const AnchorInitOptions& options
       probe_data_(data.thinned(kProbe)),
       full_(&data_, &options_, prior),
       coarse_(&coarse_data_, &options_, prior),
-      probe_(&probe_data_, &options_, prior) {}
+      probe_(&probe_data_, &options_, prior) {
+  coarse_.setTolerance(1e-3);
+  probe_.setTolerance(1e-4);
+}
 
 std::vector<Optimum> AnchorSearch::refined(const std::vector<FitState>& starts, const RangeFit& fit,
                                            int iterations) const {
@@ -128,6 +133,7 @@ std::vector<Optimum> AnchorSearch::run() {
   if (prior_) starts.push_back({prior_->p_W, 0});
   std::vector<Optimum> optima = refined(starts, coarse_, 12);
   if (optima.empty()) return optima;
+  optima = refined(withMirrors(optima), coarse_, 12);
   // Residuals far beyond their sigma sit in the tails of the loss: take the scale from them and
   // look again.
   for (int k = 0; k < 2; ++k) {
@@ -137,13 +143,12 @@ std::vector<Optimum> AnchorSearch::run() {
     coarse_.setFactors(scale_, 1);
     optima = refined(withMirrors(optima), coarse_, 12);
   }
-  optima = refined(withMirrors(optima), probe_, 15);
-  if (optima.empty()) return optima;
   full_.setFactors(scale_, 1);
   fixFactors(full_.minimise(optima.front().x, 20));
-  if (optima.size() > 4) optima.resize(4);
   starts.clear();
-  for (const Optimum& o : optima) starts.push_back(o.x);
+  for (const Optimum& o : optima) {
+    if (starts.size() < 4 && o.cost < optima.front().cost + kHopeless) starts.push_back(o.x);
+  }
   optima = refined(starts, full_, 30);
 
   std::vector<Optimum> kept;
@@ -159,11 +164,20 @@ std::vector<Optimum> AnchorSearch::run() {
     }
     if (own) kept.push_back(o);
   }
-  if (!kept.empty()) {
-    const std::vector<char> in = inliers(kept.front().x);
-    outliers_ = static_cast<int>(std::count(in.begin(), in.end(), char(0)));
-  }
+  countOutliers(kept.front().x);
   return kept;
+}
+
+void AnchorSearch::countOutliers(const FitState& best) {
+  const std::vector<double> r = full_.residuals(best);
+  const std::size_t newest = r.size() - std::max<std::size_t>(1, r.size() / 5);
+  int fit = 0;
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    if (r[i] >= kInlierSigma * scale_) ++too_long_;
+    if (r[i] <= -kInlierSigma * scale_) ++too_short_;
+    if (i >= newest && std::abs(r[i]) < kInlierSigma * scale_) ++fit;
+  }
+  newest_share_ = fit / static_cast<double>(r.size() - newest);
 }
 
 /// Is there a rise of the cost between two optima? If not, `middle` stands for both.

@@ -30,14 +30,18 @@ class AnchorSearch {
   const PathShape& shape() const { return shape_; }
   double scale() const { return scale_; }
   double worth() const { return worth_; }
-  /// At the best optimum.
-  int outliers() const { return outliers_; }
+  /// Outliers at the best optimum.
+  int tooLong() const { return too_long_; }
+  int tooShort() const { return too_short_; }
+  /// Share of the newest fifth of the ranges that fit the best optimum.
+  double newestShare() const { return newest_share_; }
 
  private:
   std::vector<Optimum> refined(const std::vector<FitState>& starts, const RangeFit& fit,
                                int iterations) const;
   std::vector<FitState> withMirrors(const std::vector<Optimum>& optima) const;
   void fixFactors(const FitState& best);
+  void countOutliers(const FitState& best);
   std::vector<char> inliers(const FitState& x) const;
   bool separated(const Optimum& a, const Optimum& b, Optimum* middle) const;
   double profileSigma(const FitState& x, double cost, const Vec3& direction, double guess) const;
@@ -51,7 +55,8 @@ class AnchorSearch {
   RangeFit full_, coarse_,
       probe_;  // all ranges; few, to find optima; some, for what costs many fits
   double scale_ = 1, worth_ = 1;
-  int outliers_ = 0;
+  int too_long_ = 0, too_short_ = 0;
+  double newest_share_ = 1;
 };
 
 }  // namespace vir::ranging

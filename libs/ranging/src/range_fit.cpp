@@ -117,7 +117,7 @@ FitState RangeFit::minimise(FitState x, int iterations, const Vec3* fixed, doubl
     H = H_next;
     g = g_next;
     damping = std::max(damping * 0.1, 1e-9);
-    if (step.norm() < 1e-11 * (1 + x.a.norm()) || (gain < 1e-9 * now && gain < 1e-9)) break;
+    if (step.norm() < 1e-11 * (1 + x.a.norm()) || gain < tolerance_ * std::min(now, 1.0)) break;
   }
   if (cost) *cost = now;
   return x;

@@ -34,6 +34,8 @@ class RangeFit {
   /// Factor on every variance: in the loss (`scale`, from the residuals' size) and on the weight of
   /// the data against the priors (`worth`, from their correlation).
   void setFactors(double scale, double worth) { scale_ = scale, worth_ = worth; }
+  /// minimise() ends when a step gains less than this share of the cost.
+  void setTolerance(double tolerance) { tolerance_ = tolerance; }
   /// Plain least squares on ranges with a flag; nullptr: robust loss on all.
   void setInliers(const std::vector<char>* inliers) { inliers_ = inliers; }
 
@@ -55,7 +57,7 @@ class RangeFit {
   Mat3 prior_information_ = Mat3::Zero();
   Vec3 prior_mean_ = Vec3::Zero();
   const std::vector<char>* inliers_ = nullptr;
-  double scale_ = 1, worth_ = 1;
+  double scale_ = 1, worth_ = 1, tolerance_ = 1e-9;
 };
 
 }  // namespace vir::ranging

@@ -64,6 +64,7 @@ struct AnchorInitOptions {
   double mirror_chi2 = 12;    ///< a second solution worse by more than this is rejected
   double max_rms_ratio = 6;   ///< residuals above so many claimed sigmas do not fit one position
   double min_inlier_share = 0.5;
+  double max_short_share = 0.1;  ///< outliers that are too short: no obstacle explains them
   bool correlation = true;  ///< let the ranges' autocorrelation widen the covariance
   RobustRange robust;
 };
