@@ -60,6 +60,17 @@ class Feeder {
   std::vector<FrameEstimate> frames_;
 };
 
+/// Covariance of the position, zero where the estimator states none.
+template <typename Estimate>
+auto positionCovariance(const Estimate& f, int)
+    -> decltype(Mat3(f.covariance.template topLeftCorner<3, 3>())) {
+  return f.covariance.template topLeftCorner<3, 3>();
+}
+template <typename Estimate>
+Mat3 positionCovariance(const Estimate&, long) {
+  return Mat3::Zero();
+}
+
 PoseError errorOf(const FrameEstimate& f, const Pose& truth, const Pose& T_R_E) {
   const Pose e = T_R_E * f.state.T_W_B;
   PoseError out;
@@ -70,6 +81,10 @@ PoseError errorOf(const FrameEstimate& f, const Pose& truth, const Pose& T_R_E) 
   out.tracks = f.tracks;
   out.landmarks = f.landmarks;
   out.health = f.health;
+  const Mat3 P = T_R_E.R() * positionCovariance(f, 0) * T_R_E.R().transpose();
+  out.sigma = P.diagonal().cwiseMax(0).cwiseSqrt();
+  double value = 0;
+  if (nees(out.position, P, &value)) out.nees = value;
   return out;
 }
 
