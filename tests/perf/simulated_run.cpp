@@ -21,8 +21,7 @@ Pose gauge(const Pose& truth, const Pose& estimate) {
 class Feeder {
  public:
   Feeder(const std::shared_ptr<const Motion>& motion, const RunSettings& s)
-      : settings_(s),
-        imu_(simulateImu(*motion, s.imu)),
+      : imu_(simulateImu(*motion, s.imu)),
         tracks_(s.tracks, motion, makeCamera(s.camera), s.T_B_C),
         estimator_(s.estimator) {
     estimator_.setCamera(s.camera, s.T_B_C);
@@ -52,7 +51,6 @@ class Feeder {
     for (FrameEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
   }
 
-  const RunSettings& settings_;
   SimulatedImu imu_;
   TrackSimulator tracks_;
   VisualInertialEstimator estimator_;
