@@ -18,7 +18,7 @@ using namespace vir::tool;
 namespace {
 
 struct Arguments {
-  std::string trajectory, seeds = "1", csv, plot, camera, ranges = "off", tum;
+  std::string trajectory, seeds = "1", csv, plot, camera, ranges = "off", tum, errors = "usual";
   double start_s = 0, duration_s = 0, nlos = -1, bias = 0;
   int jobs = 1;
   std::vector<std::string> set, anchors, outages, blackouts;
@@ -38,6 +38,8 @@ void parse(int argc, char** argv, CLI::App* app, Arguments* a) {
   app->add_option("--start", a->start_s, "leave out this much of the file [s]");
   app->add_option("--duration", a->duration_s, "fly this much of the file [s]");
   app->add_option("--camera", a->camera, "forward | euroc: calibration and mounting");
+  app->add_option("--errors", a->errors, "kind | usual | harsh: defaults that --set changes")
+      ->check(CLI::IsMember({"kind", "usual", "harsh"}));
   app->add_option("--set", a->set, "Section.key=value of the estimator or the simulation")
       ->take_all();
   app->add_option("--ranges", a->ranges, "on | off")->check(CLI::IsMember({"on", "off"}));
@@ -104,8 +106,19 @@ void mountEuroc(RunSettings* s) {
   s->T_B_C = {Quat(R).normalized(), Vec3(-0.0216401454975, -0.064676986768, 0.00981073058949)};
 }
 
+/// `kind`: errors as an estimator assumes them, white or constant. `harsh`: patches that drift and
+/// an IMU that is not calibrated quite right, about twice the published errors on EuRoC.
+void setErrors(const std::string& word, RunSettings* s) {
+  if (word == "kind") s->tracks.drift_px = s->tracks.outlier_share = 0;
+  if (word != "harsh") return;
+  s->tracks.drift_px = 0.2;
+  s->tracks.outlier_share = 0.05;
+  s->imu.scale_error = s->imu.misalignment_rad = 0.002;
+}
+
 RunSettings readSettings(const Arguments& a, FlightOptions* flight_options) {
   RunSettings s;
+  setErrors(a.errors, &s);
   Settings settings;
   for (const std::string& assignment : a.set) settings.set(assignment);
   SettingsReader reader(settings);

@@ -21,8 +21,7 @@ Pose gauge(const Pose& truth, const Pose& estimate) {
 class Feeder {
  public:
   Feeder(const std::shared_ptr<const Motion>& motion, const RunSettings& s)
-      : settings_(s),
-        imu_(simulateImu(*motion, s.imu)),
+      : imu_(simulateImu(*motion, s.imu)),
         tracks_(s.tracks, motion, makeCamera(s.camera), s.T_B_C),
         estimator_(s.estimator) {
     estimator_.setCamera(s.camera, s.T_B_C);
@@ -64,7 +63,6 @@ class Feeder {
     for (FrameEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
   }
 
-  const RunSettings& settings_;
   SimulatedImu imu_;
   TrackSimulator tracks_;
   VisualInertialEstimator estimator_;
@@ -83,10 +81,9 @@ PoseError errorOf(const FrameEstimate& f, const Pose& truth, const Pose& T_R_E) 
   out.landmarks = f.landmarks;
   out.health = f.health;
   const Mat3 P = T_R_E.R() * f.covariance.topLeftCorner<3, 3>() * T_R_E.R().transpose();
-  if (P.trace() > 0) {
-    out.sigma = P.diagonal().cwiseSqrt();
-    out.nees = out.position.dot(P.ldlt().solve(out.position));
-  }
+  out.sigma = P.diagonal().cwiseMax(0).cwiseSqrt();
+  double value = 0;
+  if (nees(out.position, P, &value)) out.nees = value;
   return out;
 }
 

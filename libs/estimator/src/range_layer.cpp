@@ -161,7 +161,7 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
   s.last_antenna = antenna.p_W;
   held->t = range.t;
   held->anchor = a.key();
-  held->range_m = range.range_m - s.options.bias_model.mean(range.range_m);
+  held->range_m = range.range_m;
   held->sigma_m = s.sigmaOf(range);
   held->merged = 1;
   const AnchorState* state = s.window->anchor(a.key());

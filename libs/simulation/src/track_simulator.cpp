@@ -290,6 +290,8 @@ TrackSimulator::TrackSimulator(const TrackSimulationOptions& options,
   if (!(options.rate_hz > 0) || !(options.min_distance_px > 0)) {
     throw std::invalid_argument("TrackSimulator: rate_hz and min_distance_px must be positive");
   }
+  insideAny(options.blackout_s, 0);  // throws now rather than at the first image
+  insideAny(options.blind_s, 0);
   impl_ = std::make_unique<Impl>(options, std::move(motion), std::move(camera), T_B_C);
 }
 TrackSimulator::~TrackSimulator() = default;

@@ -232,6 +232,9 @@ TEST(SimulatedTracks, RefusesWhatCannotBe) {
   TrackSimulationOptions o;
   o.rate_hz = 0;
   EXPECT_THROW(simulator(o, motion), std::invalid_argument);
+  o = {};
+  o.blackout_s = {1};
+  EXPECT_THROW(simulator(o, motion), std::invalid_argument);
   TrackSimulator s = simulator({}, motion);
   s.at(motion->begin() + 10);
   EXPECT_THROW(s.at(motion->begin() + 10), std::invalid_argument);

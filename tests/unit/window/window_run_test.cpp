@@ -65,7 +65,7 @@ TEST(WindowRun, KeepsAtMostItsFramesAndForgetsLandmarks) {
     ASSERT_TRUE(d.last.usable) << k;
     most_frames = std::max(most_frames, d.window.frames());
     most_landmarks = std::max(most_landmarks, static_cast<int>(d.window.landmarks().size()));
-    retired += static_cast<int>(d.window.takeRetiredKeyframes().size());
+    retired += static_cast<int>(d.long_window.takeRetired().size());
     d.window.takeRetiredLandmarks();
   }
   EXPECT_LE(most_frames, o.keyframes + 1);

@@ -8,7 +8,6 @@
 
 #include "vir/core/log.h"
 #include "vir/core/options.h"
-#include "vir/ranging/range_bias_model.h"
 #include "vir/window/long_window.h"
 
 namespace vir {
@@ -25,7 +24,6 @@ struct RangeOptions {
   double max_anchor_sigma_m = 1.0;
   double restart_s = 3.0;
   std::vector<double> anchor_prior;
-  RangeBiasModel bias_model;  ///< b_d(d); set by the caller
 };
 /// Section [Ranges].
 void describe(OptionVisitor& v, RangeOptions& o);
