@@ -22,8 +22,9 @@ char chooseRobot(const Graph& graph, const std::string& asked) {
   if (asked.size() == 1 && robots.count(asked[0]) > 0) return asked[0];
   const std::string there = "robots in " + graph.path + ": " + listed(robots);
   throw SettingsError({"settings", 0}, "pyfg", "robot",
-                      asked.empty() ? "say which robot to import (--set pyfg.robot=LETTER); " + there
-                                    : "there is no robot " + asked + "; " + there);
+                      asked.empty()
+                          ? "say which robot to import (--set pyfg.robot=LETTER); " + there
+                          : "there is no robot " + asked + "; " + there);
 }
 
 class Extraction {
