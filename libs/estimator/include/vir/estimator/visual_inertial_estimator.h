@@ -69,6 +69,8 @@ class VisualInertialEstimator {
   /// Images in time order; copied if it has to wait for readings. Readings up to its time make it
   /// processed; else it waits.
   void addImage(TimeNs t, const cv::Mat& gray);
+  /// Tracks found by someone else instead of an image: the same for all that follows.
+  void addTracks(const TrackedFrame& tracks);
   void finish();
   std::vector<FrameEstimate> take();
 
