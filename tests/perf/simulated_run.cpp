@@ -21,7 +21,9 @@ Pose gauge(const Pose& truth, const Pose& estimate) {
 class Feeder {
  public:
   Feeder(const std::shared_ptr<const Motion>& motion, const RunSettings& s)
-      : imu_(simulateImu(*motion, s.imu)),
+      : antenna_(s.ranges.lever_arm_m.data()),
+        range_sigma_m_(s.ranges.sigma_m),
+        imu_(simulateImu(*motion, s.imu)),
         tracks_(s.tracks, motion, makeCamera(s.camera), s.T_B_C),
         estimator_(s.estimator) {
     estimator_.setCamera(s.camera, s.T_B_C);
@@ -55,14 +57,16 @@ class Feeder {
     m.t = r.t;
     m.anchor = static_cast<std::uint64_t>(r.anchor);
     m.range_m = r.range_m;
-    m.sigma_m = settings_.ranges.sigma_m;
-    m.p_B_U = Vec3(settings_.ranges.lever_arm_m.data());
+    m.sigma_m = range_sigma_m_;
+    m.p_B_U = antenna_;
     estimator_.addRange(m);
   }
   void collect() {
     for (FrameEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
   }
 
+  Vec3 antenna_;
+  double range_sigma_m_;
   SimulatedImu imu_;
   TrackSimulator tracks_;
   VisualInertialEstimator estimator_;
