@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "drawn_noise.h"
+#include "vir_test_noise.h"
 
 namespace {
 
