@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "vir/geometry/pose.h"
 #include "vir/ranging/range_bias_model.h"
 #include "vir_test_data.h"
 #include "vir_test_noise.h"
@@ -69,7 +70,7 @@ class CalibrateCli : public testing::Test {
     if (i == 3000) range = std::numeric_limits<float>::quiet_NaN();
     auto& m = out->sensedData[0];
     m.sensedDistance = static_cast<float>(range);
-    m.sensorLocationOnRobot = {kAntenna.x(), kAntenna.y(), kAntenna.z()};
+    m.sensorLocationOnRobot = mrpt::poses::CPoint3D(kAntenna.x(), kAntenna.y(), kAntenna.z());
     return out;
   }
 
@@ -125,7 +126,7 @@ TEST_F(CalibrateCli, SeveralRecordingsAndAnchorsFromTheCommandLine) {
   EXPECT_TRUE(test::contains(o.text, "ranges to anchor 1 left out")) << o.text;
   const auto json = nlohmann::json::parse(content("o.json"));
   EXPECT_EQ(json["ranges"], 8000);
-  EXPECT_EQ(json["left_out"]["anchor_without_position"], 3998);
+  EXPECT_EQ(json["left_out"]["anchor_without_position"], 3996);  // but for the bad ones
 }
 
 TEST_F(CalibrateCli, WrongUseIsCodeTwo) {
