@@ -81,7 +81,9 @@ std::vector<TableRow> calibrationTable(const UwbSamples& data, const RangeCalibr
   rows.push_back({"sigma as if independent",
                   fixed(fit.sigma_m * std::sqrt(fit.correlation.variance_factor), 4), "m"});
   rows.push_back({"distances", fixed(fit.lowest_m, 2) + " to " + fixed(fit.highest_m, 2), "m"});
-  rows.push_back({"length scale of the bias", fixed(fit.hyper.length, 2), "m"});
+  if (fit.hyper.signal > 1e-3) {  // below a millimetre the bias does not change with distance
+    rows.push_back({"length scale of the bias", fixed(fit.hyper.length, 2), "m"});
+  }
   for (const double d : tableDistances(fit)) {
     const RangeBiasModel::Bias b = fit.model.at(d);
     rows.push_back(
