@@ -82,38 +82,56 @@ std::string stemOf(const std::string& rawlog) {
   throw UsageError("--out " + rawlog + ": must end in .rawlog");
 }
 
-constexpr const char* kCompanionMark = "// Written by vir-slam import";
+constexpr const char* kIniMark = "// Written by vir-slam import";
+constexpr const char* kAnchorsMark = "#id,x,y,z";
 
-/// Writes the settings that go with the recording beside it. A file of that name that is not ours
-/// is left alone. Returns a line for the report.
-std::string writeCompanion(const std::string& rawlog, const std::string& text) {
-  const std::string path = stemOf(rawlog) + ".ini";
+/// Writes a file that goes with the recording beside its rawlog, or removes what an older import
+/// left there if there is nothing to say. A file that does not begin with `mark` is not ours and is
+/// left alone. Returns a line for the report.
+std::string writeCompanion(const std::string& path, const std::string& mark,
+                           const std::string& text) {
   if (fs::exists(path)) {
     std::string first;
     std::ifstream old(path);
     std::getline(old, first);
-    if (first.rfind(kCompanionMark, 0) != 0) {
+    if (first.rfind(mark, 0) != 0) {
       return text.empty() ? ""
                           : path +
-                                " is not from an import and was left as it is; the settings of "
-                                "this recording were not written";
+                                " is not from an import and was left as it is; what goes with "
+                                "this recording was not written\n";
     }
     fs::remove(path);
   }
   if (text.empty()) return "";
   const std::string part = path + ".part";
   std::ofstream file(part, std::ios::binary);
-  file << kCompanionMark << " beside " << fs::path(rawlog).filename().string()
-       << "; `vir-slam run` takes from here what its own ini does not set.\n"
-       << text;
+  file << text;
   file.close();
   if (!file) throw std::runtime_error("cannot write " + part);
   fs::rename(part, path);
-  return "wrote " + path;
+  return "wrote " + path + "\n";
+}
+
+std::string iniText(const RecordedSource& source, const std::string& rawlog) {
+  const std::string text = source.companionIni();
+  if (text.empty()) return "";
+  return std::string(kIniMark) + " beside " + fs::path(rawlog).filename().string() +
+         "; `vir-slam run` takes from here what its own ini does not set.\n" + text;
+}
+
+std::string anchorsText(const RecordedSource& source) {
+  std::string text;
+  for (const TrueAnchor& a : source.trueAnchors()) {
+    char line[128];
+    std::snprintf(line, sizeof line, "%d,%.9g,%.9g,%.9g\n", a.id, a.x_m, a.y_m, a.z_m);
+    text += line;
+  }
+  return text.empty() ? ""
+                      : std::string(kAnchorsMark) + " in the ground truth's frame [m]\n" + text;
 }
 
 void report(const RecordedSource& source, const Statistics& statistics, const std::string& out,
-            const std::string& companion) {
+            const std::string& companions) {
   for (const std::string& w : source.warnings()) std::printf("note: %s\n", w.c_str());
   std::printf("%-8s %10s %10s %10s %14s\n", "label", "count", "rate [Hz]", "span [s]",
               "longest gap [s]");
@@ -126,7 +144,7 @@ void report(const RecordedSource& source, const Statistics& statistics, const st
   std::printf("\nread, and what was skipped or changed:\n");
   for (const auto& [name, n] : source.counters()) std::printf("  %-34s %10ld\n", name.c_str(), n);
   std::printf("\nwrote %s\n", out.c_str());
-  if (!companion.empty()) std::printf("%s\n", companion.c_str());
+  std::printf("%s", companions.c_str());
   // MRPT 2.5.8 finds the image folder for a bare file name only.
   const fs::path path(out);
   const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
@@ -152,7 +170,11 @@ void run(const ImportArguments& a, const Common& common) {
   images.swap();
   writer.finish();
   images.commit();
-  report(*source, statistics, a.out, writeCompanion(a.out, source->companionIni()));
+  const std::string stem = stemOf(a.out);
+  const std::string companions =
+      writeCompanion(stem + ".ini", kIniMark, iniText(*source, a.out)) +
+      writeCompanion(stem + "_anchors_truth.csv", kAnchorsMark, anchorsText(*source));
+  report(*source, statistics, a.out, companions);
 }
 
 }  // namespace
@@ -166,7 +188,8 @@ void addImport(CLI::App& app, Common& common) {
       "  vir-slam import euroc MH_01_easy --out mh01.rawlog\n"
       "  vir-slam import euroc room1 --out room1.rawlog --set euroc.images=embed\n"
       "  vir-slam import euroc V1_02 --out v102.rawlog \\\n"
-      "    --set euroc.simulate_ranges=true --set \"euroc.anchor_m=2 0 2.5\"");
+      "    --set euroc.simulate_ranges=true --set \"euroc.anchor_m=2 0 2.5\"\n"
+      "  vir-slam import pyfg tiers_AB.pyfg --out tiers_A.rawlog --set pyfg.robot=A");
   command->add_option("DRIVER", a->driver, "Recorded sensor: see `vir-slam plugins`")->required();
   command->add_option("SOURCE", a->source, "What it reads: a folder or a file")->required();
   command->add_option("--out", a->out, "Rawlog to write")->required();

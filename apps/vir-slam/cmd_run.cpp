@@ -1,5 +1,6 @@
 /// vir-slam run INI: a recording goes in, a trajectory comes out.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -93,12 +94,46 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   return run;
 }
 
+/// One row with the position, one with the error where the truth is known.
+void addAnchorRows(const AnchorResult& anchor, std::vector<TableRow>* rows) {
+  const AnchorEstimate& a = anchor.estimate;
+  const std::string name = "anchor " + std::to_string(a.id);
+  if (!a.has_position) {
+    rows->push_back({name + " (" + a.state + ")", "-", "m"});
+    return;
+  }
+  const Vec3 sigma = a.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  rows->push_back({name + " (" + a.state + ")",
+                   fixed(a.p_W.x(), 3) + " " + fixed(a.p_W.y(), 3) + " " + fixed(a.p_W.z(), 3),
+                   "m"});
+  rows->push_back({"  standard deviation",
+                   fixed(sigma.x(), 3) + " " + fixed(sigma.y(), 3) + " " + fixed(sigma.z(), 3),
+                   "m"});
+  if (anchor.error_m) {
+    rows->push_back({"  error (horizontal)",
+                     fixed(*anchor.error_m, 3) + " (" + fixed(*anchor.error_horizontal_m, 3) + ")",
+                     "m"});
+  }
+}
+
+void addRangeRows(const RunSummary& s, std::vector<TableRow>* rows) {
+  if (s.anchors.empty() && s.ranges_accepted + s.ranges_collected + s.ranges_rejected == 0) return;
+  const auto found = std::count_if(s.anchors.begin(), s.anchors.end(),
+                                   [](const AnchorResult& a) { return a.estimate.has_position; });
+  rows->push_back(
+      {"anchors found", std::to_string(found) + " of " + std::to_string(s.anchors.size()), ""});
+  for (const AnchorResult& a : s.anchors) addAnchorRows(a, rows);
+  rows->push_back({"ranges used", std::to_string(s.ranges_accepted), ""});
+  rows->push_back({"ranges before there was an anchor", std::to_string(s.ranges_collected), ""});
+  rows->push_back({"ranges rejected", std::to_string(s.ranges_rejected), ""});
+}
+
 void printSummary(const RunSummary& s, const std::string& folder) {
   const auto optional = [](const std::optional<double>& v, int decimals) {
     return v ? fixed(*v, decimals) : std::string("-");
   };
   std::vector<TableRow> rows{
-      {"images", std::to_string(s.frames), ""},
+      {"images or odometry poses", std::to_string(s.frames), ""},
       {"poses", std::to_string(s.poses), ""},
       {"first pose after", optional(s.init_time_s, 2), "s"},
       {"duration", fixed(s.duration_s, 2), "s"},
@@ -111,12 +146,18 @@ void printSummary(const RunSummary& s, const std::string& folder) {
   if (s.ate_smoothed_posyaw_m) {
     rows.push_back({"ATE of the smoothed keyframes", fixed(*s.ate_smoothed_posyaw_m, 4), "m"});
   }
+  addRangeRows(s, &rows);
   rows.push_back({"resets", std::to_string(s.resets), ""});
   rows.push_back({"CPU per image", fixed(s.cpu_ms_per_frame, 2), "ms"});
   rows.push_back({"run time", fixed(s.wall_s, 2), "s"});
   rows.push_back({"peak memory", fixed(s.peak_rss_mb, 0), "MB"});
   rows.push_back({"warnings", std::to_string(s.warnings.size()), ""});
   printTable(rows);
+  for (const AnchorResult& a : s.anchors) {
+    if (a.estimate.advice.empty()) continue;
+    std::printf("anchor %llu: %s\n", static_cast<unsigned long long>(a.estimate.id),
+                a.estimate.advice.c_str());
+  }
   std::printf("Results in %s\n", folder.c_str());
 }
 
@@ -139,7 +180,15 @@ void run(const Arguments& arguments, Common& common) {
   if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
 
   catchInterrupt();
-  OfflineRunOptions options{prepared.options.rawlog, prepared.options.start_offset_s};
+  OfflineRunOptions options;
+  options.rawlog = prepared.options.rawlog;
+  options.start_offset_s = prepared.options.start_offset_s;
+  const AnchorTable truth = anchorsTruthOf(options.rawlog);
+  options.true_anchors = truth.anchors;
+  if (truth.bad_lines > 0) {
+    hooks.log(LogLevel::warning, std::to_string(truth.bad_lines) + " lines of " + truth.path +
+                                     " are not id,x,y,z and were left out");
+  }
   RunSummary summary = runOffline(*prepared.estimator, options, folder, hooks);
   bar.clear();
   summary.estimator = prepared.options.driver;

@@ -1,10 +1,27 @@
 #pragma once
+#include <cstdint>
+#include <map>
 #include <string>
 
+#include "vir/geometry/so3.h"
+
 namespace vir::app {
+
+/// `x` of `x.rawlog` and `x.rawlog.gz`; any other name loses its extension.
+std::string stemOfRawlog(const std::string& rawlog);
 
 /// The ini that `import` left beside a rawlog (`x.rawlog` -> `x.ini`), or empty. A file of that
 /// name which somebody else wrote is none of our business.
 std::string companionOf(const std::string& rawlog);
+
+/// Where anchors truly are, by id.
+struct AnchorTable {
+  std::string path;  ///< empty if there is no such file
+  std::map<std::uint64_t, Vec3> anchors;
+  int bad_lines = 0;  ///< not `id,x,y,z`, not finite, or an id for the second time: left out
+};
+
+/// The table beside a rawlog (`x.rawlog` -> `x_anchors_truth.csv`), written by `import` or by hand.
+AnchorTable anchorsTruthOf(const std::string& rawlog);
 
 }  // namespace vir::app

@@ -39,14 +39,40 @@ TEST_F(RunCli, WritesItsFilesAndSaysWhere) {
   EXPECT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_TRUE(contains(outcome.text, "Results in " + path("out"))) << outcome.text;
   EXPECT_FALSE(contains(outcome.text, "\r")) << "a progress bar without a terminal";
-  for (const char* name : {"trajectory.tum", "trajectory_smoothed.tum", "frames.csv",
-                           "landmarks.ply", "summary.json", "used.ini", "run.log"}) {
+  for (const char* name :
+       {"trajectory.tum", "trajectory_covariance.csv", "trajectory_smoothed.tum", "frames.csv",
+        "anchors.csv", "ranges.csv", "landmarks.ply", "summary.json", "used.ini", "run.log"}) {
     EXPECT_TRUE(exists("out/" + std::string(name))) << name;
   }
   const auto summary = nlohmann::json::parse(test::readText(path("out/summary.json")));
   EXPECT_EQ(summary["frames"], 30);
   EXPECT_EQ(summary["poses"], 28);
   EXPECT_EQ(summary["estimator"], "counting");
+}
+
+TEST_F(RunCli, SaysWhatBecameOfAnchorsAndRanges) {
+  {
+    RawlogWriter writer(path("ranges.rawlog"));
+    for (int i = 0; i < 30; ++i) {
+      const TimeNs t = test::kStart + 50 * i * test::kMs;
+      writer.write(*test::imageAt(t, i));
+      writer.write(*test::truthAt(t, 0.1 * i));
+      writer.write(*test::rangeAt(t, 4));
+      if (i == 0) writer.write(*test::rangeAt(t, 5));
+    }
+    writer.finish();
+  }
+  test::writeText(path("ranges_anchors_truth.csv"), "#id,x,y,z\n4,1,6,3.25\nnonsense\n4,1,2,3\n");
+  const Outcome outcome = run("--rawlog " + quoted(path("ranges.rawlog")));
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  for (const char* part :
+       {"anchors found", "1 of 2", "anchor 4 (estimated)", "1.000 6.000 3.000", "0.250 (0.000)",
+        "anchor 5 (collecting)", "anchor 5: move sideways, or up", "ranges used", "ranges rejected",
+        "2 lines of "}) {
+    EXPECT_TRUE(contains(outcome.text, part)) << part << "\n" << outcome.text;
+  }
+  const auto summary = nlohmann::json::parse(test::readText(path("out/summary.json")));
+  EXPECT_NEAR(summary["anchors"][0]["error"].get<double>(), 0.25, 1e-6);
 }
 
 TEST_F(RunCli, UsedIniRunsAgainToTheSameResult) {

@@ -56,6 +56,12 @@ inline std::shared_ptr<mrpt::obs::CObservationBeaconRanges> rangeAt(TimeNs t, in
   return range;
 }
 
+inline std::shared_ptr<mrpt::obs::CObservationRobotPose> odometryAt(TimeNs t, double x) {
+  const auto pose = truthAt(t, x);
+  pose->sensorLabel = "ODOM";
+  return pose;
+}
+
 /// `images` images at 20 Hz, IMU at 200 Hz around them, ground truth with each image (0.1 m along x
 /// per image).
 inline void writeRecording(const std::string& path, int images) {

@@ -23,7 +23,19 @@ using mrpt::obs::CObservationImage;
 using mrpt::obs::CObservationRobotPose;
 
 constexpr const char* kGroundTruthLabel = "GT";
+constexpr const char* kOdometryLabel = "ODOM";
 constexpr long kReportEvery = 50;  // observations between two calls of the progress hook
+
+/// Stamps of what an estimator gives a state for.
+struct Frames {
+  long count = 0;
+  TimeNs first = 0, last = 0;
+
+  void add(TimeNs t) {
+    if (count++ == 0) first = t;
+    last = t;
+  }
+};
 
 class OfflineRun {
  public:
@@ -33,7 +45,9 @@ class OfflineRun {
         options_(options),
         hooks_(hooks),
         reader_(options.rawlog),
-        recorder_(folder, hooks.log) {}
+        recorder_(folder, hooks.log) {
+    recorder_.setTrueAnchors(options.true_anchors);
+  }
 
   RunSummary run() {
     const double wall = wallSeconds();
@@ -84,13 +98,12 @@ class OfflineRun {
       return;
     }
     const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
-    if (image && !first_recorded_image_) first_recorded_image_ = t;
+    const bool odometry = !image && observation->sensorLabel == kOdometryLabel;
+    if ((image || odometry) && !first_recorded_) first_recorded_ = t;
     if (beforeStart(t)) return;
     if (image && !decode(*image)) return;
-    if (image) {
-      if (summary_.frames++ == 0) first_image_ = t;
-      last_image_ = t;
-    }
+    if (image) images_.add(t);
+    if (odometry) odometry_.add(t);
     timed([&] { estimator_.add(*observation); });
     if (image) image->image.unload();
     collect();
@@ -98,8 +111,7 @@ class OfflineRun {
 
   bool beforeStart(TimeNs t) const {
     if (options_.start_offset_s <= 0) return false;
-    return !first_recorded_image_ ||
-           t < *first_recorded_image_ + fromSeconds(options_.start_offset_s);
+    return !first_recorded_ || t < *first_recorded_ + fromSeconds(options_.start_offset_s);
   }
 
   /// An external image is read from disk here, so that its decoding is not the estimator's time.
@@ -120,8 +132,13 @@ class OfflineRun {
 
   void collect() {
     std::vector<StateEstimate> estimates;
-    timed([&] { estimates = estimator_.take(); });
+    std::vector<RangeRecord> ranges;
+    timed([&] {
+      estimates = estimator_.take();
+      ranges = estimator_.takeRanges();
+    });
     for (const StateEstimate& estimate : estimates) recorder_.add(estimate);
+    for (const RangeRecord& range : ranges) recorder_.add(range);
   }
 
   template <typename Work>
@@ -154,14 +171,16 @@ class OfflineRun {
       counters_[name] = count;
       warn(std::to_string(count) + " observations left out (" + name + ")");
     }
-    if (summary_.frames == 0) warn("no usable image in " + options_.rawlog);
+    if (summary_.frames == 0) warn("no usable image and no odometry in " + options_.rawlog);
   }
 
   void summarise() {
+    const Frames& frames = images_.count > 0 ? images_ : odometry_;
+    summary_.frames = frames.count;
+    summary_.duration_s = toSeconds(frames.last - frames.first);
     warnAboutInput();
     const EstimatorReport report = estimator_.report();
     summary_.rawlog = options_.rawlog;
-    summary_.duration_s = toSeconds(last_image_ - first_image_);
     summary_.resets = report.resets;
     summary_.longest_wait_reason = report.longest_wait_reason;
     counters_["objects_read"] = static_cast<long>(reader_.objects());
@@ -173,7 +192,7 @@ class OfflineRun {
     if (summary_.frames > 0) {
       summary_.cpu_ms_per_frame = 1e3 * estimator_cpu_s_ / static_cast<double>(summary_.frames);
     }
-    recorder_.finish(estimator_, first_image_, &summary_);
+    recorder_.finish(estimator_, frames.first, &summary_);
     summary_.peak_rss_mb = peakRssMb();
   }
 
@@ -185,8 +204,8 @@ class OfflineRun {
   RunRecorder recorder_;
   RunSummary summary_;
   std::map<std::string, long> counters_;
-  std::optional<TimeNs> first_recorded_image_;
-  TimeNs first_image_ = 0, last_image_ = 0;
+  std::optional<TimeNs> first_recorded_;  // image or odometry pose
+  Frames images_, odometry_;
   double estimator_cpu_s_ = 0;
   long seen_ = 0;
 };

@@ -10,10 +10,19 @@ namespace vir {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kOurFiles[] = {"trajectory.tum", "trajectory_smoothed.tum",
-                                     "frames.csv",     "landmarks.ply",
-                                     "summary.json",   "used.ini",
-                                     "run.log"};
+constexpr const char* kOurFiles[] = {"trajectory.tum",
+                                     "trajectory_covariance.csv",
+                                     "trajectory_smoothed.tum",
+                                     "frames.csv",
+                                     "anchors.csv",
+                                     "ranges.csv",
+                                     "landmarks.ply",
+                                     "summary.json",
+                                     "used.ini",
+                                     "run.log",
+                                     "report.html",
+                                     "map.svg",
+                                     "ranges.svg"};
 
 std::string dateTime() {
   const std::time_t now = std::time(nullptr);

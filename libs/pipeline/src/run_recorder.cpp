@@ -1,14 +1,16 @@
 #include "vir/pipeline/run_recorder.h"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <utility>
 
+#include "csv_text.h"
+#include "range_recorder.h"
 #include "vir/evaluation/evaluate.h"
 
 namespace vir {
 namespace {
+
+using namespace csv;
 
 constexpr const char* kFramesHeader =
     "t_s,valid,health,segment,keyframe,tracks,landmarks,ms_pyramid,ms_flow,ms_detect,"
@@ -16,30 +18,15 @@ constexpr const char* kFramesHeader =
     "bgz_rad_s,bax_m_s2,bay_m_s2,baz_m_s2,sigma_x_m,sigma_y_m,sigma_z_m,sigma_rx_rad,sigma_ry_rad,"
     "sigma_rz_rad";
 
-__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
-  char text[256];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof text, pattern, arguments);
-  va_end(arguments);
-  return text;
-}
+/// Upper triangle, row by row: position in W (p), rotation on the right (r).
+constexpr const char* kCovarianceHeader =
+    "t_s,px_px,px_py,px_pz,px_rx,px_ry,px_rz,py_py,py_pz,py_rx,py_ry,py_rz,pz_pz,pz_rx,pz_ry,pz_rz,"
+    "rx_rx,rx_ry,rx_rz,ry_ry,ry_rz,rz_rz";
 
 bool isFinite(const Pose& pose) { return pose.p.allFinite() && pose.q.coeffs().allFinite(); }
 
-/// 0 for what is not a number: no NaN may reach a file.
-double clean(double v) { return std::isfinite(v) ? v : 0; }
-
-std::string csv(const Vec3& v) {
+std::string columns(const Vec3& v) {
   return format(",%.6g,%.6g,%.6g", clean(v.x()), clean(v.y()), clean(v.z()));
-}
-
-/// A health text is free of commas and quotes once it is in the file.
-std::string csvWord(std::string text) {
-  for (char& c : text) {
-    if (c == ',' || c == '"' || c == '\n') c = ';';
-  }
-  return text;
 }
 
 std::string frameLine(const StateEstimate& e) {
@@ -50,9 +37,17 @@ std::string frameLine(const StateEstimate& e) {
        {ms.pyramid, ms.flow, ms.detect, ms.initialise, ms.optimise, ms.marginalise, ms.total}) {
     line += format(",%.3f", clean(v));
   }
-  line += csv(e.v_W_B) + csv(e.bias_gyro) + csv(e.bias_acc);
+  line += columns(e.v_W_B) + columns(e.bias_gyro) + columns(e.bias_acc);
   const Eigen::Matrix<double, 6, 1> variance = e.covariance.diagonal();
   for (int i = 0; i < 6; ++i) line += format(",%.6g", std::sqrt(std::max(0.0, clean(variance[i]))));
+  return line;
+}
+
+std::string covarianceLine(const StateEstimate& e) {
+  std::string line = formatSeconds(e.t);
+  for (int r = 0; r < 6; ++r) {
+    for (int c = r; c < 6; ++c) line += format(",%.9g", clean(e.covariance(r, c)));
+  }
   return line;
 }
 
@@ -72,9 +67,16 @@ RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
     : folder_(folder),
       log_(std::move(log)),
       trajectory_file_(folder.file("trajectory.tum")),
-      frames_file_(folder.file("frames.csv")) {
+      covariance_file_(folder.file("trajectory_covariance.csv")),
+      frames_file_(folder.file("frames.csv")),
+      ranges_(std::make_unique<RangeRecorder>(folder)) {
   frames_file_.line(kFramesHeader);
+  covariance_file_.line(kCovarianceHeader);
 }
+
+RunRecorder::~RunRecorder() = default;
+
+void RunRecorder::add(const RangeRecord& range) { ranges_->add(range); }
 
 void RunRecorder::add(const StateEstimate& estimate) {
   frames_file_.line(frameLine(estimate));
@@ -99,6 +101,7 @@ void RunRecorder::writePose(const StateEstimate& estimate) {
   const StampedPose pose{estimate.t, estimate.T_W_B};
   if (!trajectory_.empty()) path_m_ += (pose.T_W_B.p - trajectory_.back().T_W_B.p).norm();
   trajectory_file_.line(tumLine(pose));
+  covariance_file_.line(covarianceLine(estimate));
   trajectory_.push_back(pose);
 }
 
@@ -137,20 +140,41 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
   if (const auto causal = compare(truth_, trajectory_)) {
     summary->ate_posyaw_m = causal->ate_position_m.rmse;
     summary->ate_posyaw_deg = causal->ate_orientation_deg.rmse;
+    for (AnchorResult& a : summary->anchors) {
+      const auto truth = true_anchors_.find(a.estimate.id);
+      if (truth == true_anchors_.end() || !a.estimate.has_position) continue;
+      const AlignmentResult& T = causal->transform;
+      const Vec3 error = T.apply(Pose(Quat::Identity(), a.estimate.p_W)).p - truth->second;
+      a.error_m = error.norm();
+      a.error_horizontal_m = error.head<2>().norm();
+    }
   }
   if (const auto smoothed = compare(truth_, smoothed_)) {
     summary->ate_smoothed_posyaw_m = smoothed->ate_position_m.rmse;
   }
 }
 
-void RunRecorder::finish(const Estimator& estimator, TimeNs first_image, RunSummary* summary) {
+void RunRecorder::summariseRanges(RunSummary* summary) const {
+  summary->ranges_accepted = ranges_->accepted();
+  summary->ranges_collected = ranges_->collected();
+  summary->ranges_rejected = ranges_->rejected();
+  const auto counters = ranges_->counters();
+  summary->counters.insert(summary->counters.end(), counters.begin(), counters.end());
+}
+
+void RunRecorder::finish(const Estimator& estimator, TimeNs first_frame, RunSummary* summary) {
   trajectory_file_.close();
+  covariance_file_.close();
   frames_file_.close();
+  const std::vector<AnchorEstimate> anchors = estimator.anchors();
+  ranges_->finish(anchors);
+  for (const AnchorEstimate& a : anchors) summary->anchors.push_back({a, {}, {}});
+  summariseRanges(summary);
   writeKeyframes(estimator.keyframes());
   writeLandmarks(estimator.landmarks());
   summary->poses = static_cast<long>(trajectory_.size());
   summary->path_m = path_m_;
-  if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_image);
+  if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_frame);
   if (not_finite_ > 0) summary->counters.emplace_back("poses_not_finite", not_finite_);
   if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
   evaluateInto(summary);

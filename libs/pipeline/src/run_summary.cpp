@@ -15,6 +15,28 @@ void put(Json* json, const char* key, const std::optional<double>& v) {
   if (v && std::isfinite(*v)) (*json)[key] = *v;
 }
 
+Json toJson(const Vec3& v) { return v.allFinite() ? Json({v.x(), v.y(), v.z()}) : Json(nullptr); }
+
+/// Lengths in m.
+Json toJson(const AnchorResult& anchor) {
+  const AnchorEstimate& a = anchor.estimate;
+  Json json;
+  json["id"] = a.id;
+  json["state"] = a.state;
+  json["p"] = a.has_position ? toJson(a.p_W) : Json(nullptr);
+  const Vec3 sigma = a.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  json["sigma"] = a.has_position ? toJson(sigma) : Json(nullptr);
+  if (a.state == "mirror_open") json["mirror_p"] = toJson(a.mirror_p_W);
+  put(&json, "bias", a.bias_m);
+  put(&json, "bias_sigma", a.bias_sigma_m);
+  json["ranges_used"] = a.ranges_used;
+  json["ranges_rejected"] = a.ranges_rejected;
+  if (!a.advice.empty()) json["advice"] = a.advice;
+  put(&json, "error", anchor.error_m);
+  put(&json, "error_horizontal", anchor.error_horizontal_m);
+  return json;
+}
+
 }  // namespace
 
 std::string toJson(const RunSummary& s) {
@@ -34,6 +56,10 @@ std::string toJson(const RunSummary& s) {
   put(&json, "ate_posyaw_deg", s.ate_posyaw_deg);
   put(&json, "ate_smoothed_posyaw_m", s.ate_smoothed_posyaw_m);
   json["anchors"] = Json::array();
+  for (const AnchorResult& a : s.anchors) json["anchors"].push_back(toJson(a));
+  json["ranges"] = {{"accepted", s.ranges_accepted},
+                    {"collected", s.ranges_collected},
+                    {"rejected", s.ranges_rejected}};
   json["resets"] = s.resets;
   json["longest_wait_reason"] = s.longest_wait_reason;
   json["interrupted"] = s.interrupted;

@@ -2,7 +2,6 @@
 //
 #include <mrpt/config/CConfigFileBase.h>
 #include <mrpt/img/CImage.h>
-#include <mrpt/math/CQuaternion.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationIMU.h>
 #include <mrpt/obs/CObservationImage.h>
@@ -14,6 +13,7 @@
 #include "euroc_dataset.h"
 #include "input_error.h"
 #include "vir/pipeline/grabber_settings.h"
+#include "vir/pipeline/mrpt_pose.h"
 #include "vir/pipeline/mrpt_time.h"
 
 namespace vir {
@@ -26,11 +26,6 @@ using euroc::Event;
 
 /// Events per doProcess(): enough to be fast, few enough to keep the queue small.
 constexpr int kBatch = 64;
-
-mrpt::poses::CPose3D mrptPose(const Pose& T) {
-  return {mrpt::math::CQuaternionDouble(T.q.w(), T.q.x(), T.q.y(), T.q.z()), T.p.x(), T.p.y(),
-          T.p.z()};
-}
 
 mrpt::img::TCamera mrptCamera(const euroc::CameraYaml& c, const std::string& name) {
   mrpt::img::TCamera out;
@@ -75,7 +70,7 @@ mrpt::obs::CObservation::Ptr rangeObservation(const euroc::RangeRow& row, const 
 mrpt::obs::CObservation::Ptr truthObservation(const euroc::PoseRow& row) {
   auto obs = std::make_shared<mrpt::obs::CObservationRobotPose>();
   obs->sensorLabel = "GT";
-  obs->pose.mean = mrptPose(row.T_W_B);
+  obs->pose.mean = toMrptPose(row.T_W_B);
   obs->pose.cov.setZero();
   return obs;
 }
@@ -119,14 +114,14 @@ void EurocDataset::initialize() {
     auto obs = std::make_shared<mrpt::obs::CObservationImage>();
     obs->sensorLabel = "CAM0";
     obs->cameraParams = mrptCamera(*camera, options_.camera);
-    obs->cameraPose = mrptPose(camera->T_B_C);
+    obs->cameraPose = toMrptPose(camera->T_B_C);
     image_template_ = obs;
   }
   m_state = ssWorking;
 }
 
 void EurocDataset::doProcess() {
-  if (!recording_) throw euroc::InputError("EurocDataset: doProcess() before initialize()");
+  if (!recording_) throw InputError("EurocDataset: doProcess() before initialize()");
   for (int i = 0; i < kBatch && !finished_; ++i) {
     Event event;
     if (!recording_->next(&event)) {
@@ -145,8 +140,8 @@ void EurocDataset::finish() {
     for (const char* kind : {"image_missing", "image_undecodable", "image_wrong_size"}) {
       if (why.empty()) why = log_.first(kind);
     }
-    throw euroc::InputError("no image of " + recording_->folder().camera_dir + " could be used" +
-                            (why.empty() ? "" : "; first problem: " + why));
+    throw InputError("no image of " + recording_->folder().camera_dir + " could be used" +
+                     (why.empty() ? "" : "; first problem: " + why));
   }
 }
 
@@ -214,6 +209,17 @@ std::string EurocDataset::companionIni() const {
                 imu.acc_random_walk);
   return "// Noise of the IMU, taken from " + recording_->folder().imu_dir + "/sensor.yaml\n" +
          text;
+}
+
+std::vector<TrueAnchor> EurocDataset::trueAnchors() const {
+  std::vector<TrueAnchor> anchors;
+  if (!options_.simulate_ranges) return anchors;
+  const std::vector<double>& p = options_.anchor_m;
+  for (std::size_t i = 0; 3 * i + 2 < p.size(); ++i) {
+    const int id = static_cast<int>(options_.anchor_id.empty() ? i : options_.anchor_id[i]);
+    anchors.push_back({id, p[3 * i], p[3 * i + 1], p[3 * i + 2]});
+  }
+  return anchors;
 }
 
 }  // namespace vir

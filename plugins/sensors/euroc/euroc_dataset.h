@@ -38,6 +38,7 @@ class EurocDataset : public mrpt::hwdrivers::CGenericSensor, public RecordedSour
   std::vector<std::pair<std::string, long>> counters() const override;
   std::vector<std::string> warnings() const override;
   std::string companionIni() const override;
+  std::vector<TrueAnchor> trueAnchors() const override;
 
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
@@ -49,7 +50,7 @@ class EurocDataset : public mrpt::hwdrivers::CGenericSensor, public RecordedSour
   void finish();
 
   euroc::EurocOptions options_;
-  euroc::ProblemLog log_;
+  ProblemLog log_;
   std::unique_ptr<euroc::Recording> recording_;
   std::unique_ptr<euroc::ImageStore> store_;
   std::shared_ptr<const mrpt::obs::CObservationImage> image_template_;

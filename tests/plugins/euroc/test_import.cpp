@@ -84,6 +84,17 @@ TEST_F(Import, WritesRawlogImagesAndNoise) {
   EXPECT_NE(o.text.find("CAM0"), std::string::npos);
 }
 
+TEST_F(Import, DrawnRangesLeaveTheirAnchorsBeside) {
+  const Outcome o =
+      run("--set euroc.simulate_ranges=true --set \"euroc.anchor_m=1 2 3 4 5 6.5\" "
+          "--set \"euroc.anchor_id=4 9\"");
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_EQ(test::readText(folder.temp() / "out/x_anchors_truth.csv"),
+            "#id,x,y,z in the ground truth's frame [m]\n4,1,2,3\n9,4,5,6.5\n");
+  ASSERT_EQ(run().code, 0);
+  EXPECT_EQ(listing(), "x.ini x.rawlog x_Images ") << "drawn no longer";
+}
+
 TEST_F(Import, TwiceGivesTheSameBytes) {
   ASSERT_EQ(run("--set euroc.images=embed").code, 0);
   const std::string first = test::readText(rawlog());

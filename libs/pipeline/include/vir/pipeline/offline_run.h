@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <map>
 #include <string>
 
 #include "vir/pipeline/estimator.h"
@@ -10,7 +11,10 @@ namespace vir {
 
 struct OfflineRunOptions {
   std::string rawlog;
-  double start_offset_s = 0;  ///< observations before the first image + this are left out
+  /// Observations before the first image (or odometry pose) + this are left out.
+  double start_offset_s = 0;
+  /// In the ground truth's world; for the summary only, no estimator sees them.
+  std::map<std::uint64_t, Vec3> true_anchors;
 };
 
 struct OfflineRunHooks {
@@ -20,7 +24,8 @@ struct OfflineRunHooks {
 };
 
 /// Plays a rawlog to an estimator whose settings have been read, and writes trajectory.tum,
-/// trajectory_smoothed.tum, frames.csv and landmarks.ply; the caller writes summary.json. Ground
+/// trajectory_covariance.csv, trajectory_smoothed.tum, frames.csv, anchors.csv, ranges.csv and
+/// landmarks.ply; the caller writes summary.json. Ground
 /// truth (label `GT`) is kept from the estimator and used for ate_* only. If the estimator throws,
 /// what there is by then is written all the same and the summary's `error` says why. Throws
 /// std::runtime_error if the rawlog cannot be opened or a result cannot be written.

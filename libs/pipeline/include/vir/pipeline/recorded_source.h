@@ -7,6 +7,12 @@
 
 namespace vir {
 
+/// Where an anchor truly is, in the world of the ground truth.
+struct TrueAnchor {
+  int id = 0;
+  double x_m = 0, y_m = 0, z_m = 0;
+};
+
 /// What a recorded or simulated sensor offers beside mrpt::hwdrivers::CGenericSensor, so that
 /// `import` can run it at full speed. Order of calls: describe (reads the settings), initialize(),
 /// then doProcess() and getObservations() until finished(). Observations come out in time order.
@@ -27,6 +33,9 @@ class RecordedSource {
   /// text of an ini file; `import` writes it beside the rawlog. Valid after initialize(). Empty:
   /// nothing to say.
   virtual std::string companionIni() const { return {}; }
+  /// For evaluation only, so not among the observations: `import` writes them beside the rawlog as
+  /// `<name>_anchors_truth.csv`. Valid after initialize(); empty: not known.
+  virtual std::vector<TrueAnchor> trueAnchors() const { return {}; }
 };
 
 }  // namespace vir

@@ -1,4 +1,6 @@
 #pragma once
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,20 +11,33 @@
 
 namespace vir {
 
+class RangeRecorder;
+
+/// An anchor at the end of a run.
+struct AnchorResult {
+  AnchorEstimate estimate;
+  /// Distance to where it truly is, by the alignment of the causal trajectory to the ground truth;
+  /// empty where either is not known. `horizontal`: without the height.
+  std::optional<double> error_m, error_horizontal_m;
+};
+
 /// What a run amounts to: the content of summary.json.
 struct RunSummary {
   std::string estimator, rawlog;
-  long frames = 0;                    ///< images handed to the estimator
-  long poses = 0;                     ///< lines of trajectory.tum
-  std::optional<double> init_time_s;  ///< first pose after the first image; empty: never
-  double duration_s = 0;              ///< first to last image
+  long frames = 0;  ///< images handed to the estimator; odometry poses if there are no images
+  long poses = 0;   ///< lines of trajectory.tum
+  std::optional<double> init_time_s;  ///< first pose after the first frame; empty: never
+  double duration_s = 0;              ///< first to last frame
   double path_m = 0;                  ///< length of the estimated path
   double wall_s = 0, cpu_s = 0;
-  double cpu_ms_per_frame = 0;  ///< CPU time inside the estimator per image, decoding not included
+  double cpu_ms_per_frame = 0;  ///< CPU time inside the estimator per frame, decoding not included
   double peak_rss_mb = 0;
   /// Position + yaw aligned RMSE of the causal and the smoothed trajectory, where there is ground
   /// truth for them.
   std::optional<double> ate_posyaw_m, ate_posyaw_deg, ate_smoothed_posyaw_m;
+  std::vector<AnchorResult> anchors;  ///< ordered by id
+  /// Ranges by what became of them: used, kept for an anchor without a position, not used.
+  long ranges_accepted = 0, ranges_collected = 0, ranges_rejected = 0;
   int resets = 0;
   bool interrupted = false;
   std::string longest_wait_reason;
@@ -39,25 +54,33 @@ class RunRecorder {
  public:
   /// Throws std::runtime_error if a file cannot be created.
   RunRecorder(const ResultsFolder& folder, LogSink log);
+  ~RunRecorder();
 
   void add(const StateEstimate& estimate);
+  /// In time order.
+  void add(const RangeRecord& range);
   /// A pose of the reference trajectory, in time order.
   void addGroundTruth(TimeNs t, const Pose& T_W_B);
+  /// Where anchors truly are, in the world of the ground truth; compared with at the end only.
+  void setTrueAnchors(std::map<std::uint64_t, Vec3> anchors) { true_anchors_ = std::move(anchors); }
   /// Writes what only the end of the run knows, closes the files and fills in the summary's poses,
-  /// path, ate_* and counters of its own. Throws std::runtime_error if anything could not be
-  /// written.
-  void finish(const Estimator& estimator, TimeNs first_image, RunSummary* summary);
+  /// path, ate_*, anchors, ranges_* and counters of its own. Throws std::runtime_error if anything
+  /// could not be written.
+  void finish(const Estimator& estimator, TimeNs first_frame, RunSummary* summary);
 
  private:
   void writePose(const StateEstimate& estimate);
   void writeKeyframes(const std::vector<KeyframeEstimate>& keyframes);
   void writeLandmarks(const std::vector<LandmarkEstimate>& landmarks);
   void evaluateInto(RunSummary* summary);
+  void summariseRanges(RunSummary* summary) const;
 
   const ResultsFolder& folder_;
   LogSink log_;
-  OutputFile trajectory_file_, frames_file_;
+  OutputFile trajectory_file_, covariance_file_, frames_file_;
+  std::unique_ptr<RangeRecorder> ranges_;
   Trajectory trajectory_, smoothed_, truth_;
+  std::map<std::uint64_t, Vec3> true_anchors_;
   double path_m_ = 0;
   int segment_ = 0;
   long not_finite_ = 0, out_of_order_ = 0;

@@ -7,7 +7,7 @@
 
 #include "input_error.h"
 
-namespace vir::euroc {
+namespace vir {
 namespace {
 
 constexpr std::size_t kBuffer = 1 << 16;
@@ -144,4 +144,4 @@ bool parseDecimalSeconds(std::string_view field, TimeNs* t) {
   return true;
 }
 
-}  // namespace vir::euroc
+}  // namespace vir

@@ -9,7 +9,7 @@
 
 #include "vir/core/time.h"
 
-namespace vir::euroc {
+namespace vir {
 
 class LineReader {
  public:
@@ -56,4 +56,4 @@ bool parseNs(std::string_view field, TimeNs* t);
 /// off. Further digits are rounded. False for anything else, an exponent included.
 bool parseDecimalSeconds(std::string_view field, TimeNs* t);
 
-}  // namespace vir::euroc
+}  // namespace vir

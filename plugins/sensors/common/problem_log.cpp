@@ -1,6 +1,6 @@
 #include "problem_log.h"
 
-namespace vir::euroc {
+namespace vir {
 
 void ProblemLog::add(const std::string& counter, const std::string& where,
                      const std::string& what) {
@@ -29,4 +29,4 @@ std::string ProblemLog::first(const std::string& counter) const {
   return it == first_.end() ? std::string() : it->second;
 }
 
-}  // namespace vir::euroc
+}  // namespace vir

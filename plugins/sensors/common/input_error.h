@@ -1,7 +1,7 @@
 #pragma once
 #include <stdexcept>
 
-namespace vir::euroc {
+namespace vir {
 
 /// The recording cannot be imported at all: what() says which file, what is wrong and what to do.
 class InputError : public std::runtime_error {
@@ -9,4 +9,4 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace vir::euroc
+}  // namespace vir

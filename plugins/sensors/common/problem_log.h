@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace vir::euroc {
+namespace vir {
 
 class ProblemLog {
  public:
@@ -32,4 +32,4 @@ class ProblemLog {
   std::vector<std::string> messages_;
 };
 
-}  // namespace vir::euroc
+}  // namespace vir

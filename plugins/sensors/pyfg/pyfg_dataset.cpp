@@ -1,0 +1,132 @@
+#include <Eigen/Core>
+//
+#include <mrpt/config/CConfigFileBase.h>
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+
+#include "input_error.h"
+#include "pyfg_dataset.h"
+#include "vir/pipeline/grabber_settings.h"
+#include "vir/pipeline/mrpt_pose.h"
+#include "vir/pipeline/mrpt_time.h"
+
+namespace vir {
+
+IMPLEMENTS_GENERIC_SENSOR(PyfgDataset, vir)
+
+namespace {
+
+/// Events per doProcess(): enough to be fast, few enough to keep the queue small.
+constexpr int kBatch = 64;
+
+mrpt::obs::CObservation::Ptr poseObservation(const char* label, const Pose& pose,
+                                             const pyfg::Mat6& covariance) {
+  auto obs = std::make_shared<mrpt::obs::CObservationRobotPose>();
+  obs->sensorLabel = label;
+  obs->pose.mean = toMrptPose(pose);
+  for (int r = 0; r < 6; ++r) {
+    for (int c = 0; c < 6; ++c) obs->pose.cov(r, c) = covariance(r, c);
+  }
+  return obs;
+}
+
+mrpt::obs::CObservation::Ptr rangeObservation(const char* label, int id, double range_m,
+                                              double sigma_m) {
+  auto obs = std::make_shared<mrpt::obs::CObservationBeaconRanges>();
+  obs->sensorLabel = label;
+  obs->minSensorDistance = 0;
+  obs->maxSensorDistance = 1000;
+  obs->stdError = static_cast<float>(sigma_m);
+  mrpt::obs::CObservationBeaconRanges::TMeasurement m;
+  m.sensedDistance = static_cast<float>(range_m);
+  m.beaconID = id;
+  obs->sensedData.push_back(m);
+  return obs;
+}
+
+struct Converter {
+  std::map<std::string, long>* given;
+
+  mrpt::obs::CObservation::Ptr operator()(const pyfg::TruePose& e) const {
+    ++(*given)["ground_truth_poses"];
+    return poseObservation("GT", e.T_W_B, pyfg::Mat6::Zero());
+  }
+  mrpt::obs::CObservation::Ptr operator()(const pyfg::OdometryPose& e) const {
+    ++(*given)["odometry_poses"];
+    return poseObservation("ODOM", e.T_O_B, e.step_covariance);
+  }
+  mrpt::obs::CObservation::Ptr operator()(const pyfg::AnchorRange& e) const {
+    ++(*given)["ranges"];
+    return rangeObservation("UWB0", e.anchor, e.range_m, e.sigma_m);
+  }
+  mrpt::obs::CObservation::Ptr operator()(const pyfg::PeerRange& e) const {
+    ++(*given)["peer_ranges"];
+    return rangeObservation("PEER", e.peer, e.range_m, e.sigma_m);
+  }
+};
+
+}  // namespace
+
+PyfgDataset::PyfgDataset() { m_sensorLabel = "PYFG"; }
+PyfgDataset::~PyfgDataset() = default;
+
+void PyfgDataset::describe(OptionVisitor& v) { pyfg::describe(v, options_); }
+
+void PyfgDataset::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
+                                            const std::string& section) {
+  readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+}
+
+void PyfgDataset::initialize() {
+  log_ = {};
+  given_.clear();
+  at_ = 0;
+  m_state = ssInitializing;
+  recording_ = pyfg::extractRobot(pyfg::readGraph(options_.source, &log_), options_, &log_);
+  if (recording_.events.empty()) {
+    throw InputError(options_.source + ": nothing to import for robot " + recording_.robot +
+                     " with these settings");
+  }
+  for (const char peer : recording_.peers) {
+    log_.note(std::string("robot ") + peer + " is beacon " + std::to_string(pyfg::robotId(peer)) +
+              " under the label PEER");
+  }
+  initialized_ = true;
+  m_state = ssWorking;
+}
+
+void PyfgDataset::doProcess() {
+  if (!initialized_) throw InputError("PyfgDataset: doProcess() before initialize()");
+  for (int i = 0; i < kBatch && !finished(); ++i) {
+    const pyfg::Event& event = recording_.events[at_++];
+    const auto obs = std::visit(Converter{&given_}, event.what);
+    obs->timestamp = toMrptTime(event.t);
+    appendObservation(obs);
+  }
+}
+
+bool PyfgDataset::finished() const { return initialized_ && at_ == recording_.events.size(); }
+
+double PyfgDataset::progress() const {
+  if (!initialized_) return 0;
+  return static_cast<double>(at_) / static_cast<double>(recording_.events.size());
+}
+
+std::vector<std::pair<std::string, long>> PyfgDataset::counters() const {
+  std::vector<std::pair<std::string, long>> out(given_.begin(), given_.end());
+  const auto problems = log_.counters();
+  out.insert(out.end(), problems.begin(), problems.end());
+  return out;
+}
+
+std::vector<std::string> PyfgDataset::warnings() const { return log_.messages(); }
+
+std::vector<TrueAnchor> PyfgDataset::trueAnchors() const {
+  std::vector<TrueAnchor> anchors;
+  for (const pyfg::Landmark& l : recording_.landmarks) {
+    anchors.push_back({l.name.number, l.p_W.x(), l.p_W.y(), l.p_W.z()});
+  }
+  return anchors;
+}
+
+}  // namespace vir
