@@ -179,6 +179,18 @@ double mean(const std::vector<RunResult>& runs, double (*value)(const RunResult&
   return n ? sum / n : 0;
 }
 
+/// Mean over the anchors that were found; -1 if none.
+double ofAnchors(const RunResult& r, double AnchorError::*value) {
+  double sum = 0;
+  int n = 0;
+  for (const AnchorError& a : r.anchors) {
+    if (!a.found) continue;
+    sum += a.*value;
+    ++n;
+  }
+  return n ? sum / n : -1;
+}
+
 struct Column {
   const char* name;
   int width, decimals;
@@ -187,15 +199,14 @@ struct Column {
 
 const std::vector<Column> kColumns = {
     {"ATE m", 8, 4, [](const RunResult& r) { return r.evaluation.ate_position_m.rmse; }},
+    {"smooth m", 9, 4, [](const RunResult& r) { return r.smoothed_ate_m; }},
     {"max m", 8, 4, [](const RunResult& r) { return r.evaluation.ate_position_m.max; }},
     {"end m", 8, 4, [](const RunResult& r) { return r.end_error_m; }},
     {"rel 1s m", 9, 4, [](const RunResult& r) { return r.evaluation.rpe_time.translation_m.rmse; }},
     {"att deg", 8, 3, [](const RunResult& r) { return r.evaluation.ate_orientation_deg.rmse; }},
     {"NEES/3", 8, 2, [](const RunResult& r) { return r.mean_nees < 0 ? -1 : r.mean_nees / 3; }},
-    {"anchor m", 9, 3,
-     [](const RunResult& r) { return r.anchors.empty() ? -1 : r.anchors[0].error_m; }},
-    {"NEES/3", 8, 2,
-     [](const RunResult& r) { return r.anchors.empty() ? -1 : r.anchors[0].nees / 3; }},
+    {"anchor m", 9, 3, [](const RunResult& r) { return ofAnchors(r, &AnchorError::error_m); }},
+    {"NEES/3", 8, 2, [](const RunResult& r) { return ofAnchors(r, &AnchorError::nees) / 3; }},
     {"init s", 7, 2, [](const RunResult& r) { return r.init_s; }},
     {"tracks", 7, 0, [](const RunResult& r) { return r.mean_tracks; }},
     {"ms/img", 7, 2, [](const RunResult& r) { return r.ms_per_frame; }},
@@ -216,6 +227,16 @@ void print(const std::vector<RunResult>& runs) {
   std::printf("%5s", "mean");
   for (const Column& c : kColumns) std::printf(" %*.*f", c.width, c.decimals, mean(runs, c.value));
   std::printf("\n");
+  std::map<std::string, long> decisions;
+  int missing = 0;
+  for (const RunResult& r : runs) {
+    for (const auto& [what, count] : r.decisions) decisions[what] += count;
+    for (const AnchorError& a : r.anchors) missing += a.found ? 0 : 1;
+  }
+  if (decisions.empty()) return;
+  std::printf("ranges:");
+  for (const auto& [what, count] : decisions) std::printf(" %s %ld;", what.c_str(), count);
+  std::printf(" anchors not found %d\n", missing);
 }
 
 void writeCsv(const std::string& file, const std::vector<RunResult>& runs) {

@@ -21,8 +21,7 @@ Pose gauge(const Pose& truth, const Pose& estimate) {
 class Feeder {
  public:
   Feeder(const std::shared_ptr<const Motion>& motion, const RunSettings& s)
-      : antenna_(s.ranges.lever_arm_m.data()),
-        range_sigma_m_(s.ranges.sigma_m),
+      : settings_(s),
         imu_(simulateImu(*motion, s.imu)),
         tracks_(s.tracks, motion, makeCamera(s.camera), s.T_B_C),
         estimator_(s.estimator) {
@@ -48,6 +47,7 @@ class Feeder {
   }
 
   const std::vector<FrameEstimate>& frames() const { return frames_; }
+  const std::vector<RangeDecision>& decisions() const { return decisions_; }
   const VisualInertialEstimator& estimator() const { return estimator_; }
   long ranges() const { return static_cast<long>(ranges_.size()); }
 
@@ -57,21 +57,22 @@ class Feeder {
     m.t = r.t;
     m.anchor = static_cast<std::uint64_t>(r.anchor);
     m.range_m = r.range_m;
-    m.sigma_m = range_sigma_m_;
-    m.p_B_U = antenna_;
+    m.sigma_m = settings_.ranges.sigma_m;
+    m.p_B_U = Vec3(settings_.ranges.lever_arm_m.data());
     estimator_.addRange(m);
   }
   void collect() {
     for (FrameEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
+    for (RangeDecision& d : estimator_.takeRanges()) decisions_.push_back(std::move(d));
   }
 
-  Vec3 antenna_;
-  double range_sigma_m_;
+  const RunSettings& settings_;
   SimulatedImu imu_;
   TrackSimulator tracks_;
   VisualInertialEstimator estimator_;
   std::vector<SimulatedRange> ranges_;
   std::vector<FrameEstimate> frames_;
+  std::vector<RangeDecision> decisions_;
 };
 
 PoseError errorOf(const FrameEstimate& f, const Pose& truth, const Pose& T_R_E) {
@@ -89,6 +90,38 @@ PoseError errorOf(const FrameEstimate& f, const Pose& truth, const Pose& T_R_E) 
   double value = 0;
   if (nees(out.position, P, &value)) out.nees = value;
   return out;
+}
+
+AnchorError errorOf(const AnchorReport& a, const RangeSimulationOptions& ranges, double end_s,
+                    const Pose& T_R_E, const Pose& aligned) {
+  AnchorError out;
+  out.id = static_cast<int>(a.id);
+  out.state = a.state;
+  std::size_t index = a.id;
+  for (std::size_t k = 0; k < ranges.anchor_id.size(); ++k) {
+    if (ranges.anchor_id[k] == static_cast<double>(a.id)) index = k;
+  }
+  if (!a.has_position || 3 * index >= ranges.anchor_m.size()) return out;
+  out.found = true;
+  const Vec3 truth = anchorAt(ranges, index, end_s);
+  const Vec3 error = T_R_E * a.p_W - truth, after = aligned * a.p_W - truth;
+  out.error_first_m = error.norm();
+  out.error_m = after.norm();
+  out.horizontal_m = after.head<2>().norm();
+  double value = 0;
+  if (nees(error, T_R_E.R() * a.covariance * T_R_E.R().transpose(), &value)) out.nees = value;
+  return out;
+}
+
+/// Of the keyframes as they were last seen, position and yaw aligned; -1 if there are too few.
+double smoothedError(const Motion& motion, const std::vector<NavState>& keyframes) {
+  Trajectory estimate, truth;
+  for (const NavState& k : keyframes) {
+    if (!estimate.empty() && k.t <= estimate.back().t) continue;
+    estimate.push_back({k.t, k.T_W_B});
+    truth.push_back({k.t, motion.poseAt(k.t)});
+  }
+  return estimate.size() < 10 ? -1 : evaluate(truth, estimate, {}).ate_position_m.rmse;
 }
 
 }  // namespace
@@ -130,23 +163,12 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
     nees += out.errors.back().nees;
     ++count;
   }
-  const Pose aligned = out.evaluation.transform.T_R_E;
   for (const AnchorReport& a : feeder.estimator().anchors()) {
-    AnchorError e;
-    e.id = static_cast<int>(a.id);
-    e.state = a.state;
-    if (a.has_position) {
-      const Vec3 truth = anchorAt(s.ranges, a.id, toSeconds(motion->end() - motion->begin()));
-      const Vec3 error = T_R_E * a.p_W - truth;
-      e.error_first_m = error.norm();
-      const Vec3 after = aligned * a.p_W - truth;
-      e.error_m = after.norm();
-      e.horizontal_m = after.head<2>().norm();
-      const Mat3 P = T_R_E.R() * a.covariance * T_R_E.R().transpose();
-      if (P.trace() > 0) e.nees = error.dot(P.ldlt().solve(error));
-    }
-    out.anchors.push_back(e);
+    out.anchors.push_back(
+        errorOf(a, s.ranges, motion->duration(), T_R_E, out.evaluation.transform.T_R_E));
   }
+  out.smoothed_ate_m = smoothedError(*motion, feeder.estimator().keyframes());
+  for (const RangeDecision& d : feeder.decisions()) ++out.decisions[d.decision];
   if (count > 0) out.mean_nees = nees / static_cast<double>(count);
   out.end_error_m = out.errors.back().position.norm();
   return out;

@@ -1,6 +1,7 @@
 #pragma once
 /// One run of the estimator on simulated tracks, readings and ranges, and how good it was.
 #include <Eigen/Dense>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,7 +23,6 @@ struct RunSettings {
   CameraCalibration camera;
   Pose T_B_C;
   bool use_ranges = false;
-  bool drop_outliers = true;  ///< the estimator's verdicts reach the tracks, as with images
 };
 
 /// The estimate at one image against the truth, in the truth's world after the estimate has been
@@ -39,6 +39,7 @@ struct PoseError {
 
 struct AnchorError {
   int id = 0;
+  bool found = false;
   double error_m = 0;        ///< after the alignment of the causal trajectory
   double error_first_m = 0;  ///< in the gauge of the first keyframe
   double horizontal_m = 0;   ///< of error_m
@@ -61,6 +62,8 @@ struct RunResult {
   double mean_tracks = 0;
   int resets = 0;
   long ranges = 0;
+  double smoothed_ate_m = -1;             ///< of the keyframes as last seen
+  std::map<std::string, long> decisions;  ///< what became of the ranges
 };
 
 RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings settings, int seed);
