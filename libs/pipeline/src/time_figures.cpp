@@ -173,8 +173,7 @@ Figure errorFigure(const RunPictures& run) {
   if (!run.evaluation) return figure;
   const auto& pairs = run.evaluation->association.pairs;
   const auto& errors = run.evaluation->position_error_m;
-  figure.entries = {{"error", figureColor(0)},
-                    {"3 standard deviations by the estimator's own covariance", kBand}};
+  figure.entries = {{"error", figureColor(0)}};
   Panel panel;
   panel.y_label = "error [m]";
   panel.from_zero = true;
@@ -192,6 +191,9 @@ Figure errorFigure(const RunPictures& run) {
   for (std::size_t i = 0; i < run.causal.size() && i < run.position_sigma_m.size(); ++i) {
     band.emplace_back(seconds(run, run.causal[i].t), 3 * run.position_sigma_m[i]);
     if (std::isfinite(band.back().y())) highest = std::max(highest, band.back().y());
+  }
+  if (highest > 0) {
+    figure.entries.push_back({"3 standard deviations by the estimator's own covariance", kBand});
   }
   addBand(limited(band), 0, toSeconds(holeOf(run.causal)) * 3, &panel);
   if (!errors.empty()) {
