@@ -13,6 +13,9 @@ namespace vir {
 /// Without an image for longer, the tracks are not expected to survive.
 constexpr double kImageGapS = 0.5;
 
+/// Position [m] and yaw [rad] of the first frame are the world's by definition.
+constexpr double kStartSigma = 1e-3;
+
 /// CPU time of this thread [ms] (reporting only).
 inline double cpuMs() {
   timespec ts{};
@@ -39,7 +42,12 @@ struct WaitingImage {
 };
 
 struct VisualInertialEstimator::Impl {
-  Impl(const EstimatorConfig& c, LogSink l) : config(c), log_sink(std::move(l)), rest(c.rest) {}
+  Impl(const EstimatorConfig& c, LogSink l)
+      : config(c),
+        log_sink(std::move(l)),
+        rest(c.rest),
+        long_window(c.long_window),
+        ranges(c.ranges, &long_window, log_sink) {}
 
   void setCamera(const CameraCalibration& calibration, const Pose& extrinsics);
   void offer(WaitingImage image);
@@ -57,6 +65,16 @@ struct VisualInertialEstimator::Impl {
   /// Does t lie in a hole of the readings, or well behind the last of them?
   bool missesImu(TimeNs t) const;
   void collectRetired();
+
+  // Where the windows and the ranges meet (double_window.cpp).
+  /// Ranges up to the newest frame's time are judged and hung on it. States in O.
+  void attachRanges(const NavState& previous, const NavState& newest);
+  /// Ranges held by the keyframes of both windows, `motion` being the antenna in W.
+  std::vector<HeldRange> heldRanges(std::uint64_t key) const;
+  void updateAnchors(TimeNs t);
+  void startLongWindow();
+  NavState inWorld(const NavState& s) const;
+  Eigen::Matrix<double, 6, 6> covarianceInWorld() const;
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);
     warnings.push_back(text);
@@ -70,6 +88,8 @@ struct VisualInertialEstimator::Impl {
   Pose T_B_C;
   ImuBuffer imu;
   RestDetector rest;
+  LongWindow long_window;
+  RangeLayer ranges;
   std::deque<WaitingImage> waiting;
   std::vector<FrameEstimate> results;
   std::vector<NavState> old_keyframes;

@@ -18,6 +18,8 @@ void describe(OptionVisitor& v, EstimatorConfig& o) {
   describe(v, o.tracker);
   describe(v, o.startup);
   describe(v, o.window);
+  describe(v, o.long_window);
+  describe(v, o.ranges);
   describe(v, o.rest);
   describe(v, o.failure);
   v.section("Camera", "What the recording does not say about the camera");
@@ -34,6 +36,7 @@ void VisualInertialEstimator::Impl::setCamera(const CameraCalibration& calibrati
   startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focal);
   window = std::make_unique<ShortWindow>(config.window, config.imu, T_B_C, focal,
                                          config.camera_time_offset_s);
+  window->attach(&long_window);
 }
 
 void VisualInertialEstimator::Impl::process(const WaitingImage& image) {
@@ -122,8 +125,11 @@ void VisualInertialEstimator::Impl::tryStart(const TrackedFrame& frame, FrameEst
   startup->reset();
   running = true;
   last_seen = frame.t;
+  startLongWindow();
+  window->updateCovariance();
   out->valid = true;
-  out->state = window->newest();
+  out->state = inWorld(window->newest());
+  out->covariance = covarianceInWorld();
   out->keyframe = true;
   window->slide(true);
   out->landmarks = window->landmarksInNewest();
@@ -143,6 +149,7 @@ void VisualInertialEstimator::Impl::update(const TrackedFrame& frame, FrameEstim
   in_gap = gap;
   const NavState predicted = predict(previous, link, config.imu.gravity_mps2, t);
   window->push(predicted, std::move(link), frame.features, rest.standing());
+  attachRanges(previous, predicted);
   SolveSummary solve;
   {
     StageTimer timer(&out->ms_optimise);
@@ -153,6 +160,7 @@ void VisualInertialEstimator::Impl::update(const TrackedFrame& frame, FrameEstim
                 ? window->optimise(config.window.iterations)
                 : window->optimiseNewest(config.window.iterations_newest);
     tracker->drop(window->rejectOutliers());
+    if (full && solve.usable) updateAnchors(t);
   }
   out->reprojection_rms = solve.reprojection_rms;
   out->landmarks = window->landmarksInNewest();
@@ -164,7 +172,8 @@ void VisualInertialEstimator::Impl::update(const TrackedFrame& frame, FrameEstim
     out->health = "restarted: " + problem;
     return;
   }
-  out->state = window->newest();
+  out->state = inWorld(window->newest());
+  out->covariance = covarianceInWorld();
   out->valid = true;
   out->standing = rest.standing();
   const bool blind = t != last_seen;
@@ -195,18 +204,14 @@ void VisualInertialEstimator::Impl::restart(const std::string& why) {
   ++resets;
   warn("segment " + std::to_string(segment) + " starts at " + std::to_string(last_image) +
        " ns: " + why);
-  for (const NavState& s : window->states()) old_keyframes.push_back(s);
+  window->handOver();
+  collectRetired();
   window->clear();
   startup->reset();
   tracker->reset();
   rest.reset();
   running = false;
   last_usable = 0;  // nothing left to be matched against
-}
-
-void VisualInertialEstimator::Impl::collectRetired() {
-  for (const NavState& s : window->takeRetiredKeyframes()) old_keyframes.push_back(s);
-  for (const WindowLandmark& l : window->takeRetiredLandmarks()) old_landmarks.push_back(l);
 }
 
 VisualInertialEstimator::VisualInertialEstimator(const EstimatorConfig& config, LogSink log)
@@ -220,22 +225,6 @@ bool VisualInertialEstimator::hasCamera() const { return impl_->tracker != nullp
 
 std::vector<FrameEstimate> VisualInertialEstimator::take() {
   return std::exchange(impl_->results, {});
-}
-
-std::vector<NavState> VisualInertialEstimator::keyframes() const {
-  std::vector<NavState> out = impl_->old_keyframes;
-  if (impl_->window) {
-    for (const NavState& s : impl_->window->states()) out.push_back(s);
-  }
-  return out;
-}
-
-std::vector<WindowLandmark> VisualInertialEstimator::landmarks() const {
-  std::vector<WindowLandmark> out = impl_->old_landmarks;
-  if (impl_->window) {
-    for (const WindowLandmark& l : impl_->window->landmarks()) out.push_back(l);
-  }
-  return out;
 }
 
 const EstimatorCounters& VisualInertialEstimator::counters() const { return impl_->counters; }

@@ -65,12 +65,24 @@ Eigen::MatrixXd scaledPseudoInverse(const Eigen::MatrixXd& H, double relative) {
   return V * inv.asDiagonal() * V.transpose();
 }
 
+/// The same for a landmark, in closed form where it is well observed.
+Mat3 scaledPseudoInverse3(const Mat3& H) {
+  const Vec3 s = H.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Mat3 A = s.asDiagonal() * H * s.asDiagonal();
+  // Its diagonal is one: the determinant is below the product of the two larger eigenvalues (at
+  // most 9/4) times the smallest.
+  const double determinant = A.determinant();
+  if (determinant > 1e-6) return s.asDiagonal() * A.inverse() * s.asDiagonal();
+  return scaledPseudoInverse(H, 1e-9);
+}
+
 /// Normal equations of one landmark: its own 3x3 block and the coupling to the blocks it touches.
 struct LandmarkSystem {
   Mat3 H = Mat3::Zero();
   Vec3 b = Vec3::Zero();
   std::vector<int> offsets, sizes;
-  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3>> coupling;  // H_xl per touched block
+  std::vector<int> offset;  // scratch: columns of the term at hand
+  std::vector<Eigen::Matrix<double, 6, 3>> coupling;  // H_xl per touched block, first `size` rows
 
   void reset() {
     H.setZero();
@@ -85,17 +97,25 @@ struct LandmarkSystem {
     }
     offsets.push_back(offset);
     sizes.push_back(size);
-    coupling.push_back(Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(size, 3));
+    coupling.push_back(Eigen::Matrix<double, 6, 3>::Zero());
     return static_cast<int>(offsets.size()) - 1;
   }
+  /// Only what lies on and above the diagonal of H is brought up to date.
   void eliminateFrom(NormalEquations* eq) const {
-    const Mat3 inv = scaledPseudoInverse(H, 1e-9);
+    const Mat3 inv = scaledPseudoInverse3(H);
     for (std::size_t i = 0; i < offsets.size(); ++i) {
-      const Eigen::Matrix<double, Eigen::Dynamic, 3> W = coupling[i] * inv;
-      eq->b.segment(offsets[i], sizes[i]).noalias() -= W * b;
+      const Eigen::Matrix<double, 6, 3> W = coupling[i] * inv;
+      const Eigen::Matrix<double, 6, 1> Wb = W * b;
+      eq->b.segment(offsets[i], sizes[i]) -= Wb.head(sizes[i]);
       for (std::size_t j = 0; j < offsets.size(); ++j) {
-        eq->H.block(offsets[i], offsets[j], sizes[i], sizes[j]).noalias() -=
-            W * coupling[j].transpose();
+        if (offsets[j] < offsets[i]) continue;
+        if (sizes[i] == 6 && sizes[j] == 6) {
+          eq->H.block<6, 6>(offsets[i], offsets[j]).noalias() -= W * coupling[j].transpose();
+        } else {
+          const Eigen::Matrix<double, 6, 6> S = W * coupling[j].transpose();
+          eq->H.block(offsets[i], offsets[j], sizes[i], sizes[j]) -=
+              S.topLeftCorner(sizes[i], sizes[j]);
+        }
       }
     }
   }
@@ -104,7 +124,8 @@ struct LandmarkSystem {
 void accumulate(const Linearizer& lin, const Term& t, NormalEquations* eq, LandmarkSystem* lm) {
   const std::vector<int>& sizes = t.cost->parameter_block_sizes();
   const std::size_t n = sizes.size();
-  std::vector<int> offset(n);
+  lm->offset.resize(n);
+  std::vector<int>& offset = lm->offset;
   for (std::size_t k = 0; k < n; ++k) offset[k] = eq->offsetOf(t.blocks[k]);
   for (std::size_t k = 0; k < n; ++k) {
     const int sk = localSize(sizes[k]);
@@ -115,7 +136,8 @@ void accumulate(const Linearizer& lin, const Term& t, NormalEquations* eq, Landm
       for (std::size_t m = 0; m < n; ++m) {
         if (m == k || offset[m] < 0) continue;
         const int sm = localSize(sizes[m]);
-        lm->coupling[lm->slot(offset[m], sm)].noalias() += lin.J[m].leftCols(sm).transpose() * Jk;
+        const int at = lm->slot(offset[m], sm);
+        lm->coupling[at].topRows(sm).noalias() += lin.J[m].leftCols(sm).transpose() * Jk;
       }
       continue;
     }
@@ -160,6 +182,7 @@ NormalEquations eliminateLandmarks(const std::vector<Term>& terms,
       lm.reset();
     }
   }
+  eq.H.triangularView<Eigen::StrictlyLower>() = eq.H.transpose();
   return eq;
 }
 

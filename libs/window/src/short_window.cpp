@@ -116,12 +116,6 @@ struct ShortWindow::Impl : WindowState {
     }
     if (options.estimate_time_offset) addPriorBlock(time_offset, 1, {options.time_offset_sigma_s});
   }
-
-  NormalEquations information() {
-    TermSet set(*this);
-    set.addAll();
-    return eliminateLandmarks(set.terms(), frameBlocks(*this, 0, frames.size()));
-  }
 };
 
 ShortWindow::ShortWindow(const WindowOptions& options, const ImuNoise& noise, const Pose& T_B_C,
@@ -248,9 +242,14 @@ int ShortWindow::activeLandmarks() const {
   return n;
 }
 
-std::vector<NavState> ShortWindow::takeRetiredKeyframes() {
-  return std::exchange(impl_->retired_keyframes, {});
+void ShortWindow::handOver() {
+  if (!impl_->long_window || impl_->long_window->empty()) return;
+  while (impl_->frames.size() > 1) {
+    handToLongWindow(*impl_);
+    impl_->frames.pop_front();
+  }
 }
+
 std::vector<WindowLandmark> ShortWindow::takeRetiredLandmarks() {
   return std::exchange(impl_->retired_landmarks, {});
 }
@@ -259,7 +258,7 @@ WindowAccuracy ShortWindow::accuracy() const {
   WindowAccuracy out;
   const std::size_t n = impl_->frames.size();
   if (n < 2) return out;
-  const Eigen::MatrixXd cov = covarianceOf(impl_->information());
+  const Eigen::MatrixXd cov = covarianceOf(informationOf(*impl_));
   std::size_t a = 0, b = 1;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 1; j < n; ++j) {
@@ -286,10 +285,28 @@ WindowAccuracy ShortWindow::accuracy() const {
   return out;
 }
 
+void ShortWindow::attach(LongWindow* long_window) { impl_->long_window = long_window; }
+
+void ShortWindow::addRange(const HeldRange& range) { impl_->newest().ranges.push_back(range); }
+
+std::vector<HeldRange> ShortWindow::rangesInO(std::uint64_t anchor) const {
+  std::vector<HeldRange> out;
+  for (const auto& f : impl_->frames) {
+    const Pose T_O_B = f->T_W_B();
+    for (HeldRange r : f->ranges) {
+      if (r.anchor != anchor) continue;
+      r.motion = T_O_B * Vec3(r.motion + r.lever);
+      r.lever.setZero();
+      out.push_back(r);
+    }
+  }
+  return out;
+}
+
+void ShortWindow::updateCovariance() { vir::updateCovariance(*impl_); }
+
 Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {
-  const Eigen::MatrixXd cov = covarianceOf(impl_->information());
-  const int last = static_cast<int>(cov.rows()) - 15;
-  return cov.block<6, 6>(last, last);
+  return impl_->covariance.newest;
 }
 
 Pose ShortWindow::extrinsics() const { return impl_->T_B_C(); }

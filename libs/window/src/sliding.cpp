@@ -9,6 +9,9 @@ namespace {
 /// the standing keyframe simply moves on in time.
 constexpr double kMaxRestLinkS = 1.0;
 
+/// Time between keyframes while only the IMU and ranges say something [s].
+constexpr double kBlindKeyframeS = 0.25;
+
 struct SharedTracks {
   int shared = 0;          ///< tracks of the newest frame seen in the reference too
   int total = 0;           ///< tracks of the newest frame
@@ -36,8 +39,6 @@ SharedTracks sharedWith(const WindowState& w, const Frame& reference) {
   return out;
 }
 
-void retire(WindowState& w, const Frame& f) { w.retired_keyframes.push_back(navStateOf(f)); }
-
 }  // namespace
 
 bool decideKeyframe(const WindowState& w) {
@@ -47,7 +48,8 @@ bool decideKeyframe(const WindowState& w) {
   if (newest.standing) return !last.standing;
   if (last.standing) return true;
   const SharedTracks s = sharedWith(w, last);
-  if (s.total == 0) return false;
+  // Blind, but with ranges: they need states to act on.
+  if (s.total == 0) return w.ranging() && toSeconds(newest.t - last.t) > kBlindKeyframeS;
   if (s.shared < w.options.keyframe_min_shared * s.total) return true;
   if (s.parallax_px > w.options.keyframe_parallax_px) return true;
   return toSeconds(newest.t - last.t) > w.options.keyframe_max_interval_s &&
@@ -64,6 +66,7 @@ void dropNewestInto(WindowState& w, Preintegration* link) {
   Frame& n = w.newest();
   Frame& before = *w.frames[w.frames.size() - 2];
   removeSightsOf(w, &n);
+  moveRanges(&n, &before);
   if (endsRestLink(w)) {
     before.t = n.t;
   } else {
@@ -77,6 +80,7 @@ void dropNewestInto(WindowState& w, Preintegration* link) {
 void marginalizeOldest(WindowState& w) {
   Frame& oldest = *w.frames.front();
   const Frame* newest = w.frames.back().get();
+  if (w.long_window && !w.long_window->empty()) handToLongWindow(w);
   // Landmarks that ended go into the prior whole. Those still followed lose only this frame's sight
   // and move to their next one: their later sights would otherwise count twice.
   std::vector<std::uint64_t> into_prior;
@@ -122,7 +126,6 @@ void marginalizeOldest(WindowState& w) {
     it = ended ? w.landmarks.erase(it) : std::next(it);
   }
   removeSightsOf(w, &oldest);
-  retire(w, oldest);
   w.frames.pop_front();
   w.frames.front()->link.reset();
 }

@@ -1,4 +1,5 @@
 #include <ceres/loss_function.h>
+#include <ceres/manifold.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -26,7 +27,8 @@ ceres::Problem::Options problemOptions() {
 class Unknowns {
  public:
   explicit Unknowns(WindowState& w) {
-    const std::size_t blocks = 2 * w.frames.size() + 2 + w.landmarks.size();
+    const std::size_t anchors = w.ranging() ? 1 + w.long_window->anchors().size() : 0;
+    const std::size_t blocks = 2 * w.frames.size() + 2 + w.landmarks.size() + anchors;
     entries_.reserve(blocks);
     index_.reserve(blocks);
     for (auto& f : w.frames) {
@@ -36,6 +38,10 @@ class Unknowns {
     add(w.extrinsic, 7);
     add(w.time_offset, 1);
     for (auto& [id, l] : w.landmarks) add(l.x, 3);
+    if (w.ranging()) {
+      add(w.long_window->frontParameters(), 5);
+      for (auto& [id, a] : w.long_window->anchors()) add(w.long_window->anchor(id)->x, 4);
+    }
     values_.reserve(size_);
     for (const Entry& e : entries_) values_.insert(values_.end(), e.original, e.original + e.size);
   }
@@ -90,6 +96,28 @@ void addParameters(WindowState& w, Unknowns* x, ceres::Problem* problem,
   ordering->AddElementToGroup(time_offset, 1);
 }
 
+/// The front of the long window and the anchors.
+void addRangeParameters(WindowState& w, const ceres::Manifold* front_manifold, Unknowns* x,
+                        ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering) {
+  double* const front = x->of(w.long_window->frontParameters());
+  problem->AddParameterBlock(front, 5, const_cast<ceres::Manifold*>(front_manifold));
+  ordering->AddElementToGroup(front, 1);
+  for (const auto& [id, a] : w.long_window->anchors()) {
+    double* const anchor = x->of(w.long_window->anchor(id)->x);
+    problem->AddParameterBlock(anchor, 4);
+    if (a.fixed) problem->SetParameterBlockConstant(anchor);
+    ordering->AddElementToGroup(anchor, 1);
+  }
+}
+
+/// The long window follows what the solution did to its front.
+void updateLongWindow(WindowState& w) {
+  if (!w.long_window || w.long_window->empty()) return;
+  if (w.ranging()) w.long_window->backSubstitute();
+  const Frame& oldest = *w.frames.front();
+  w.long_window->frontMoved(oldest.t, oldest.T_W_B());
+}
+
 /// Links whose biases moved far from where they were integrated are integrated again.
 void relinearizeLinks(WindowState& w) {
   for (std::size_t k = 1; k < w.frames.size(); ++k) {
@@ -100,6 +128,14 @@ void relinearizeLinks(WindowState& w) {
       link.relinearise(bg, ba);
     }
   }
+}
+
+/// Holds what the long window's options freeze; nullptr if all is free.
+std::unique_ptr<ceres::Manifold> frontManifold(const WindowState& w) {
+  if (!w.ranging()) return nullptr;
+  const std::vector<int> frozen = w.long_window->frozen();
+  if (frozen.empty()) return nullptr;
+  return std::make_unique<ceres::SubsetManifold>(5, frozen);
 }
 
 std::unique_ptr<ceres::LossFunction> lossOf(const WindowOptions& o) {
@@ -145,13 +181,15 @@ SolveSummary run(const ceres::Solver::Options& options, const TermSet& set, Unkn
 SolveSummary solveWindow(WindowState& w, int iterations) {
   relinearizeLinks(w);
   TermSet set(w);
-  set.addAll();
+  set.addAllWithRanges();
 
   ceres::Problem problem(problemOptions());
+  const std::unique_ptr<ceres::Manifold> front_manifold = frontManifold(w);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   const std::unique_ptr<ceres::LossFunction> loss = lossOf(w.options);
   Unknowns x(w);
   addParameters(w, &x, &problem, ordering.get());
+  if (w.ranging()) addRangeParameters(w, front_manifold.get(), &x, &problem, ordering.get());
   for (const Term& t : set.terms()) {
     problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
                              t.robust > 0 ? loss.get() : nullptr, x.of(t.blocks));
@@ -160,7 +198,9 @@ SolveSummary solveWindow(WindowState& w, int iterations) {
   ceres::Solver::Options options = solverOptions(iterations);
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.linear_solver_ordering = ordering;
-  return run(options, set, &x, &problem);
+  const SolveSummary out = run(options, set, &x, &problem);
+  if (out.usable) updateLongWindow(w);
+  return out;
 }
 
 SolveSummary solveTail(WindowState& w, int iterations, std::size_t first) {

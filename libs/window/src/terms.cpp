@@ -76,6 +76,42 @@ void TermSet::addAll() {
   }
 }
 
+void TermSet::addAllWithRanges() {
+  addAll();
+  if (w_.ranging()) addRanges();
+}
+
+void TermSet::addRanges() {
+  LongWindow& lw = *w_.long_window;
+  const NormalEquations& known = lw.eliminate();
+  message_ = toPrior(known);
+  std::vector<double*> blocks;
+  for (const BlockRef& b : known.blocks) blocks.push_back(b.data);
+  auto& f = make<LinearPriorFactor>(message_);
+  terms_.push_back({&f, blocks, 0, false, nullptr});
+  double* const host = w_.frames.front()->pose;
+  for (auto& frame : w_.frames) {
+    for (const HeldRange& r : frame->ranges) {
+      AnchorState* a = lw.anchor(r.anchor);
+      if (!a) continue;
+      const RangeTerm term = lw.termOf(r.anchor, r.range_m, r.sigma_m);
+      const Vec3 offset = lw.options().ranges_at_own_time ? Vec3(r.motion + r.lever) : r.lever;
+      if (frame->pose == host) {
+        front_ranges_.emplace_back(term, offset);
+        terms_.push_back(
+            {&front_ranges_.back(), {host, lw.frontParameters(), a->x}, 0, false, nullptr});
+      } else {
+        window_ranges_.emplace_back(term, offset);
+        terms_.push_back({&window_ranges_.back(),
+                          {host, frame->pose, lw.frontParameters(), a->x},
+                          0,
+                          false,
+                          nullptr});
+      }
+    }
+  }
+}
+
 void TermSet::addTail(std::size_t first) {
   for (std::size_t k = first; k < w_.frames.size(); ++k) {
     Frame* before = k ? w_.frames[k - 1].get() : nullptr;

@@ -10,6 +10,7 @@
 #include "vir/factors/motion_factors.h"
 #include "vir/factors/pose_manifold.h"
 #include "vir/factors/reprojection_factor.h"
+#include "vir/window/long_window.h"
 #include "vir/window/marginalization.h"
 #include "vir/window/short_window.h"
 
@@ -25,6 +26,7 @@ struct Frame {
   bool keyframe = false;
   bool standing = false;
   std::unique_ptr<Preintegration> link;  ///< from the frame before it
+  std::vector<HeldRange> ranges;         ///< vectors in its body frame
 
   Pose T_W_B() const { return poseFrom(pose); }
   /// Where Jacobians must be taken; nullptr = at the current value.
@@ -64,6 +66,16 @@ struct Landmark {
   }
 };
 
+/// What the information of all terms of camera and IMU says at a keyframe. "Relative": against the
+/// position and yaw of the oldest frame, in O's axes.
+struct WindowCovariance {
+  bool valid = false;
+  /// Newest frame relative to the oldest: position, rotation on the right.
+  Eigen::Matrix<double, 6, 6> newest = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix4d edge = Eigen::Matrix4d::Identity();   ///< second frame relative to the oldest
+  Eigen::Matrix4d claim = Eigen::Matrix4d::Identity();  ///< oldest frame in O: position, yaw
+};
+
 struct WindowState {
   WindowOptions options;
   ImuNoise noise;
@@ -75,9 +87,12 @@ struct WindowState {
   std::map<std::uint64_t, Landmark> landmarks;  ///< ordered by id: same sums in every run
   LinearPrior prior;
   std::vector<double*> prior_blocks;
-  std::vector<NavState> retired_keyframes;
   std::vector<WindowLandmark> retired_landmarks;
   PoseManifold pose_manifold;
+  LongWindow* long_window = nullptr;  ///< not owned; nullptr: no ranges, no covariance in W
+  WindowCovariance covariance;
+
+  bool ranging() const { return long_window && !long_window->anchors().empty(); }
 
   Pose T_B_C() const { return poseFrom(extrinsic); }
   /// Change of the time offset against the one the frames' stamps were corrected with [s].
@@ -90,8 +105,10 @@ struct WindowState {
 class TermSet {
  public:
   explicit TermSet(WindowState& w) : w_(w) {}
-  /// Everything in the window.
+  /// Everything in the window that camera and IMU say.
   void addAll();
+  /// addAll() and the ranges.
+  void addAllWithRanges();
   /// What the frames from index `first` on feel of the rest, with landmarks and older frames taken
   /// as known.
   void addTail(std::size_t first);
@@ -102,6 +119,8 @@ class TermSet {
 
  private:
   void addPrior();
+  /// What the long window says of its front and the anchors, and the ranges of these frames.
+  void addRanges();
   void addLink(Frame& a, Frame& b);
   void addRest(Frame& a, Frame* before);
   void addLandmark(Landmark& l);
@@ -113,12 +132,24 @@ class TermSet {
   std::deque<ReprojectionFactor> reprojections_;
   std::deque<HostSightFactor> host_sights_;
   std::deque<PointSightFactor> point_sights_;
+  std::deque<WindowRangeFactor> window_ranges_;
+  std::deque<FrontRangeFactor> front_ranges_;
+  LinearPrior message_;
   std::vector<std::unique_ptr<ceres::CostFunction>> others_;
   int sights_ = 0;
 };
 
 /// Blocks of frames (and calibration) in window order.
 std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count);
+
+/// Information of all terms of camera and IMU, over all frames.
+NormalEquations informationOf(WindowState& w);
+/// Fills in `w.covariance` and the joint covariance of front and anchors.
+void updateCovariance(WindowState& w);
+/// The oldest frame, about to be marginalised, becomes a node of the long window.
+void handToLongWindow(WindowState& w);
+/// Moves the ranges of a frame that is dropped to another.
+void moveRanges(Frame* from, Frame* to);
 
 NavState navStateOf(const Frame& f);
 Vec3 landmarkInWorld(const WindowState& w, const Landmark& l);

@@ -7,17 +7,8 @@ namespace vir::euroc {
 namespace {
 
 constexpr double kJitter = 0.4;  // of the period, to either side
-constexpr double kPi = 3.14159265358979323846;
 
 }  // namespace
-
-double Random::uniform() { return static_cast<double>(engine_() >> 11) * 0x1.0p-53; }
-
-double Random::normal() {
-  const double u = 1.0 - uniform();  // (0, 1]: its logarithm is finite
-  const double v = uniform();
-  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * kPi * v);
-}
 
 RangeSimulator::RangeSimulator(const EurocOptions& o, std::unique_ptr<RowCursor<PoseRow>> truth,
                                const Pose& T_B_I, ProblemLog* log)

@@ -2,26 +2,13 @@
 /// Ranges to fixed anchors, drawn from the ground truth as the paper does.
 #include <cstdint>
 #include <memory>
-#include <random>
 #include <vector>
 
 #include "euroc_options.h"
 #include "readers.h"
+#include "vir/core/random.h"
 
 namespace vir::euroc {
-
-/// Random numbers that are the same with every standard library (std::normal_distribution is not).
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  /// Uniform in [0, 1).
-  double uniform();
-  /// Zero mean, standard deviation 1 (Box-Muller; one pair of uniforms per call).
-  double normal();
-
- private:
-  std::mt19937_64 engine_;
-};
 
 struct SimulatedRange {
   TimeNs t = 0;

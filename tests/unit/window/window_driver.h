@@ -21,7 +21,9 @@ struct WindowDriver {
         options(window_options),
         window(options, noise, Scene::T_B_C(), Scene::kFocal, 0.0),
         t(vir::fromSeconds(t0_s)),
-        next_imu(t - vir::fromSeconds(0.01)) {}
+        next_imu(t - vir::fromSeconds(0.01)) {
+    window.attach(&long_window);
+  }
 
   void feedImu() {
     for (; next_imu <= t + vir::fromSeconds(0.005); next_imu += vir::fromSeconds(0.005)) {
@@ -32,6 +34,7 @@ struct WindowDriver {
   void start(const vir::NavState& state, const vir::StartPrior& prior, bool standing = false) {
     feedImu();
     window.start(state, prior, scene.observe(t), standing);
+    long_window.start(state.t, state.T_W_B, state.T_W_B, 1e-3, 1e-3);
   }
 
   /// Adds the next image with its prediction, optionally disturbed.
@@ -60,6 +63,7 @@ struct WindowDriver {
     last = keyframe || options.full_every_image ? window.optimise(options.iterations)
                                                 : window.optimiseNewest(options.iterations_newest);
     window.rejectOutliers();
+    if (keyframe) window.updateCovariance();
     window.slide(keyframe);
     keyframes += keyframe;
   }
@@ -71,6 +75,7 @@ struct WindowDriver {
   Scene scene;
   vir::ImuNoise noise = unscaledNoise();
   vir::WindowOptions options;
+  vir::LongWindow long_window{vir::LongWindowOptions{}};
   vir::ShortWindow window;
   vir::ImuBuffer imu;
   TimeNs t, next_imu;

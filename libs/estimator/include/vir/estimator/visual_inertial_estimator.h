@@ -8,6 +8,7 @@
 
 #include "vir/camera/camera_model.h"
 #include "vir/core/log.h"
+#include "vir/estimator/range_layer.h"
 #include "vir/estimator/startup.h"
 #include "vir/imu/imu_buffer.h"
 #include "vir/vision/feature_tracker.h"
@@ -28,6 +29,8 @@ struct EstimatorConfig {
   ImuNoise imu;
   TrackerOptions tracker;
   WindowOptions window;
+  LongWindowOptions long_window;
+  RangeOptions ranges;
   StartupOptions startup;
   RestOptions rest;
   FailureOptions failure;
@@ -40,7 +43,9 @@ void describe(OptionVisitor& v, EstimatorConfig& o);
 struct FrameEstimate {
   TimeNs t = 0;        ///< stamp of the image (its own clock)
   bool valid = false;  ///< false before initialisation or when lost
-  NavState state;
+  NavState state;      ///< in W
+  /// Of (position in W, rotation on the right), as of the last keyframe.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   int segment = 0;
   bool keyframe = false;
   bool standing = false;
@@ -71,10 +76,17 @@ class VisualInertialEstimator {
   void addImage(TimeNs t, const cv::Mat& gray);
   /// Tracks found by someone else instead of an image: the same for all that follows.
   void addTracks(const TrackedFrame& tracks);
+  /// Ranges in any order; each is used with the first image at or after its time.
+  void addRange(const RangeMeasurement& range);
+  /// The robot has just put down an anchor at `p_B` in its body frame.
+  void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
   void finish();
   std::vector<FrameEstimate> take();
+  std::vector<RangeDecision> takeRanges();
+  std::vector<AnchorReport> anchors() const;
+  std::vector<std::pair<std::string, long>> rangeCounters() const;
 
-  /// Keyframes that left the window, then those in it.
+  /// Keyframes that left the long window, then those in it and in the short one; in W.
   std::vector<NavState> keyframes() const;
   std::vector<WindowLandmark> landmarks() const;
   const EstimatorCounters& counters() const;

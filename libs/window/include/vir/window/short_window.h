@@ -10,6 +10,7 @@
 #include "vir/geometry/pose.h"
 #include "vir/imu/preintegration.h"
 #include "vir/vision/feature_tracker.h"
+#include "vir/window/long_window.h"
 
 namespace vir {
 
@@ -128,11 +129,22 @@ class ShortWindow {
   /// Landmarks that newest sees and that have a depth.
   int landmarksInNewest() const;
   int activeLandmarks() const;
-  /// Keyframes and landmarks that left the window since the last call, as last estimated.
-  std::vector<NavState> takeRetiredKeyframes();
+  /// Everything goes to the long window as it is (before clear(), when the odometry is lost).
+  void handOver();
+  /// Landmarks that left the window since the last call, as last estimated, in O.
   std::vector<WindowLandmark> takeRetiredLandmarks();
   WindowAccuracy accuracy() const;
-  /// Covariance of (position, rotation on the right) of the newest frame.
+  /// Ties the window to the long one (not owned, must outlive this): keyframes that leave become
+  /// its nodes, and its ranges and anchors are part of every full solve.
+  void attach(LongWindow* long_window);
+  /// Adds a range to the newest frame; vectors in that frame's body axes.
+  void addRange(const HeldRange& range);
+  /// All ranges of an anchor in this window, `motion` being the antenna's position in O.
+  std::vector<HeldRange> rangesInO(std::uint64_t anchor) const;
+  /// Works out the covariances below at the present state (as costly as a marginalisation).
+  void updateCovariance();
+  /// Covariance of (position, rotation on the right) of the newest frame against position and yaw
+  /// of the oldest, in O's axes, as of the last updateCovariance().
   Eigen::Matrix<double, 6, 6> newestCovariance() const;
   Pose extrinsics() const;
   double timeOffset() const;

@@ -1,0 +1,32 @@
+#pragma once
+/// Internal: what is known of one anchor besides its state in the window.
+#include <optional>
+#include <string>
+
+#include "vir/ranging/anchor_initialization.h"
+#include "vir/ranging/range_gate.h"
+
+namespace vir {
+
+enum class AnchorPhase { collecting, mirror_open, estimated };
+
+struct AnchorTrack {
+  std::uint64_t id = 0;
+  int generation = 0;  ///< counts up when the anchor is found to be elsewhere
+  AnchorPhase phase = AnchorPhase::collecting;
+  bool moved = false;  ///< it has been found elsewhere and has no new position yet
+  std::string advice = "too few ranges";
+  std::optional<AnchorPrior> prior;
+  Vec3 mirror_p_W = Vec3::Zero();
+  RangeGate gate;
+  std::size_t tried_with = 0;  ///< ranges at the last attempt to find it
+  long used = 0, rejected = 0, collected = 0;
+  TimeNs found_at = 0;
+  int next_check = 0;  ///< keyframes until the mirror image is looked at again
+
+  /// Name of this generation in the window: an anchor that was moved is another one there.
+  std::uint64_t key() const { return id | (static_cast<std::uint64_t>(generation) << 48); }
+  bool known() const { return phase != AnchorPhase::collecting; }
+};
+
+}  // namespace vir

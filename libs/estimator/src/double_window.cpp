@@ -1,0 +1,175 @@
+/// Where the short window, the long window and the ranges meet.
+#include <algorithm>
+
+#include "estimator_impl.h"
+
+namespace vir {
+namespace {
+
+/// A range older than the frame before it by more is of no use [s].
+constexpr double kLateRangeS = 0.15;
+/// Per second without a state: how far a restarted odometry may be off.
+constexpr double kLostSpeed = 0.5;
+constexpr double kLostPosition = 1.0, kLostYaw = 0.1;
+/// Solver iterations when an anchor has just been found or changed.
+constexpr int kIterationsOnChange = 6;
+
+/// Pose between two states: cubic in position (it knows both velocities), slerp in attitude.
+Pose between(const NavState& a, const NavState& b, TimeNs t) {
+  const double h = toSeconds(b.t - a.t);
+  if (h <= 0) return b.T_W_B;
+  const double s = toSeconds(t - a.t), u = s / h;
+  if (u <= 0) return {a.T_W_B.q, a.T_W_B.p + a.v * s};
+  const double u2 = u * u, u3 = u2 * u;
+  const Vec3 p = (2 * u3 - 3 * u2 + 1) * a.T_W_B.p + (u3 - 2 * u2 + u) * h * a.v +
+                 (3 * u2 - 2 * u3) * b.T_W_B.p + (u3 - u2) * h * b.v;
+  return {a.T_W_B.q.slerp(std::min(u, 1.0), b.T_W_B.q), p};
+}
+
+}  // namespace
+
+void VisualInertialEstimator::Impl::attachRanges(const NavState& previous, const NavState& newest) {
+  const std::vector<RangeMeasurement> due = ranges.dueUntil(newest.t);
+  if (due.empty()) return;
+  const Pose T_B_O = newest.T_W_B.inverse();
+  const Mat3 R_W_O = rotZ(long_window.front().x[3]);
+  AntennaPrediction antenna;
+  antenna.inner_covariance =
+      R_W_O * window->newestCovariance().topLeftCorner<3, 3>() * R_W_O.transpose();
+  std::vector<RangeMeasurement> late;
+  for (const RangeMeasurement& r : due) {
+    if (r.t < previous.t - fromSeconds(kLateRangeS)) {
+      late.push_back(r);
+      continue;
+    }
+    const Pose T_O_B = between(previous, newest, r.t);
+    antenna.p_W = long_window.pointToWorld(T_O_B * r.p_B_U);
+    HeldRange held;
+    if (!ranges.judge(r, antenna, &held)) continue;
+    held.motion = T_B_O * T_O_B.p;
+    held.lever = T_B_O.q * (T_O_B.q * r.p_B_U);
+    window->addRange(held);
+  }
+  ranges.discard(late, "too_late");
+}
+
+std::vector<HeldRange> VisualInertialEstimator::Impl::heldRanges(std::uint64_t key) const {
+  std::vector<HeldRange> out;
+  for (const LongNode& n : long_window.nodes()) {
+    const Mat3 R = rotZ(n.x[3]);
+    for (HeldRange r : n.ranges) {
+      if (r.anchor != key) continue;
+      r.motion = n.position() + R * (r.motion + r.lever);
+      r.lever.setZero();
+      out.push_back(r);
+    }
+  }
+  for (HeldRange r : window->rangesInO(key)) {
+    r.motion = long_window.pointToWorld(r.motion);
+    out.push_back(r);
+  }
+  return out;
+}
+
+void VisualInertialEstimator::Impl::updateAnchors(TimeNs t) {
+  window->updateCovariance();
+  const auto held = [this](std::uint64_t key) { return heldRanges(key); };
+  if (ranges.update(t, held)) {
+    window->optimise(kIterationsOnChange);
+    window->updateCovariance();
+  }
+  for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+}
+
+void VisualInertialEstimator::Impl::startLongWindow() {
+  const NavState oldest = window->oldest();
+  if (long_window.empty()) {
+    long_window.start(oldest.t, oldest.T_W_B, oldest.T_W_B, kStartSigma, kStartSigma);
+  } else {
+    // A new segment: the chain goes on over an edge that says how little is known.
+    const double lost = toSeconds(oldest.t - long_window.front().t);
+    Eigen::Vector4d sigma;
+    sigma << Vec3::Constant(kLostPosition + kLostSpeed * std::max(0.0, lost)), kLostYaw;
+    long_window.advance(oldest.t, oldest.T_W_B, {}, sigma.cwiseAbs2().asDiagonal());
+  }
+  const NavState newest = window->newest();
+  ranges.discard(ranges.dueUntil(newest.t), "before_the_start");
+}
+
+NavState VisualInertialEstimator::Impl::inWorld(const NavState& s) const {
+  NavState out = s;
+  out.T_W_B = long_window.toWorld(s.T_W_B);
+  out.v = long_window.turnToWorld(s.v);
+  return out;
+}
+
+Eigen::Matrix<double, 6, 6> VisualInertialEstimator::Impl::covarianceInWorld() const {
+  using Mat6 = Eigen::Matrix<double, 6, 6>;
+  const Eigen::MatrixXd& joint = long_window.jointCovariance();
+  if (joint.rows() < 5) return Mat6::Zero();
+  const Pose T_W_B = long_window.toWorld(window->newest().T_W_B);
+  Mat6 turn = Mat6::Identity();
+  turn.topLeftCorner<3, 3>() = rotZ(long_window.front().x[3]);
+  Eigen::Matrix<double, 6, 4> J = Eigen::Matrix<double, 6, 4>::Zero();
+  J.topLeftCorner<3, 3>().setIdentity();
+  J.topRightCorner<3, 1>() = Vec3::UnitZ().cross(T_W_B.p - long_window.front().position());
+  J.bottomRightCorner<3, 1>() = T_W_B.R().row(2).transpose();
+  return turn * window->newestCovariance() * turn.transpose() +
+         J * joint.topLeftCorner<4, 4>() * J.transpose();
+}
+
+void VisualInertialEstimator::Impl::collectRetired() {
+  for (const LongNode& n : long_window.takeRetired()) {
+    NavState s;
+    s.t = n.t;
+    s.T_W_B = n.T_W_B();
+    old_keyframes.push_back(s);
+  }
+  for (const WindowLandmark& l : window->takeRetiredLandmarks()) {
+    old_landmarks.push_back({l.id, long_window.pointToWorld(l.p_W)});
+  }
+}
+
+void VisualInertialEstimator::addRange(const RangeMeasurement& range) {
+  if (!impl_->config.ranges.use) return;
+  impl_->ranges.offer(range);
+}
+
+void VisualInertialEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
+  if (!impl_->running) return;
+  impl_->ranges.dropped(id, impl_->inWorld(impl_->window->newest()).T_W_B * p_B, sigma_m);
+}
+
+std::vector<AnchorReport> VisualInertialEstimator::anchors() const {
+  return impl_->ranges.anchors();
+}
+std::vector<RangeDecision> VisualInertialEstimator::takeRanges() { return impl_->ranges.take(); }
+std::vector<std::pair<std::string, long>> VisualInertialEstimator::rangeCounters() const {
+  return impl_->ranges.counters();
+}
+
+std::vector<NavState> VisualInertialEstimator::keyframes() const {
+  std::vector<NavState> out = impl_->old_keyframes;
+  for (const LongNode& n : impl_->long_window.nodes()) {
+    NavState s;
+    s.t = n.t;
+    s.T_W_B = n.T_W_B();
+    out.push_back(s);
+  }
+  if (impl_->window) {
+    for (const NavState& s : impl_->window->states()) out.push_back(impl_->inWorld(s));
+  }
+  return out;
+}
+
+std::vector<WindowLandmark> VisualInertialEstimator::landmarks() const {
+  std::vector<WindowLandmark> out = impl_->old_landmarks;
+  if (impl_->window) {
+    for (const WindowLandmark& l : impl_->window->landmarks()) {
+      out.push_back({l.id, impl_->long_window.pointToWorld(l.p_W)});
+    }
+  }
+  return out;
+}
+
+}  // namespace vir

@@ -1,0 +1,402 @@
+#include "vir/estimator/range_layer.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "anchor_track.h"
+#include "vir/ranging/range_check.h"
+#include "vir/ranging/range_correlation.h"
+
+namespace vir {
+namespace {
+
+/// Keyframes between two looks at an open mirror image, and between two estimates of correlation.
+constexpr int kMirrorPeriod = 5;
+constexpr int kCorrelationPeriod = 10;
+/// Share of ranges an anchor must have explained before a contradiction means that it was moved;
+/// below, its start was wrong.
+constexpr double kTrusted = 0.7;
+
+std::string seconds(TimeNs t) { return std::to_string(toSeconds(t)) + " s"; }
+
+std::string text(const Vec3& p) {
+  char out[80];
+  std::snprintf(out, sizeof out, "(%.2f, %.2f, %.2f)", p.x(), p.y(), p.z());
+  return out;
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, RangeOptions& o) {
+  v.section("Ranges", "Ranges to anchors: noise, gate, how anchors are found");
+  v.value("sigma_m", o.sigma_m, {1e-3, 100.0}, "noise of a range, if the recording does not say");
+  v.value("sigma_scale", o.sigma_scale, {0.01, 100.0}, "factor on the noise the recording gives");
+  v.value("bias_sigma_m", o.bias_sigma_m, {1e-4, 10.0},
+          "how large the constant bias of an anchor's ranges may be");
+  v.value("max_range_m", o.max_range_m, {0.1, 1e5}, "longer ranges are absurd");
+  v.value("correlation", o.correlation,
+          "estimate how much successive ranges err together, and weigh them accordingly");
+  v.value("gate_sigma", o.gate_sigma, {1.0, 100.0}, "ranges further off are not used [sigma]");
+  v.value("min_ranges", o.min_ranges, {4, 10000}, "ranges needed before an anchor is looked for");
+  v.value("max_anchor_sigma_m", o.max_anchor_sigma_m, {0.01, 1000.0},
+          "an anchor whose position is less certain (horizontally) is not used yet");
+  v.value("restart_s", o.restart_s, {0.1, 1e4},
+          "ranges rejected for so long: the anchor was moved, or its start was wrong");
+  v.value("anchor_prior", o.anchor_prior, 0,
+          "known about anchors in the start's frame: id x y z sigma, repeated [m]");
+}
+
+struct RangeLayer::Impl {
+  Impl(const RangeOptions& o, LongWindow* w, LogSink l)
+      : options(o), window(w), log_sink(std::move(l)), check(checkOptions(o)) {
+    for (std::size_t i = 0; i + 4 < o.anchor_prior.size(); i += 5) {
+      const double* v = &o.anchor_prior[i];
+      setPrior(static_cast<std::uint64_t>(v[0]), Vec3(v[1], v[2], v[3]), v[4]);
+    }
+  }
+  static RangeCheckOptions checkOptions(const RangeOptions& o) {
+    RangeCheckOptions c;
+    c.max_range_m = o.max_range_m;
+    return c;
+  }
+
+  AnchorTrack& track(std::uint64_t id);
+  void setPrior(std::uint64_t id, const Vec3& p_W, double sigma_m);
+  void record(const RangeMeasurement& r, const std::string& decision);
+  double sigmaOf(const RangeMeasurement& r) const {
+    return r.sigma_m > 0 ? r.sigma_m * options.sigma_scale : options.sigma_m;
+  }
+  AnchorInitialization solve(const AnchorTrack& a, const std::vector<HeldRange>& held) const;
+  bool tryToFind(TimeNs t, AnchorTrack* a, const Held& held);
+  void adopt(TimeNs t, AnchorTrack* a, const AnchorInitialization& found);
+  bool settleMirror(TimeNs t, AnchorTrack* a, const Held& held);
+  bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a);
+  void reweigh(AnchorTrack* a, const Held& held);
+  void warn(const std::string& text) {
+    log(log_sink, LogLevel::warning, text);
+    warnings.push_back(text);
+  }
+
+  RangeOptions options;
+  LongWindow* window;
+  LogSink log_sink;
+  RangeCheck check;
+  std::map<std::uint64_t, AnchorTrack> tracks;
+  std::vector<RangeMeasurement> pending;  ///< ordered by time
+  std::vector<RangeDecision> decisions;
+  std::vector<std::string> warnings;
+  std::map<std::string, long> counts;
+  double travelled_m = 0;
+  Vec3 last_antenna = Vec3::Zero();
+  bool any_antenna = false;
+  int keyframes = 0;
+};
+
+AnchorTrack& RangeLayer::Impl::track(std::uint64_t id) {
+  const auto it = tracks.find(id);
+  if (it != tracks.end()) return it->second;
+  AnchorTrack& a = tracks[id];
+  a.id = id;
+  GateOptions gate;
+  gate.chi2 = options.gate_sigma * options.gate_sigma;
+  gate.max_reject_s = options.restart_s;
+  a.gate = RangeGate(gate);
+  return a;
+}
+
+void RangeLayer::Impl::setPrior(std::uint64_t id, const Vec3& p_W, double sigma_m) {
+  AnchorPrior prior;
+  prior.p_W = p_W;
+  prior.covariance = Mat3::Identity() * sigma_m * sigma_m;
+  track(id).prior = prior;
+}
+
+void RangeLayer::Impl::record(const RangeMeasurement& r, const std::string& decision) {
+  RangeDecision d;
+  d.t = r.t;
+  d.anchor = r.anchor;
+  d.measured_m = r.range_m;
+  d.decision = decision;
+  decisions.push_back(d);
+  ++counts[decision];
+}
+
+void RangeLayer::offer(const RangeMeasurement& range) {
+  Impl& s = *impl_;
+  const RangeProblem problem =
+      s.check.check(static_cast<int>(range.anchor), range.t, range.range_m);
+  if (problem != RangeProblem::none) {
+    s.record(range, name(problem));
+    return;
+  }
+  if (!range.p_B_U.allFinite() || !std::isfinite(range.sigma_m)) {
+    s.record(range, "not_finite");
+    return;
+  }
+  const auto later = [](TimeNs t, const RangeMeasurement& r) { return t < r.t; };
+  s.pending.insert(std::upper_bound(s.pending.begin(), s.pending.end(), range.t, later), range);
+}
+
+std::vector<RangeMeasurement> RangeLayer::dueUntil(TimeNs t) {
+  std::vector<RangeMeasurement>& p = impl_->pending;
+  const auto end =
+      std::find_if(p.begin(), p.end(), [&](const RangeMeasurement& r) { return r.t > t; });
+  std::vector<RangeMeasurement> out(p.begin(), end);
+  p.erase(p.begin(), end);
+  return out;
+}
+
+void RangeLayer::discard(const std::vector<RangeMeasurement>& ranges, const std::string& why) {
+  for (const RangeMeasurement& r : ranges) impl_->record(r, why);
+}
+
+bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& antenna,
+                       HeldRange* held) {
+  Impl& s = *impl_;
+  AnchorTrack& a = s.track(range.anchor);
+  if (s.any_antenna) s.travelled_m += (antenna.p_W - s.last_antenna).norm();
+  s.any_antenna = true;
+  s.last_antenna = antenna.p_W;
+  held->t = range.t;
+  held->anchor = a.key();
+  held->range_m = range.range_m;
+  held->sigma_m = s.sigmaOf(range);
+  held->merged = 1;
+  const AnchorState* state = s.window->anchor(a.key());
+  if (!state) {
+    s.record(range, "collected");
+    ++a.collected;
+    return true;
+  }
+  const RangePrediction r = predictRange(antenna.p_W, state->position(), state->x[3], held->range_m);
+  double variance =
+      held->sigma_m * held->sigma_m + r.direction.dot(antenna.inner_covariance * r.direction);
+  const int c = s.window->columnOf(a.key());
+  if (c >= 0) {
+    const Vec3 arm = antenna.p_W - s.window->front().position();
+    Eigen::Matrix<double, 9, 1> h;
+    h << r.direction, r.direction.dot(Vec3(-arm.y(), arm.x(), 0)), 0, -r.direction, 1;
+    const Eigen::MatrixXd& J = s.window->jointCovariance();
+    Eigen::Matrix<double, 9, 9> P;
+    P << J.topLeftCorner<5, 5>(), J.block<5, 4>(0, c), J.block<4, 5>(c, 0), J.block<4, 4>(c, c);
+    variance += std::max(0.0, h.dot(P * h));
+  }
+  const double residual = -r.value_m;  // measured - predicted
+  const GateDecision decision = a.gate.check(range.t, residual, variance, s.travelled_m);
+  RangeDecision d;
+  d.t = range.t;
+  d.anchor = range.anchor;
+  d.measured_m = range.range_m;
+  d.predicted_m = range.range_m - residual;
+  d.residual_m = residual;
+  d.sigma_m = std::sqrt(variance);
+  const RangeTerm term = s.window->termOf(a.key(), held->range_m, held->sigma_m);
+  const bool accepted = decision == GateDecision::accepted;
+  d.weight = accepted ? term.robust.evaluate(residual / term.sigma_m).weight : 0;
+  d.decision = name(decision);
+  s.decisions.push_back(d);
+  ++s.counts[d.decision];
+  ++(accepted ? a.used : a.rejected);
+  return accepted;
+}
+
+AnchorInitialization RangeLayer::Impl::solve(const AnchorTrack& a,
+                                             const std::vector<HeldRange>& held) const {
+  std::vector<AntennaRange> samples;
+  samples.reserve(held.size());
+  for (const HeldRange& r : held) samples.push_back({r.motion, r.range_m, r.sigma_m});
+  AnchorInitOptions o;
+  o.min_ranges = options.min_ranges;
+  o.bias_sigma_m = options.bias_sigma_m;
+  o.max_sigma_m = options.max_anchor_sigma_m;
+  return initializeAnchor(samples, o, a.prior);
+}
+
+void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const AnchorInitialization& found) {
+  const AnchorSolution& best = found.solutions.front();
+  // The ranges themselves stay factors of the window: the start's covariance must not count too.
+  const double far = 20 + best.p_W.norm();
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity() * far * far;
+  covariance(3, 3) = options.bias_sigma_m * options.bias_sigma_m;
+  Eigen::Vector4d mean;
+  mean << best.p_W, 0;
+  if (a->prior) {
+    covariance.topLeftCorner<3, 3>() = a->prior->covariance;
+    mean.head<3>() = a->prior->p_W;
+  }
+  AnchorState& state = window->addAnchor(a->key(), mean, covariance);
+  for (int i = 0; i < 3; ++i) state.x[i] = best.p_W[i];
+  state.x[3] = best.bias_m;
+  a->phase = found.solutions.size() > 1 ? AnchorPhase::mirror_open : AnchorPhase::estimated;
+  if (found.solutions.size() > 1) a->mirror_p_W = found.solutions[1].p_W;
+  a->advice = found.advice;
+  a->found_at = t;
+  a->moved = false;
+  a->gate.reset();
+  a->next_check = kMirrorPeriod;
+  log(log_sink, LogLevel::info,
+      "anchor " + std::to_string(a->id) + " found at " + text(best.p_W) + " m, " + seconds(t) +
+          (found.solutions.size() > 1 ? ", or its mirror image at " + text(a->mirror_p_W) : ""));
+}
+
+bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, const Held& held) {
+  const std::vector<HeldRange> ranges = held(a->key());
+  std::size_t n = 0;
+  for (const HeldRange& r : ranges) n += static_cast<std::size_t>(r.merged);
+  if (static_cast<int>(n) < options.min_ranges || n < a->tried_with + a->tried_with / 20 + 3) {
+    return false;
+  }
+  a->tried_with = n;
+  const AnchorInitialization found = solve(*a, ranges);
+  a->advice = found.advice;
+  const bool usable =
+      found.geometry == AnchorGeometry::good || found.geometry == AnchorGeometry::mirror;
+  if (!usable || found.solutions.empty()) return false;
+  adopt(t, a, found);
+  return true;
+}
+
+bool RangeLayer::Impl::settleMirror(TimeNs t, AnchorTrack* a, const Held& held) {
+  if (--a->next_check > 0) return false;
+  a->next_check = kMirrorPeriod;
+  const AnchorInitialization now = solve(*a, held(a->key()));
+  if (now.solutions.empty() ||
+      (now.geometry != AnchorGeometry::good && now.geometry != AnchorGeometry::mirror)) {
+    return false;
+  }
+  AnchorState& state = *window->anchor(a->key());
+  if (now.solutions.size() > 1) {
+    // Keep what is not the present one as the other.
+    const Vec3 &p0 = now.solutions[0].p_W, &p1 = now.solutions[1].p_W;
+    const bool first = (p0 - state.position()).norm() <= (p1 - state.position()).norm();
+    a->mirror_p_W = first ? p1 : p0;
+    return false;
+  }
+  const Vec3 p = now.solutions[0].p_W;
+  a->phase = AnchorPhase::estimated;
+  a->advice.clear();
+  if ((p - state.position()).norm() <= (p - a->mirror_p_W).norm()) return false;
+  for (int i = 0; i < 3; ++i) state.x[i] = p[i];
+  state.x[3] = now.solutions[0].bias_m;
+  a->gate.reset();
+  log(log_sink, LogLevel::info,
+      "anchor " + std::to_string(a->id) + ": its mirror image at " + text(p) +
+          " m is the right one, " + seconds(t));
+  return true;
+}
+
+bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
+  if (!a->gate.suspicious()) return false;
+  const bool trusted =
+      a->used > kTrusted * static_cast<double>(a->used + a->rejected) && a->used > 50;
+  warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges contradict " +
+       (trusted ? "its position, it has been moved" : "its first position, which was wrong") +
+       "; being found anew");
+  // What it measured before it was moved stays true of the anchor it was then.
+  if (!trusted) window->removeAnchor(a->key());
+  ++a->generation;
+  a->phase = AnchorPhase::collecting;
+  a->moved = true;
+  a->tried_with = 0;
+  a->prior.reset();
+  a->used = a->rejected = 0;
+  a->gate.reset();
+  ++counts["anchors_found_anew"];
+  return true;
+}
+
+void RangeLayer::Impl::reweigh(AnchorTrack* a, const Held& held) {
+  AnchorState& state = *window->anchor(a->key());
+  std::vector<RangeResidual> residuals;
+  for (const HeldRange& r : held(a->key())) {
+    const RangePrediction e = predictRange(r.motion, state.position(), state.x[3], r.range_m);
+    residuals.push_back({r.t, -e.value_m, r.sigma_m});
+  }
+  const double now = rangeCorrelation(residuals).variance_factor;
+  // Slowly: the residuals themselves depend on the weights.
+  state.variance_factor = std::clamp(0.5 * (state.variance_factor + now), 1.0, 30.0);
+}
+
+bool RangeLayer::update(TimeNs t, const Held& held) {
+  Impl& s = *impl_;
+  ++s.keyframes;
+  bool changed = false;
+  for (auto& [id, a] : s.tracks) {
+    if (a.phase == AnchorPhase::collecting) {
+      changed = s.tryToFind(t, &a, held) || changed;
+      continue;
+    }
+    if (s.giveUpIfElsewhere(t, &a)) {
+      changed = true;
+      continue;
+    }
+    if (a.phase == AnchorPhase::mirror_open) changed = s.settleMirror(t, &a, held) || changed;
+    if (s.window->options().anchor_fixed_after_init && t - a.found_at > fromSeconds(1.0)) {
+      s.window->anchor(a.key())->fixed = true;
+    }
+    if (s.options.correlation && s.keyframes % kCorrelationPeriod == 0) s.reweigh(&a, held);
+  }
+  // Earlier generations go when no keyframe holds their ranges any more.
+  std::vector<std::uint64_t> gone;
+  for (const auto& [key, state] : s.window->anchors()) {
+    const AnchorTrack& a = s.tracks.at(key & ((1ull << 48) - 1));
+    if (key != a.key() && held(key).empty()) gone.push_back(key);
+  }
+  for (std::uint64_t key : gone) s.window->removeAnchor(key);
+  return changed;
+}
+
+void RangeLayer::dropped(std::uint64_t id, const Vec3& p_W, double sigma_m) {
+  AnchorTrack& a = impl_->track(id);
+  if (a.known()) return;
+  impl_->setPrior(id, p_W, sigma_m);
+}
+
+std::vector<AnchorReport> RangeLayer::anchors() const {
+  std::vector<AnchorReport> out;
+  for (const auto& [id, a] : impl_->tracks) {
+    AnchorReport r;
+    r.id = id;
+    r.used = a.used;
+    r.rejected = a.rejected;
+    r.advice = a.advice;
+    r.state = a.moved ? "moved" : "collecting";
+    const auto& known = impl_->window->anchors();
+    const auto it = known.find(a.key());
+    if (it != known.end()) {
+      r.has_position = true;
+      r.p_W = it->second.position();
+      r.bias_m = it->second.x[3];
+      const int c = impl_->window->columnOf(a.key());
+      if (c >= 0) {
+        const Eigen::MatrixXd& J = impl_->window->jointCovariance();
+        r.covariance = J.block<3, 3>(c, c);
+        r.bias_sigma_m = std::sqrt(std::max(0.0, J(c + 3, c + 3)));
+      }
+      r.state = it->second.fixed                      ? "fixed"
+                : a.phase == AnchorPhase::mirror_open ? "mirror_open"
+                                                      : "estimated";
+      if (a.phase == AnchorPhase::mirror_open) r.mirror_p_W = a.mirror_p_W;
+    }
+    out.push_back(std::move(r));
+  }
+  return out;
+}
+
+std::vector<RangeDecision> RangeLayer::take() { return std::exchange(impl_->decisions, {}); }
+std::vector<std::string> RangeLayer::takeWarnings() { return std::exchange(impl_->warnings, {}); }
+bool RangeLayer::anyPending() const { return !impl_->pending.empty(); }
+
+std::vector<std::pair<std::string, long>> RangeLayer::counters() const {
+  std::vector<std::pair<std::string, long>> out;
+  for (const auto& [what, n] : impl_->counts) out.emplace_back("ranges_" + what, n);
+  return out;
+}
+
+RangeLayer::RangeLayer(const RangeOptions& options, LongWindow* window, LogSink log)
+    : impl_(std::make_unique<Impl>(options, window, std::move(log))) {}
+RangeLayer::~RangeLayer() = default;
+
+}  // namespace vir

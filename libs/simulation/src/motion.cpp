@@ -1,0 +1,106 @@
+#include "vir/simulation/motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "vir/evaluation/association.h"
+
+namespace vir {
+namespace {
+
+std::vector<Vec3> positions(const Trajectory& poses) {
+  std::vector<Vec3> out;
+  for (const StampedPose& s : poses) out.push_back(s.T_W_B.p);
+  return out;
+}
+
+QuatList rotations(const Trajectory& poses) {
+  QuatList out;
+  for (const StampedPose& s : poses) out.push_back(s.T_W_B.q);
+  return out;
+}
+
+/// Pose at t, interpolated; held beyond the ends.
+Pose interpolated(const Trajectory& poses, TimeNs t) {
+  const auto after = std::lower_bound(poses.begin(), poses.end(), t,
+                                      [](const StampedPose& s, TimeNs x) { return s.t < x; });
+  if (after == poses.begin()) return poses.front().T_W_B;
+  if (after == poses.end()) return poses.back().T_W_B;
+  const auto before = after - 1;
+  return interpolate(before->T_W_B, after->T_W_B,
+                     toSeconds(t - before->t) / toSeconds(after->t - before->t));
+}
+
+/// Mean over `half_s` to either side with triangular weights.
+Pose smoothed(const Trajectory& poses, TimeNs t, double half_s) {
+  constexpr int kSide = 5;
+  const Pose centre = interpolated(poses, t);
+  if (half_s <= 0) return centre;
+  Vec3 p = Vec3::Zero(), turn = Vec3::Zero();
+  double sum = 0;
+  for (int k = -kSide; k <= kSide; ++k) {
+    const double w = kSide + 1 - std::abs(k);
+    const Pose s = interpolated(poses, t + fromSeconds(half_s * k / (kSide + 1)));
+    p += w * s.p;
+    turn += w * logQuat(centre.q.conjugate() * s.q);
+    sum += w;
+  }
+  return {(centre.q * expQuat(turn / sum)).normalized(), p / sum};
+}
+
+}  // namespace
+
+Motion::Motion(TimeNs begin, double interval_s, const Trajectory& poses)
+    : begin_(begin),
+      end_(begin),
+      position_(VectorSpline::through(interval_s, positions(poses))),
+      rotation_(RotationSpline::through(interval_s, rotations(poses))) {
+  end_ += fromSeconds(position_.duration());
+}
+
+MotionState Motion::at(TimeNs t) const {
+  const double s = toSeconds(t - begin_);
+  const VectorSplinePoint p = position_.at(s);
+  const RotationSplinePoint r = rotation_.at(s);
+  return {{r.q_A_B, p.value}, p.first, p.second, r.rate_B, r.acceleration_B};
+}
+
+Trajectory Motion::sampled(double rate_hz) const {
+  Trajectory out;
+  for (int k = 0;; ++k) {
+    const TimeNs t = begin_ + fromSeconds(k / rate_hz);
+    if (t > end_) return out;
+    out.push_back({t, poseAt(t)});
+  }
+}
+
+double Motion::pathLength() const {
+  double length = 0;
+  Vec3 last = poseAt(begin_).p;
+  for (const StampedPose& s : sampled(50)) {
+    length += (s.T_W_B.p - last).norm();
+    last = s.T_W_B.p;
+  }
+  return length;
+}
+
+Motion flyAgain(const Trajectory& recorded, const FlyAgainOptions& options) {
+  if (recorded.size() < 2) throw std::invalid_argument("flyAgain: fewer than 2 poses");
+  const TimeNs begin = recorded.front().t + fromSeconds(options.from_s);
+  TimeNs end = recorded.back().t;
+  if (options.duration_s > 0) end = std::min(end, begin + fromSeconds(options.duration_s));
+  if (begin < recorded.front().t || toSeconds(end - begin) < 0.5) {
+    throw std::invalid_argument("flyAgain: less than 0.5 s of the recording is left from " +
+                                std::to_string(options.from_s) + " s on");
+  }
+  Trajectory samples;
+  for (int k = 0;; ++k) {
+    const TimeNs t = begin + fromSeconds(options.knot_s * k);
+    if (t > end) break;
+    samples.push_back({t, smoothed(recorded, t, options.smooth_s)});
+  }
+  return Motion(begin, options.knot_s, samples);
+}
+
+}  // namespace vir

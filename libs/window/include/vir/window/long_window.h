@@ -1,0 +1,158 @@
+#pragma once
+/// The long window Omega (paper, section "Double Layer Tightly Coupled VIR Optimization"): the
+/// keyframes that left the short window, the ranges measured there, and the anchors.
+///
+/// Frames: O is the odometry's own frame (the short window's, or a tracking camera's), which
+/// drifts; W is the world the ranges hold in place. A node says where one keyframe is in W and how
+/// O is turned in W there. The youngest node, the front, is the oldest frame of the short window:
+/// what the ranges say reaches the newest pose through it.
+#include <Eigen/Core>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vir/core/options.h"
+#include "vir/core/time.h"
+#include "vir/factors/range_factor.h"
+#include "vir/geometry/pose.h"
+#include "vir/window/marginalization.h"
+
+namespace vir {
+
+struct LongWindowOptions {
+  /// "pose" (default); "position": the paper's formulation as written; "none": nodes are folded
+  /// into the prior at once.
+  std::string mode = "pose";
+  int size = 100;
+  bool anchor_fixed_after_init = false;
+  bool conditional_edges = true;
+  bool heading = true;
+  bool gauge_free_prior = true;
+  bool ranges_at_own_time = true;
+  double edge_noise_scale = 1.0;
+  double edge_sigma_m = 0.01;
+  double edge_sigma_rad = 0.002;
+  double gamma_r = 1.0;
+  double gamma_s = 100.0;
+  double scale_sigma = 0.0;
+  double scale_walk_per_sqrt_m = 0.0;
+  RobustRange robust;
+};
+/// Section [LongWindow]; mode, size and anchor_fixed_after_init are keys of [Estimator].
+void describe(OptionVisitor& v, LongWindowOptions& o);
+
+/// A range that belongs to a keyframe; vectors in the axes of what holds it: O for a node of the
+/// long window, the body for a frame of the short one.
+struct HeldRange {
+  TimeNs t = 0;
+  std::uint64_t anchor = 0;
+  double range_m = 0;
+  double sigma_m = 0.1;        ///< of this range alone
+  Vec3 motion = Vec3::Zero();  ///< what the body moved from its keyframe's time to t [m]
+  Vec3 lever = Vec3::Zero();   ///< antenna against the body then [m]
+  int merged = 1;              ///< ranges averaged in this one
+};
+
+/// Averages neighbours (same anchor) until at most `limit` ranges per anchor are left: a robot that
+/// stands still would pile them up on one keyframe. The average is never taken as better than a
+/// quarter of one range's sigma: errors at one place are alike.
+void mergeRanges(std::vector<HeldRange>* ranges, std::size_t limit);
+
+/// An anchor's state: position in W and the constant bias of its ranges.
+struct AnchorState {
+  std::uint64_t id = 0;
+  double x[4] = {0, 0, 0, 0};
+  Eigen::Vector4d prior_mean = Eigen::Vector4d::Zero();
+  Eigen::Matrix4d prior_information = Eigen::Matrix4d::Zero();
+  double variance_factor = 1;  ///< correlated ranges carry less: their variance times this
+  bool fixed = false;
+  Vec3 position() const { return {x[0], x[1], x[2]}; }
+};
+
+struct LongNode {
+  TimeNs t = 0;
+  double x[5] = {0, 0, 0, 0, 0};  ///< p_W_B, yaw of O in W, log scale
+  Pose T_O_B;                     ///< as the odometry last saw it
+  std::vector<HeldRange> ranges;
+  // Edge to the next node.
+  Vec3 motion_O = Vec3::Zero();
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();
+  Eigen::Matrix4d sqrt_information = Eigen::Matrix4d::Identity();
+  double sigma_log_scale = 1e-6;
+  std::vector<Vec3> links_W;  ///< mode "position": virtual measurements to the next s nodes
+
+  Vec3 position() const { return {x[0], x[1], x[2]}; }
+  Pose T_W_B() const;
+};
+
+class LongWindow {
+ public:
+  explicit LongWindow(const LongWindowOptions& options);
+  ~LongWindow();
+
+  /// Begins with a front at `T_W_B` whose odometry pose is T_O_B. Standard deviations of what is
+  /// known of its position [m] and yaw [rad] in W.
+  void start(TimeNs t, const Pose& T_O_B, const Pose& T_W_B, double sigma_m, double sigma_rad);
+  bool empty() const;
+  void clear();
+
+  /// The front becomes an ordinary node with these ranges, and a new front follows it.
+  /// `covariance` [4x4] of (motion in O, yaw) from the old front to the new one.
+  void advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> front_ranges,
+               const Eigen::Matrix4d& covariance);
+
+  /// The odometry now has the front elsewhere in O. What it learnt belongs to the way travelled:
+  /// spread over the edges by their variance.
+  void frontMoved(TimeNs t, const Pose& T_O_B);
+  /// gauge_free_prior = false only: the odometry's claim to know position and yaw in O, covariance
+  /// [4x4] of (position, yaw). Kept to show what it does: it fights the ranges.
+  void setOdometryClaim(const Eigen::Matrix4d& covariance);
+
+  /// What all nodes before the front, their edges and ranges, and the priors say about (front,
+  /// anchors), around the current values. Linear in the number of nodes.
+  const NormalEquations& eliminate();
+  /// After front and anchors have been changed: moves all nodes before the front accordingly
+  /// (back-substitution of the last eliminate()).
+  void backSubstitute();
+  /// Gauss-Newton on everything, with `front_ranges` at the front, for an odometry without short
+  /// window. False if the result is not finite (nothing changed then).
+  bool solve(int iterations, const std::vector<HeldRange>& front_ranges);
+
+  /// A pose, and a vector, of the odometry in W.
+  Pose toWorld(const Pose& T_O_B) const;
+  Vec3 pointToWorld(const Vec3& p_O) const;
+  Vec3 turnToWorld(const Vec3& v_O) const;
+
+  // Anchors, ordered by id.
+  AnchorState& addAnchor(std::uint64_t id, const Eigen::Vector4d& mean,
+                         const Eigen::Matrix4d& covariance);
+  void removeAnchor(std::uint64_t id);
+  AnchorState* anchor(std::uint64_t id);
+  const std::map<std::uint64_t, AnchorState>& anchors() const;
+
+  double* frontParameters();
+  /// Entries of a node that the options hold fixed (yaw, scale).
+  std::vector<int> frozen() const;
+  const LongNode& front() const;
+  const std::deque<LongNode>& nodes() const;  ///< before the front, oldest first
+  std::vector<LongNode> takeRetired();
+
+  /// Joint covariance of (front [5], anchors [4 each, in order of id]) when last updated.
+  void setJointInformation(const NormalEquations& eq);
+  const Eigen::MatrixXd& jointCovariance() const;
+  /// Column of an anchor in it; -1 if it was not there then.
+  int columnOf(std::uint64_t id) const;
+
+  /// A range as its factor needs it: sigma with the anchor's factor for correlated ranges.
+  RangeTerm termOf(std::uint64_t anchor, double range_m, double sigma_m) const;
+  const LongWindowOptions& options() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vir

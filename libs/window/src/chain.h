@@ -1,0 +1,57 @@
+#pragma once
+/// Internal: elimination of the long window's nodes, oldest first. Each node is tied to at most
+/// `band` later ones and to the anchors, so that the cost is linear in the number of nodes.
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <vector>
+
+namespace vir {
+
+constexpr int kNodeSize = 5;
+constexpr int kAnchorSize = 4;
+
+using Vec5 = Eigen::Matrix<double, 5, 1>;
+using Mat5 = Eigen::Matrix<double, 5, 5>;
+
+/// What stays known of a node once it has been eliminated: it follows the nodes after it and the
+/// anchors linearly.
+struct EliminatedNode {
+  Eigen::LDLT<Mat5> own;
+  Eigen::Matrix<double, 5, Eigen::Dynamic> coupling;  ///< to (next `band` nodes, anchors)
+  Vec5 b = Vec5::Zero();
+};
+
+/// Normal equations of (node k, the next `band` nodes, anchors), moving along the chain.
+class Frontal {
+ public:
+  Frontal(int band, int anchors);
+  int band() const { return band_; }
+  int nodeOffset(int ahead) const { return kNodeSize * ahead; }
+  int anchorOffset(int index) const { return kNodeSize * (band_ + 1) + kAnchorSize * index; }
+  Eigen::MatrixXd H;
+  Eigen::VectorXd b;
+
+  /// Adds a scalar or vector residual with Jacobians for up to two blocks of columns.
+  template <int Rows, int A, int B>
+  void add(const Eigen::Matrix<double, Rows, 1>& r,
+           const Eigen::Matrix<double, Rows, A, (A > 1 ? Eigen::RowMajor : Eigen::ColMajor)>& Ja,
+           int at_a,
+           const Eigen::Matrix<double, Rows, B, (B > 1 ? Eigen::RowMajor : Eigen::ColMajor)>& Jb,
+           int at_b) {
+    H.template block<A, A>(at_a, at_a).noalias() += Ja.transpose() * Ja;
+    H.template block<B, B>(at_b, at_b).noalias() += Jb.transpose() * Jb;
+    const Eigen::Matrix<double, A, B> ab = Ja.transpose() * Jb;
+    H.template block<A, B>(at_a, at_b) += ab;
+    H.template block<B, A>(at_b, at_a) += ab.transpose();
+    b.template segment<A>(at_a).noalias() += Ja.transpose() * r;
+    b.template segment<B>(at_b).noalias() += Jb.transpose() * r;
+  }
+
+  /// Takes the first node out by a Schur complement and moves on by one node.
+  void eliminateFirst(EliminatedNode* out);
+
+ private:
+  int band_, anchors_;
+};
+
+}  // namespace vir

@@ -1,0 +1,190 @@
+/// What the short window knows of its own geometry, and what of that goes to the long window.
+#include <Eigen/Dense>
+#include <algorithm>
+
+#include "window_state.h"
+
+namespace vir {
+namespace {
+
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+using Mat46 = Eigen::Matrix<double, 4, 6>;
+
+/// Ranges of one anchor that a keyframe holds at most before neighbours are averaged.
+constexpr std::size_t kMaxRangesPerKeyframe = 16;
+
+/// (position, yaw in O) of a frame from its local coordinates.
+Mat46 gaugePart(const Frame& f) {
+  Mat46 J = Mat46::Zero();
+  J.leftCols<3>().topRows<3>().setIdentity();
+  J.block<1, 3>(3, 3) = f.T_W_B().R().row(2);
+  return J;
+}
+
+/// Position of `f` and yaw (4 rows) or rotation (6 rows) with the shift and turn of `base` taken
+/// off: Jacobians with respect to f and to base.
+struct Relative {
+  Mat6 self = Mat6::Identity();
+  Mat6 base = Mat6::Zero();
+};
+Relative relativeTo(const Frame& base, const Frame& f) {
+  Relative out;
+  const Mat46 gauge = gaugePart(base);
+  const Vec3 arm = f.T_W_B().p - base.T_W_B().p;
+  out.base.topRows<3>() = -gauge.topRows<3>();
+  out.base.topRows<3>() -= Vec3::UnitZ().cross(arm) * gauge.row(3);
+  out.base.bottomRows<3>() = -f.T_W_B().R().transpose().col(2) * gauge.row(3);
+  return out;
+}
+
+/// (position, yaw) of a relative 6-vector of frame f.
+Eigen::Matrix4d gaugeOf(const Mat6& relative, const Frame& f) {
+  const Mat46 J = gaugePart(f);
+  return J * relative * J.transpose();
+}
+
+/// What the newest frame's uncertainty grows by when it is counted from the oldest instead of the
+/// second frame. If motions between keyframes were independent this would be the edge itself; where
+/// they share a bias or a scale it is larger, and chaining the edges would promise too much.
+/// Bounded by once and `kMaxGrowth` times the edge, direction by direction.
+Eigen::Matrix4d edgeByGrowth(const Eigen::Matrix4d& edge, const Eigen::Matrix4d& from_first,
+                             const Eigen::Matrix4d& from_second, const Vec3& arm) {
+  constexpr double kMaxGrowth = 30;
+  Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+  T.topRightCorner<3, 1>() = -Vec3::UnitZ().cross(arm);
+  const Eigen::Matrix4d growth = T * (from_first - from_second) * T.transpose();
+  const Eigen::LLT<Eigen::Matrix4d> llt(edge);
+  if (llt.info() != Eigen::Success) return edge;
+  const Eigen::Matrix4d L = llt.matrixL();
+  Eigen::Matrix4d M = llt.matrixL().solve(growth);
+  M = llt.matrixL().solve(M.transpose().eval()).eval();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eig(0.5 * (M + M.transpose()));
+  const Eigen::Vector4d l = eig.eigenvalues().cwiseMax(1.0).cwiseMin(kMaxGrowth);
+  const Eigen::Matrix4d V = L * eig.eigenvectors();
+  return V * l.asDiagonal() * V.transpose();
+}
+
+/// Covariance columns of chosen frames' poses out of the information of all frames.
+class PoseCovariance {
+ public:
+  PoseCovariance(const NormalEquations& eq, const std::vector<int>& frames) : frames_(frames) {
+    const Eigen::VectorXd s =
+        eq.H.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 1.0; });
+    Eigen::MatrixXd A = s.asDiagonal() * eq.H * s.asDiagonal();
+    A.diagonal().array() += 1e-12;  // states nothing is known of
+    const Eigen::LLT<Eigen::MatrixXd> llt(A);
+    ok_ = llt.info() == Eigen::Success;
+    if (!ok_) return;
+    const int n = static_cast<int>(eq.H.rows()), m = 6 * static_cast<int>(frames.size());
+    Eigen::MatrixXd E = Eigen::MatrixXd::Zero(n, m);
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      for (int i = 0; i < 6; ++i) E(15 * frames[k] + i, 6 * static_cast<int>(k) + i) = 1;
+    }
+    E = s.asDiagonal() * E;
+    llt.matrixL().solveInPlace(E);
+    cov_ = E.transpose() * E;
+  }
+  bool ok() const { return ok_; }
+  Mat6 block(std::size_t a, std::size_t b) const {
+    return cov_.block<6, 6>(6 * static_cast<int>(a), 6 * static_cast<int>(b));
+  }
+  Mat6 relative(const Relative& r, std::size_t self, std::size_t base) const {
+    const Mat6 cross = r.self * block(self, base) * r.base.transpose();
+    return r.self * block(self, self) * r.self.transpose() +
+           r.base * block(base, base) * r.base.transpose() + cross + cross.transpose();
+  }
+
+ private:
+  std::vector<int> frames_;
+  bool ok_ = false;
+  Eigen::MatrixXd cov_;
+};
+
+void addRangeInformation(const WindowState& w, NormalEquations* eq) {
+  const LongWindow& lw = *w.long_window;
+  const Frame& host = *w.frames.front();
+  for (const auto& f : w.frames) {
+    for (const HeldRange& r : f->ranges) {
+      const auto known = lw.anchors().find(r.anchor);
+      if (known == lw.anchors().end()) continue;
+      const AnchorState& a = known->second;
+      const int c = eq->offsetOf(a.x);
+      // The short window's own geometry is far better known than a range: taken as rigid here.
+      const Vec3 offset_O = f->T_W_B() * Vec3(r.motion + r.lever) - host.T_W_B().p;
+      const NodeRangeFactor factor(lw.termOf(r.anchor, r.range_m, r.sigma_m), Vec3::Zero(),
+                                   offset_O);
+      double e = 0;
+      Eigen::Matrix<double, 1, 5> Jn;
+      Eigen::Matrix<double, 1, 4> Ja;
+      const double* x[2] = {lw.front().x, a.x};
+      double* J[2] = {Jn.data(), Ja.data()};
+      factor.Evaluate(x, &e, J);
+      if (a.fixed) Ja.setZero();
+      for (const int i : lw.frozen()) Jn[i] = 0;
+      eq->H.topLeftCorner<5, 5>() += Jn.transpose() * Jn;
+      eq->H.block<5, 4>(0, c) += Jn.transpose() * Ja;
+      eq->H.block<4, 5>(c, 0) += Ja.transpose() * Jn;
+      eq->H.block<4, 4>(c, c) += Ja.transpose() * Ja;
+    }
+  }
+}
+
+}  // namespace
+
+NormalEquations informationOf(WindowState& w) {
+  TermSet set(w);
+  set.addAll();
+  return eliminateLandmarks(set.terms(), frameBlocks(w, 0, w.frames.size()));
+}
+
+void updateCovariance(WindowState& w) {
+  const int n = static_cast<int>(w.frames.size());
+  if (n < 2) return;
+  const PoseCovariance cov(informationOf(w), {0, 1, n - 1});
+  w.covariance.valid = cov.ok();
+  if (!cov.ok()) return;
+  const Frame &first = *w.frames[0], &second = *w.frames[1], &newest = *w.frames.back();
+  w.covariance.newest = cov.relative(relativeTo(first, newest), 2, 0);
+  const Mat46 gauge = gaugePart(first);
+  w.covariance.claim = gauge * cov.block(0, 0) * gauge.transpose();
+  const Eigen::Matrix4d edge = gaugeOf(cov.relative(relativeTo(first, second), 1, 0), second);
+  w.covariance.edge = edge;
+  if (n > 2) {
+    w.covariance.edge =
+        edgeByGrowth(edge, gaugeOf(w.covariance.newest, newest),
+                     gaugeOf(cov.relative(relativeTo(second, newest), 2, 1), newest),
+                     newest.T_W_B().p - second.T_W_B().p);
+  }
+  if (!w.long_window || w.long_window->empty()) return;
+  NormalEquations joint = w.long_window->eliminate();
+  if (w.ranging()) addRangeInformation(w, &joint);
+  w.long_window->setJointInformation(joint);
+}
+
+void handToLongWindow(WindowState& w) {
+  Frame &oldest = *w.frames[0], &second = *w.frames[1];
+  std::vector<HeldRange> ranges = std::move(oldest.ranges);
+  const Quat q_O_B = oldest.T_W_B().q;
+  for (HeldRange& r : ranges) {
+    r.motion = q_O_B * r.motion;
+    r.lever = q_O_B * r.lever;
+  }
+  if (!w.long_window->options().gauge_free_prior) {
+    w.long_window->setOdometryClaim(w.covariance.claim);
+  }
+  w.long_window->advance(second.t, second.T_W_B(), std::move(ranges), w.covariance.edge);
+}
+
+void moveRanges(Frame* from, Frame* to) {
+  const Pose T_to_from = to->T_W_B().inverse() * from->T_W_B();
+  for (HeldRange r : from->ranges) {
+    const Vec3 lever = T_to_from.q * r.lever;
+    r.motion = T_to_from * Vec3(r.motion + r.lever) - lever;
+    r.lever = lever;
+    to->ranges.push_back(r);
+  }
+  from->ranges.clear();
+  mergeRanges(&to->ranges, kMaxRangesPerKeyframe);
+}
+
+}  // namespace vir

@@ -1,0 +1,403 @@
+#include "vir/window/long_window.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "long_window_state.h"
+
+namespace vir {
+namespace {
+
+/// W with W^T W = covariance^-1; a direction without covariance gets a floor.
+Eigen::Matrix4d sqrtInformationOf(const Eigen::Matrix4d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eig(0.5 *
+                                                           (covariance + covariance.transpose()));
+  const Eigen::Vector4d root =
+      eig.eigenvalues().unaryExpr([](double l) { return 1.0 / std::sqrt(std::max(l, 1e-10)); });
+  return root.asDiagonal() * eig.eigenvectors().transpose();
+}
+
+double squaredNorm(const Eigen::MatrixXd& m) { return m.squaredNorm(); }
+
+}  // namespace
+
+void describe(OptionVisitor& v, LongWindowOptions& o) {
+  v.section("LongWindow", "The long window: how keyframes are tied together and to the anchors");
+  v.value("conditional_edges", o.conditional_edges,
+          "edges weighted by their covariance; false: by edge_sigma_*");
+  v.value("heading", o.heading, "ranges may turn the heading, not only shift the position");
+  v.value("gauge_free_prior", o.gauge_free_prior,
+          "false: the odometry's claim to absolute position and yaw resists the ranges");
+  v.value("ranges_at_own_time", o.ranges_at_own_time,
+          "false: a range acts at its keyframe's position, whatever its own time");
+  v.value("edge_noise_scale", o.edge_noise_scale, {0.01, 100.0},
+          "factor on the standard deviation of the odometry between keyframes");
+  v.value("edge_sigma_m", o.edge_sigma_m, {1e-6, 10.0}, "position noise of an edge, if not known");
+  v.value("edge_sigma_rad", o.edge_sigma_rad, {1e-7, 1.0}, "yaw noise of an edge, if not known");
+  v.value("gamma_r", o.gamma_r, {1e-3, 1e3}, "weight of ranges (paper)");
+  v.value("gamma_s", o.gamma_s, {1e-3, 1e6},
+          "weight of the relative measurements in long_window = position (paper) [1/m]");
+  v.value("scale_sigma", o.scale_sigma, {0.0, 1.0},
+          "how far the odometry's scale may be off (log); 0 = it is right");
+  v.value("scale_walk_per_sqrt_m", o.scale_walk_per_sqrt_m, {0.0, 1.0},
+          "how much the scale wanders along the way");
+  v.value("huber_delta", o.robust.huber_delta, {0.0, 1e6},
+          "ranges shorter than expected by more weigh less [sigma]; 0 = never");
+  v.value("nlos_delta", o.robust.nlos_delta, {0.0, 1e6},
+          "ranges longer than expected by more weigh far less [sigma]; 0 = never");
+}
+
+void mergeRanges(std::vector<HeldRange>* ranges, std::size_t limit) {
+  std::map<std::uint64_t, std::size_t> count;
+  for (const HeldRange& r : *ranges) ++count[r.anchor];
+  for (const auto& [id, n] : count) {
+    if (n <= limit) continue;
+    std::vector<HeldRange> kept;
+    HeldRange* open = nullptr;  // of this anchor, waiting for a partner
+    kept.reserve(ranges->size());
+    for (const HeldRange& r : *ranges) {
+      if (r.anchor != id) {
+        kept.push_back(r);
+        continue;
+      }
+      if (!open) {
+        kept.push_back(r);
+        open = &kept.back();
+        continue;
+      }
+      const double a = open->merged, b = r.merged, sum = a + b;
+      const double single = std::max(open->sigma_m * std::sqrt(std::min(a, 16.0)),
+                                     r.sigma_m * std::sqrt(std::min(b, 16.0)));
+      open->t += static_cast<TimeNs>(static_cast<double>(r.t - open->t) * b / sum);
+      open->range_m = (a * open->range_m + b * r.range_m) / sum;
+      open->motion = (a * open->motion + b * r.motion) / sum;
+      open->lever = (a * open->lever + b * r.lever) / sum;
+      open->merged += r.merged;
+      open->sigma_m = single / std::sqrt(std::min(sum, 16.0));
+      open = nullptr;
+    }
+    *ranges = std::move(kept);
+  }
+}
+
+Pose LongNode::T_W_B() const { return {(Quat(rotZ(x[3])) * T_O_B.q).normalized(), position()}; }
+
+LongWindow::LongWindow(const LongWindowOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+LongWindow::~LongWindow() = default;
+
+bool LongWindow::empty() const { return !impl_->started; }
+
+void LongWindow::clear() {
+  const LongWindowOptions options = impl_->options;
+  impl_ = std::make_unique<Impl>(options);
+}
+
+void LongWindow::start(TimeNs t, const Pose& T_O_B, const Pose& T_W_B, double sigma_m,
+                       double sigma_rad) {
+  Impl& s = *impl_;
+  s.started = true;
+  s.front = LongNode();
+  s.front.t = t;
+  s.front.T_O_B = T_O_B;
+  for (int i = 0; i < 3; ++i) s.front.x[i] = T_W_B.p[i];
+  const Mat3 R_W_O = (T_W_B.q * T_O_B.q.conjugate()).toRotationMatrix();
+  s.front.x[3] = std::atan2(R_W_O(1, 0), R_W_O(0, 0));
+  Vec5 information;
+  const double scale = s.options.scale_sigma > 0 ? s.options.scale_sigma : 1.0;
+  information << Vec3::Constant(1 / (sigma_m * sigma_m)), 1 / (sigma_rad * sigma_rad),
+      1 / (scale * scale);
+  s.prior.nodes = 1;
+  s.prior.anchors.clear();
+  s.prior.H = information.asDiagonal();
+  s.prior.b = Vec5::Zero();
+  s.prior.lin = Eigen::Map<const Vec5>(s.front.x);
+}
+
+void LongWindow::advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> front_ranges,
+                         const Eigen::Matrix4d& covariance) {
+  Impl& s = *impl_;
+  LongNode node = std::move(s.front);
+  node.ranges = std::move(front_ranges);
+  node.motion_O = T_O_B.p - node.T_O_B.p;
+  const double k = s.options.edge_noise_scale;
+  node.covariance = k * k * covariance;
+  if (!s.options.conditional_edges) {
+    Eigen::Vector4d fixed;
+    fixed << Vec3::Constant(s.options.edge_sigma_m), s.options.edge_sigma_rad;
+    node.covariance = fixed.cwiseAbs2().asDiagonal();
+  }
+  node.sqrt_information = sqrtInformationOf(node.covariance);
+  node.sigma_log_scale =
+      std::max(1e-5, s.options.scale_walk_per_sqrt_m * std::sqrt(node.motion_O.norm()));
+  s.front = LongNode();
+  s.front.t = t;
+  s.front.T_O_B = T_O_B;
+  const Vec3 p = node.position() + rotZ(node.x[3]) * (std::exp(-node.x[4]) * node.motion_O);
+  for (int i = 0; i < 3; ++i) s.front.x[i] = p[i];
+  s.front.x[3] = node.x[3];
+  s.front.x[4] = node.x[4];
+  s.nodes.push_back(std::move(node));
+  if (s.position()) {
+    const std::size_t n = s.nodes.size();
+    for (std::size_t back = 1; back <= 3 && back <= n; ++back) {
+      LongNode& from = s.nodes[n - back];
+      from.links_W.push_back(T_O_B.p - from.T_O_B.p);
+    }
+  }
+  while (static_cast<int>(s.nodes.size()) > s.limit()) s.dropOldest();
+}
+
+void LongWindow::frontMoved(TimeNs t, const Pose& T_O_B) {
+  Impl& s = *impl_;
+  const Vec3 d_O = T_O_B.p - s.front.T_O_B.p;
+  s.front.t = t;
+  s.front.T_O_B = T_O_B;
+  const Vec3 d_W = rotZ(s.front.x[3]) * (std::exp(-s.front.x[4]) * d_O);
+  double total = 0;
+  for (const LongNode& n : s.nodes) total += n.covariance.topLeftCorner<3, 3>().trace();
+  double sum = 0;
+  std::vector<double> part(s.nodes.size() + 1, 1.0);
+  for (std::size_t k = 0; k < s.nodes.size(); ++k) {
+    part[k] = total > 0 ? sum / total : 0;
+    sum += s.nodes[k].covariance.topLeftCorner<3, 3>().trace();
+  }
+  for (int k = 0; k < s.prior.nodes; ++k) {
+    s.prior.lin.segment<3>(kNodeSize * k) += part[static_cast<std::size_t>(k)] * d_W;
+  }
+  for (std::size_t k = 0; k <= s.nodes.size(); ++k) {
+    LongNode& n = s.node(k);
+    for (int i = 0; i < 3; ++i) n.x[i] += part[k] * d_W[i];
+    if (k == s.nodes.size()) break;
+    n.T_O_B.p += part[k] * d_O;
+    n.motion_O += (part[k + 1] - part[k]) * d_O;
+    for (std::size_t j = 0; j < n.links_W.size(); ++j) {
+      n.links_W[j] += (part[k + 1 + j] - part[k]) * d_O;
+    }
+  }
+}
+
+void LongWindow::setOdometryClaim(const Eigen::Matrix4d& covariance) {
+  const Eigen::Matrix4d W = sqrtInformationOf(covariance);
+  impl_->claim = W.transpose() * W;
+}
+
+double LongWindow::Impl::cost(const std::vector<HeldRange>& front_ranges) {
+  // The elimination's constant term is not kept: a plain sum over all residuals instead.
+  Frontal f(band(), static_cast<int>(anchors.size()));
+  double sum = 0;
+  const auto ranges = [&](const LongNode& n, const std::vector<HeldRange>& list) {
+    for (const HeldRange& r : list) {
+      const auto a = anchors.find(r.anchor);
+      if (a == anchors.end()) continue;
+      const RangeTerm term{r.range_m,
+                           r.sigma_m * std::sqrt(a->second.variance_factor) / options.gamma_r,
+                           options.robust};
+      const NodeRangeFactor factor(term, options.ranges_at_own_time ? r.motion : Vec3::Zero(),
+                                   r.lever);
+      const double* blocks[2] = {n.x, a->second.x};
+      double e = 0;
+      factor.Evaluate(blocks, &e, nullptr);
+      sum += e * e;
+    }
+  };
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const LongNode& n = nodes[k];
+    ranges(n, n.ranges);
+    if (position()) {
+      for (std::size_t j = 0; j < n.links_W.size(); ++j) {
+        const Vec3 to(node(k + 1 + j).x);
+        sum += squaredNorm(options.gamma_s * (to - n.position() - n.links_W[j]));
+      }
+      continue;
+    }
+    const NodeEdgeFactor factor(n.motion_O, n.sqrt_information, n.sigma_log_scale);
+    const double* blocks[2] = {n.x, node(k + 1).x};
+    double e[5];
+    factor.Evaluate(blocks, e, nullptr);
+    for (double v : e) sum += v * v;
+  }
+  ranges(front, front_ranges);
+  for (const auto& [id, a] : anchors) {
+    if (a.fixed) continue;
+    const Eigen::Vector4d d = Eigen::Map<const Eigen::Vector4d>(a.x) - a.prior_mean;
+    sum += d.dot(a.prior_information * d);
+  }
+  Eigen::VectorXd d(prior.lin.size());
+  int c = 0;
+  for (int k = 0; k < prior.nodes; ++k) {
+    const double* x = node(static_cast<std::size_t>(k)).x;
+    for (int i = 0; i < kNodeSize; ++i, ++c) d[c] = x[i] - prior.lin[c];
+  }
+  for (std::uint64_t id : prior.anchors) {
+    const double* x = anchors.at(id).x;
+    for (int i = 0; i < kAnchorSize; ++i, ++c) d[c] = x[i] - prior.lin[c];
+  }
+  return sum + d.dot(prior.H * d) + 2 * prior.b.dot(d);
+}
+
+bool LongWindow::solve(int iterations, const std::vector<HeldRange>& front_ranges) {
+  Impl& s = *impl_;
+  double best = s.cost(front_ranges);
+  NormalEquations eq;
+  for (int it = 0; it < iterations; ++it) {
+    const std::deque<LongNode> nodes = s.nodes;
+    const LongNode front = s.front;
+    const std::map<std::uint64_t, AnchorState> anchors = s.anchors;
+    eq = eliminate();
+    Frontal f(s.band(), static_cast<int>(s.anchors.size()));
+    s.addRanges(s.front, front_ranges, &f);
+    const int tail = static_cast<int>(eq.H.rows()) - kNodeSize, at = f.anchorOffset(0);
+    eq.H.topLeftCorner<5, 5>() += f.H.topLeftCorner<5, 5>();
+    eq.H.topRightCorner(5, tail) += f.H.block(0, at, 5, tail);
+    eq.H.bottomLeftCorner(tail, 5) += f.H.block(at, 0, tail, 5);
+    eq.H.bottomRightCorner(tail, tail) += f.H.block(at, at, tail, tail);
+    eq.b.head<5>() += f.b.head<5>();
+    eq.b.tail(tail) += f.b.segment(at, tail);
+    const Eigen::VectorXd step = -eq.H.ldlt().solve(eq.b);
+    if (!step.allFinite()) return false;
+    double factor = 1, value = 0;
+    bool better = false;
+    // Half steps until the cost falls: robust losses and a far start are not quadratic.
+    for (int half = 0; half < 4 && !better; ++half, factor *= 0.5) {
+      for (int i = 0; i < kNodeSize; ++i) s.front.x[i] = front.x[i] + factor * step[i];
+      int c = kNodeSize;
+      for (auto& [id, a] : s.anchors) {
+        const double* x = anchors.at(id).x;
+        for (int i = 0; i < kAnchorSize; ++i, ++c) a.x[i] = x[i] + factor * step[c];
+      }
+      s.before.assign(front.x, front.x + kNodeSize);
+      for (const auto& [id, a] : anchors) {
+        s.before.insert(s.before.end(), a.x, a.x + kAnchorSize);
+      }
+      s.nodes = nodes;
+      backSubstitute();
+      value = s.cost(front_ranges);
+      better = value <= best;
+    }
+    if (!better) {
+      s.nodes = nodes;
+      s.front = front;
+      s.anchors = anchors;
+      break;
+    }
+    const bool done = best - value < 1e-6 * best;
+    best = value;
+    if (done) break;
+  }
+  setJointInformation(eq);
+  return std::isfinite(best);
+}
+
+Pose LongWindow::toWorld(const Pose& T_O_B) const {
+  const LongNode& f = impl_->front;
+  return {(Quat(rotZ(f.x[3])) * T_O_B.q).normalized(), pointToWorld(T_O_B.p)};
+}
+
+Vec3 LongWindow::pointToWorld(const Vec3& p_O) const {
+  return impl_->front.position() + turnToWorld(p_O - impl_->front.T_O_B.p);
+}
+
+Vec3 LongWindow::turnToWorld(const Vec3& v_O) const {
+  return rotZ(impl_->front.x[3]) * (std::exp(-impl_->front.x[4]) * v_O);
+}
+
+AnchorState& LongWindow::addAnchor(std::uint64_t id, const Eigen::Vector4d& mean,
+                                   const Eigen::Matrix4d& covariance) {
+  AnchorState& a = impl_->anchors[id];
+  a.id = id;
+  for (int i = 0; i < 4; ++i) a.x[i] = mean[i];
+  a.prior_mean = mean;
+  a.prior_information = covariance.inverse();
+  return a;
+}
+
+void LongWindow::removeAnchor(std::uint64_t id) {
+  Impl& s = *impl_;
+  const auto at = std::find(s.prior.anchors.begin(), s.prior.anchors.end(), id);
+  if (at != s.prior.anchors.end()) {
+    const int c = kNodeSize * s.prior.nodes +
+                  kAnchorSize * static_cast<int>(std::distance(s.prior.anchors.begin(), at));
+    const int n = static_cast<int>(s.prior.lin.size());
+    std::vector<int> keep;
+    for (int i = 0; i < n; ++i) {
+      if (i < c || i >= c + kAnchorSize) keep.push_back(i);
+    }
+    const Eigen::MatrixXd A = s.prior.H.block(c, c, 4, 4);
+    const Eigen::MatrixXd inv =
+        (A + 1e-12 * Eigen::Matrix4d::Identity()).completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::MatrixXd W = s.prior.H.middleCols(c, 4) * inv;
+    const Eigen::MatrixXd H = s.prior.H - W * s.prior.H.middleRows(c, 4);
+    // At the anchor's present value, which is what the nodes' equations were taken around.
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
+    const Eigen::VectorXd b = s.prior.b - W * s.prior.b.segment(c, 4);
+    LongPrior next;
+    next.nodes = s.prior.nodes;
+    next.anchors = s.prior.anchors;
+    next.anchors.erase(next.anchors.begin() + std::distance(s.prior.anchors.begin(), at));
+    const int m = static_cast<int>(keep.size());
+    next.H.resize(m, m);
+    next.b.resize(m);
+    next.lin.resize(m);
+    for (int i = 0; i < m; ++i) {
+      next.b[i] = b[keep[i]];
+      next.lin[i] = s.prior.lin[keep[i]];
+      for (int j = 0; j < m; ++j) next.H(i, j) = H(keep[i], keep[j]);
+    }
+    s.prior = std::move(next);
+  }
+  s.anchors.erase(id);
+}
+
+AnchorState* LongWindow::anchor(std::uint64_t id) {
+  const auto it = impl_->anchors.find(id);
+  return it == impl_->anchors.end() ? nullptr : &it->second;
+}
+const std::map<std::uint64_t, AnchorState>& LongWindow::anchors() const { return impl_->anchors; }
+double* LongWindow::frontParameters() { return impl_->front.x; }
+const LongNode& LongWindow::front() const { return impl_->front; }
+const std::deque<LongNode>& LongWindow::nodes() const { return impl_->nodes; }
+std::vector<LongNode> LongWindow::takeRetired() { return std::exchange(impl_->retired, {}); }
+const LongWindowOptions& LongWindow::options() const { return impl_->options; }
+const Eigen::MatrixXd& LongWindow::jointCovariance() const { return impl_->joint; }
+
+std::vector<int> LongWindow::frozen() const {
+  std::vector<int> out;
+  if (impl_->yawFrozen()) out.push_back(3);
+  if (impl_->scaleFrozen()) out.push_back(4);
+  return out;
+}
+
+void LongWindow::setJointInformation(const NormalEquations& eq) {
+  Impl& s = *impl_;
+  s.joint = covarianceOf(eq);
+  for (const int i : frozen()) {
+    s.joint.row(i).setZero();
+    s.joint.col(i).setZero();
+  }
+  s.joint_anchors.clear();
+  int c = kNodeSize;
+  for (const auto& [id, a] : s.anchors) {
+    s.joint_anchors.push_back(id);
+    if (a.fixed) {
+      s.joint.middleRows(c, kAnchorSize).setZero();
+      s.joint.middleCols(c, kAnchorSize).setZero();
+    }
+    c += kAnchorSize;
+  }
+}
+
+int LongWindow::columnOf(std::uint64_t id) const {
+  const auto& ids = impl_->joint_anchors;
+  const auto it = std::find(ids.begin(), ids.end(), id);
+  if (it == ids.end()) return -1;
+  return kNodeSize + kAnchorSize * static_cast<int>(std::distance(ids.begin(), it));
+}
+
+RangeTerm LongWindow::termOf(std::uint64_t anchor, double range_m, double sigma_m) const {
+  const auto it = impl_->anchors.find(anchor);
+  const double factor = it == impl_->anchors.end() ? 1 : it->second.variance_factor;
+  return {range_m, sigma_m * std::sqrt(factor) / impl_->options.gamma_r, impl_->options.robust};
+}
+
+}  // namespace vir

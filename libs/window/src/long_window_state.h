@@ -1,0 +1,55 @@
+#pragma once
+/// Internal: data of the long window, shared by its translation units.
+#include "chain.h"
+#include "vir/window/long_window.h"
+
+namespace vir {
+
+/// What marginalised nodes left: cost 1/2 d^T H d + b^T d with d = x - lin, over the oldest nodes
+/// and the anchors that existed then.
+struct LongPrior {
+  int nodes = 0;
+  std::vector<std::uint64_t> anchors;
+  Eigen::MatrixXd H;
+  Eigen::VectorXd b, lin;
+};
+
+struct LongWindow::Impl {
+  explicit Impl(const LongWindowOptions& o) : options(o) {}
+
+  LongWindowOptions options;
+  std::deque<LongNode> nodes;
+  LongNode front;
+  bool started = false;
+  std::map<std::uint64_t, AnchorState> anchors;
+  LongPrior prior;
+  std::vector<LongNode> retired;
+  Eigen::Matrix4d claim = Eigen::Matrix4d::Zero();  ///< information; zero: none
+
+  // Of the last elimination.
+  std::vector<EliminatedNode> eliminated;
+  std::vector<double> before;  ///< front and anchors then
+  NormalEquations message;
+  Eigen::MatrixXd joint;
+  std::vector<std::uint64_t> joint_anchors;
+
+  bool position() const { return options.mode == "position"; }
+  int band() const { return position() ? 3 : 1; }
+  int limit() const { return options.mode == "none" ? 0 : options.size; }
+  int anchorIndex(std::uint64_t id) const;
+  bool yawFrozen() const { return position() || !options.heading; }
+  bool scaleFrozen() const { return options.scale_sigma <= 0; }
+  LongNode& node(std::size_t k) { return k < nodes.size() ? nodes[k] : front; }
+
+  void addPrior(Frontal* f) const;
+  void addAnchorPriors(Frontal* f) const;
+  void addNode(std::size_t k, Frontal* f);
+  void addRanges(const LongNode& n, const std::vector<HeldRange>& ranges, Frontal* f) const;
+  void addClaim(Frontal* f) const;
+  void holdFrozen(Frontal* f) const;
+  void dropOldest();
+  std::vector<double> frontAndAnchors() const;
+  double cost(const std::vector<HeldRange>& front_ranges);
+};
+
+}  // namespace vir

@@ -1,0 +1,68 @@
+#pragma once
+/// One run of the estimator on simulated tracks, readings and ranges, and how good it was.
+#include <Eigen/Dense>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vir/estimator/visual_inertial_estimator.h"
+#include "vir/evaluation/evaluate.h"
+#include "vir/simulation/simulate_imu.h"
+#include "vir/simulation/simulate_ranges.h"
+#include "vir/simulation/track_simulator.h"
+
+namespace vir::tool {
+
+struct RunSettings {
+  EstimatorConfig estimator;
+  ImuSimulationOptions imu;
+  TrackSimulationOptions tracks;
+  RangeSimulationOptions ranges;
+  CameraCalibration camera;
+  Pose T_B_C;
+  bool use_ranges = false;
+  bool drop_outliers = true;  ///< the estimator's verdicts reach the tracks, as with images
+};
+
+/// The estimate at one image against the truth, in the truth's world after the estimate has been
+/// laid onto it by position and yaw of its first keyframe: the gauge of the estimator's covariance.
+struct PoseError {
+  TimeNs t = 0;
+  Vec3 position = Vec3::Zero();  ///< estimate - truth [m]
+  double rotation_rad = 0, yaw_rad = 0;
+  Vec3 sigma = Vec3::Zero();  ///< claimed standard deviation; 0 = none claimed
+  double nees = -1;           ///< of the position, 3 degrees of freedom; -1 = none
+  int tracks = 0, landmarks = 0;
+  std::string health;
+};
+
+struct AnchorError {
+  int id = 0;
+  double error_m = 0;        ///< after the alignment of the causal trajectory
+  double error_first_m = 0;  ///< in the gauge of the first keyframe
+  double horizontal_m = 0;   ///< of error_m
+  double nees = -1;          ///< in the gauge of the first keyframe, 3 degrees of freedom
+  std::string state;
+};
+
+struct RunResult {
+  int seed = 0;
+  bool valid = false;  ///< false: never started
+  std::string note;
+  EvaluationResult evaluation;  ///< causal trajectory, position and yaw aligned
+  Trajectory estimate, truth;
+  std::vector<PoseError> errors;
+  std::vector<AnchorError> anchors;
+  double init_s = 0;  ///< from the first image to the first pose
+  double mean_nees = -1;
+  double end_error_m = 0;  ///< in the gauge of the first keyframe
+  double ms_per_frame = 0;
+  double mean_tracks = 0;
+  int resets = 0;
+  long ranges = 0;
+};
+
+RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings settings, int seed);
+
+}  // namespace vir::tool

@@ -1,0 +1,112 @@
+/// The simulated IMU has the errors that were asked for, and no others.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "made_motions.h"
+#include "vir/simulation/simulate_imu.h"
+
+namespace {
+
+using namespace vir;
+
+ImuSimulationOptions perfect() {
+  ImuSimulationOptions o;
+  o.gyro_noise_density = o.acc_noise_density = o.gyro_random_walk = o.acc_random_walk = 0;
+  o.initial_bias_gyro = o.initial_bias_acc = 0;
+  return o;
+}
+
+TEST(SimulatedImu, WithoutErrorsReadsTheMotion) {
+  const auto motion = vir_test::briskFlight();
+  const SimulatedImu imu = simulateImu(*motion, perfect());
+  EXPECT_NEAR(static_cast<double>(imu.samples.size()), motion->duration() * 200, 2);
+  for (std::size_t k = 0; k < imu.samples.size(); k += 37) {
+    const ImuSample& s = imu.samples[k];
+    const MotionState m = motion->at(s.t);
+    EXPECT_LT((s.gyro - m.rate_B).norm(), 1e-12);
+    const Vec3 a_W = m.T_W_B.q * s.acc + Vec3(0, 0, -9.81);
+    EXPECT_LT((a_W - m.a_W).norm(), 1e-12);
+  }
+}
+
+TEST(SimulatedImu, AtRestReadsUpwards) {
+  const auto motion = vir_test::standing(2);
+  for (const ImuSample& s : simulateImu(*motion, perfect()).samples) {
+    EXPECT_LT((motion->poseAt(s.t).q * s.acc - Vec3(0, 0, 9.81)).norm(), 1e-9);
+  }
+}
+
+/// Standard deviation of averages over `n` readings, differences of neighbours (Allan deviation).
+double allan(const std::vector<double>& x, std::size_t n) {
+  std::vector<double> means;
+  for (std::size_t k = 0; k + n <= x.size(); k += n) {
+    double sum = 0;
+    for (std::size_t j = 0; j < n; ++j) sum += x[k + j];
+    means.push_back(sum / static_cast<double>(n));
+  }
+  double square = 0;
+  for (std::size_t k = 1; k < means.size(); ++k) square += std::pow(means[k] - means[k - 1], 2);
+  return std::sqrt(square / (2 * static_cast<double>(means.size() - 1)));
+}
+
+TEST(SimulatedImu, AllanDeviationFitsTheDensities) {
+  const auto motion = vir_test::standing(1000);
+  ImuSimulationOptions o = perfect();
+  o.gyro_noise_density = 2e-4;
+  o.acc_random_walk = 3e-3;
+  const SimulatedImu imu = simulateImu(*motion, o);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> gyro, acc;
+    for (const ImuSample& s : imu.samples) {
+      gyro.push_back(s.gyro[axis]);
+      acc.push_back(s.acc[axis]);
+    }
+    // White noise: density / sqrt(tau). Random walk: density * sqrt(tau / 3).
+    EXPECT_NEAR(allan(gyro, 20) / (2e-4 / std::sqrt(0.1)), 1, 0.05);
+    EXPECT_NEAR(allan(gyro, 200) / (2e-4 / std::sqrt(1.0)), 1, 0.12);
+    EXPECT_NEAR(allan(acc, 200) / (3e-3 * std::sqrt(1.0 / 3)), 1, 0.12);
+    EXPECT_NEAR(allan(acc, 1000) / (3e-3 * std::sqrt(5.0 / 3)), 1, 0.25);
+  }
+}
+
+TEST(SimulatedImu, FirstBiasesHaveTheirSpread) {
+  const auto motion = vir_test::standing(1);
+  ImuSimulationOptions o;
+  double square = 0;
+  for (int seed = 1; seed <= 200; ++seed) {
+    o.seed = seed;
+    square += simulateImu(*motion, o).bias_gyro.front().squaredNorm() / 3;
+  }
+  EXPECT_NEAR(std::sqrt(square / 200), o.initial_bias_gyro, 0.1 * o.initial_bias_gyro);
+}
+
+TEST(SimulatedImu, SameSeedSameReadingsAndOneErrorLeavesTheOthers) {
+  const auto motion = vir_test::standing(3);
+  ImuSimulationOptions o;
+  const SimulatedImu a = simulateImu(*motion, o), b = simulateImu(*motion, o);
+  ImuSimulationOptions walking = o;
+  walking.gyro_random_walk *= 10;
+  walking.dropped_share = 0;
+  const SimulatedImu c = simulateImu(*motion, walking);
+  ASSERT_EQ(a.samples.size(), b.samples.size());
+  for (std::size_t k = 0; k < a.samples.size(); ++k) {
+    EXPECT_EQ(a.samples[k].gyro, b.samples[k].gyro);
+    EXPECT_EQ(a.samples[k].acc, b.samples[k].acc);
+    EXPECT_EQ(a.samples[k].acc, c.samples[k].acc);
+  }
+  o.seed = 2;
+  EXPECT_NE(simulateImu(*motion, o).samples[0].gyro, a.samples[0].gyro);
+}
+
+TEST(SimulatedImu, ReadingsAreLostAndClippedAsAskedFor) {
+  const auto motion = vir_test::standing(50);
+  ImuSimulationOptions o = perfect();
+  o.dropped_share = 0.2;
+  o.saturation_acc_mps2 = 5;
+  const SimulatedImu imu = simulateImu(*motion, o);
+  EXPECT_NEAR(static_cast<double>(imu.samples.size()), 0.8 * 50 * 200, 200);
+  for (const ImuSample& s : imu.samples) EXPECT_LE(s.acc.cwiseAbs().maxCoeff(), 5);
+}
+
+}  // namespace

@@ -1,0 +1,142 @@
+/// Poses, rates and accelerations of a simulated motion belong together; flights are as said.
+#include "vir/simulation/motion.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "made_motions.h"
+
+namespace {
+
+using namespace vir;
+
+const Vec3 kGravity(0, 0, -9.81);
+
+/// What a navigator knows who has only rates and accelerations: fourth order in time.
+MotionState integrate(const Motion& motion, TimeNs begin, TimeNs end, TimeNs step) {
+  MotionState s = motion.at(begin);
+  for (TimeNs t = begin; t + step <= end; t += step) {
+    const double h = toSeconds(step);
+    const MotionState a = motion.at(t), b = motion.at(t + step / 2), c = motion.at(t + step);
+    // Magnus expansion of the attitude to fourth order, with the rates at the ends and the middle.
+    const auto turn = [](const Vec3& w0, const Vec3& w1, const Vec3& w2, double dt) {
+      const Vec3 mean = (w0 + 4 * w1 + w2) / 6, slope = (w2 - w0) / dt;
+      return Vec3(mean * dt + dt * dt * dt / 12 * mean.cross(slope));
+    };
+    const Vec3 quarter_rate = (3 * a.rate_B + 6 * b.rate_B - c.rate_B) / 8;
+    const Quat q0 = s.T_W_B.q;
+    const Quat q1 = q0 * expQuat(turn(a.rate_B, quarter_rate, b.rate_B, h / 2));
+    const Quat q2 = (q0 * expQuat(turn(a.rate_B, b.rate_B, c.rate_B, h))).normalized();
+    const auto force = [](const MotionState& m) {
+      return Vec3(m.T_W_B.q.conjugate() * (m.a_W - kGravity));
+    };
+    const Vec3 a0 = q0 * force(a) + kGravity, a1 = q1 * force(b) + kGravity,
+               a2 = q2 * force(c) + kGravity;
+    s.T_W_B.p += h * s.v_W + h * h / 6 * (a0 + 2 * a1);
+    s.v_W += h / 6 * (a0 + 4 * a1 + a2);
+    s.T_W_B.q = q2;
+  }
+  return s;
+}
+
+TEST(Motion, RatesAndAccelerationsLeadBackToThePoses) {
+  const auto motion = vir_test::briskFlight();
+  const TimeNs begin = motion->begin() + fromSeconds(5), end = begin + fromSeconds(30);
+  const MotionState got = integrate(*motion, begin, end, fromSeconds(0.005));
+  const MotionState truth = motion->at(end);
+  EXPECT_LT((got.T_W_B.p - truth.T_W_B.p).norm(), 1e-3);
+  EXPECT_LT((got.v_W - truth.v_W).norm(), 1e-4);
+  EXPECT_LT(logQuat(got.T_W_B.q.conjugate() * truth.T_W_B.q).norm(), 1e-6);
+}
+
+TEST(Motion, FliesARecordingAgainNearby) {
+  const auto motion = vir_test::briskFlight();
+  const Trajectory recorded = motion->sampled(200);
+  FlyAgainOptions o;
+  o.from_s = 2;
+  o.duration_s = 20;
+  const Motion again = flyAgain(recorded, o);
+  EXPECT_EQ(again.begin(), recorded.front().t + fromSeconds(2));
+  EXPECT_NEAR(again.duration(), 20, 0.06);
+  for (const StampedPose& s : again.sampled(33)) {
+    const Pose truth = motion->poseAt(s.t);
+    EXPECT_LT((s.T_W_B.p - truth.p).norm(), 5e-3);
+    EXPECT_LT(logQuat(s.T_W_B.q.conjugate() * truth.q).norm(), 5e-3);
+  }
+}
+
+TEST(Motion, NoiseOfARecordingIsSmoothedAway) {
+  // 1 mm of white noise at 200 Hz; unsmoothed it would shake at 0.001 * sqrt(6) / 0.05^2 = 1 m/s^2.
+  const auto motion = vir_test::standing(20);
+  Trajectory recorded = motion->sampled(200);
+  unsigned x = 1;
+  for (StampedPose& s : recorded) {
+    for (int axis = 0; axis < 3; ++axis) {
+      x = x * 1664525u + 1013904223u;
+      s.T_W_B.p[axis] += 1e-3 * std::sqrt(3.0) * (x / 2147483648.0 - 1);
+    }
+  }
+  const Motion again = flyAgain(recorded, {});
+  double square = 0;
+  int n = 0;
+  for (TimeNs t = again.begin(); t < again.end(); t += 10000000, ++n) {
+    square += again.at(t).a_W.squaredNorm() / 3;
+  }
+  EXPECT_LT(std::sqrt(square / n), 0.6);
+}
+
+TEST(Motion, RefusesWhatCannotBeFlown) {
+  EXPECT_THROW(flyAgain({}, {}), std::invalid_argument);
+  const Trajectory recorded = vir_test::standing(5)->sampled(20);
+  FlyAgainOptions o;
+  o.from_s = 4.8;
+  EXPECT_THROW(flyAgain(recorded, o), std::invalid_argument);
+  o.from_s = -3;
+  EXPECT_THROW(flyAgain(recorded, o), std::invalid_argument);
+  const auto motion = vir_test::standing(5);
+  EXPECT_THROW(motion->at(motion->end() + 1000000000), std::out_of_range);
+}
+
+TEST(Flights, AreAsLongAndFastAsSaid) {
+  FlightOptions o;
+  for (const char* name : {"corridor", "route", "eight"}) {
+    const Motion m = flight(name, o);
+    EXPECT_NEAR(m.pathLength(), o.length_m, 0.12 * o.length_m) << name;
+    double fastest = 0, hardest = 0;
+    for (TimeNs t = m.begin(); t <= m.end(); t += 10000000) {
+      fastest = std::max(fastest, m.at(t).v_W.norm());
+      hardest = std::max(hardest, m.at(t).a_W.norm());
+    }
+    EXPECT_LT(fastest, 1.6 * o.speed_mps) << name;
+    EXPECT_LT(hardest, 6) << name;
+  }
+}
+
+TEST(Flights, BeginAndEndAtRest) {
+  FlightOptions o;
+  o.rest_s = 2;
+  const Motion m = flight("corridor", o);
+  for (const double s : {0.0, 1.0, 1.7, m.duration() - 1.5, m.duration()}) {
+    const MotionState x = m.at(m.begin() + fromSeconds(s));
+    EXPECT_LT(x.v_W.norm(), 2e-3) << s;
+    EXPECT_LT(x.rate_B.norm(), 2e-3) << s;
+  }
+  const Motion still = flight("standing", o);
+  EXPECT_LT(still.pathLength(), 1e-9);
+  EXPECT_GT(still.duration(), 20);
+}
+
+TEST(Flights, LookAheadAndStayUpright) {
+  const Motion m = flight("corridor", {});
+  for (TimeNs t = m.begin() + fromSeconds(6); t < m.end() - fromSeconds(6); t += 200000000) {
+    const MotionState s = m.at(t);
+    EXPECT_GT((s.T_W_B.q * Vec3::UnitZ()).z(), 0.9);
+    const double yaw = yawOf(s.T_W_B.R()), course = std::atan2(s.v_W.y(), s.v_W.x());
+    EXPECT_GT(std::cos(yaw - course), 0.6);
+  }
+}
+
+TEST(Flights, UnknownNameIsRefused) { EXPECT_THROW(flight("looping", {}), std::invalid_argument); }
+
+}  // namespace
