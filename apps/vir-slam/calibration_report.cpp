@@ -42,9 +42,8 @@ long unknownAnchors(const UwbSamples& data) {
   return sum;
 }
 
-Scatter points(const UwbSamples& data, const RangeCalibration& fit, bool outliers) {
-  Scatter scatter;
-  scatter.color = outliers ? kOutlier : kRange;
+void addPoints(const UwbSamples& data, const RangeCalibration& fit, bool outliers, Panel* panel) {
+  const Color color = outliers ? kOutlier : kRange;
   std::vector<Vec2> all;
   for (std::size_t i = 0; i < data.samples.size(); ++i) {
     const CalibrationSample& s = data.samples[i];
@@ -54,8 +53,15 @@ Scatter points(const UwbSamples& data, const RangeCalibration& fit, bool outlier
     all.push_back({s.distance_m, 1000 * s.residual_m});
   }
   const std::size_t shown = std::min(all.size(), kMostPoints);
-  for (std::size_t k = 0; k < shown; ++k) scatter.points.push_back(all[k * all.size() / shown]);
-  return scatter;
+  for (std::size_t k = 0; k < shown; ++k) {
+    panel->marks.push_back({all[k * all.size() / shown], color, 1.5, Mark::Shape::dot, ""});
+  }
+}
+
+/// The area between two curves over the same abscissae.
+Area between(std::vector<Vec2> upper, const std::vector<Vec2>& lower, Color color) {
+  upper.insert(upper.end(), lower.rbegin(), lower.rend());
+  return {color, 1, upper};
 }
 
 }  // namespace
@@ -136,9 +142,7 @@ Figure calibrationFigure(const UwbSamples& data, const RangeCalibration& fit) {
   panel.size = {780, 390};
   panel.x_label = "true distance [m]";
   panel.y_label = "measured - true [mm]";
-  Band of_mean, of_range;
-  of_mean.color = kMeanBand;
-  of_range.color = kRangeBand;
+  std::vector<Vec2> mean_upper, mean_lower, range_upper, range_lower;
   Curve mean;
   mean.color = kMean;
   mean.width = 2;
@@ -149,19 +153,23 @@ Figure calibrationFigure(const UwbSamples& data, const RangeCalibration& fit) {
     const double m = 1000 * b.mean_m, s = 2000 * b.sigma_m;
     const double r = 2000 * std::hypot(b.sigma_m, fit.sigma_m);
     mean.strokes[0].push_back({d, m});
-    of_mean.upper.push_back({d, m + s});
-    of_mean.lower.push_back({d, m - s});
-    of_range.upper.push_back({d, m + r});
-    of_range.lower.push_back({d, m - r});
+    mean_upper.push_back({d, m + s});
+    mean_lower.push_back({d, m - s});
+    range_upper.push_back({d, m + r});
+    range_lower.push_back({d, m - r});
   }
-  panel.bands = {of_range, of_mean};
-  panel.scatters = {points(data, fit, false), points(data, fit, true)};
+  panel.areas = {between(range_upper, range_lower, kRangeBand),
+                 between(mean_upper, mean_lower, kMeanBand)};
+  panel.extent = range_upper;
+  panel.extent.insert(panel.extent.end(), range_lower.begin(), range_lower.end());
+  addPoints(data, fit, false, &panel);
+  addPoints(data, fit, true, &panel);
   // The band of the mean again as lines: points cover it.
   Curve upper, lower;
   upper.color = lower.color = kMean;
   upper.width = lower.width = 0.8;
-  upper.strokes = {of_mean.upper};
-  lower.strokes = {of_mean.lower};
+  upper.strokes = {mean_upper};
+  lower.strokes = {mean_lower};
   panel.curves = {mean, upper, lower};
   const long used = static_cast<long>(data.samples.size()) - fit.too_long - fit.too_short;
   figure.subtitle = std::to_string(used) + " ranges, sigma " + fixed(1000 * fit.sigma_m, 1) +

@@ -181,6 +181,7 @@ void run(const Arguments& arguments, Common& common) {
 
   catchInterrupt();
   OfflineRunOptions options;
+  options.estimator = prepared.options.driver;
   options.rawlog = prepared.options.rawlog;
   options.start_offset_s = prepared.options.start_offset_s;
   const AnchorTable truth = anchorsTruthOf(options.rawlog);
@@ -189,9 +190,8 @@ void run(const Arguments& arguments, Common& common) {
     hooks.log(LogLevel::warning, std::to_string(truth.bad_lines) + " lines of " + truth.path +
                                      " are not id,x,y,z and were left out");
   }
-  RunSummary summary = runOffline(*prepared.estimator, options, folder, hooks);
+  const RunSummary summary = runOffline(*prepared.estimator, options, folder, hooks);
   bar.clear();
-  summary.estimator = prepared.options.driver;
   if (summary.poses == 0) {
     const std::string& why = summary.longest_wait_reason;
     hooks.log(LogLevel::error, "no pose at all" + (why.empty() ? "" : ": " + why));

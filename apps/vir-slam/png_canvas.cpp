@@ -9,7 +9,6 @@ namespace vir::app {
 namespace {
 
 constexpr double kScale = 2;  // px of the picture per px of the figure
-constexpr int kFractionBits = 4;
 
 class PngCanvas : public Canvas {
  public:
@@ -19,13 +18,14 @@ class PngCanvas : public Canvas {
 
   void polyline(const std::vector<Vec2>& points, Color color, double width) override {
     const int thickness = std::max(1, static_cast<int>(std::lround(width * kScale)));
-    cv::polylines(image_, fixedPoint(points), false, bgr(color), thickness, cv::LINE_AA,
-                  kFractionBits);
+    cv::polylines(image_, fixed(points), false, bgr(color), thickness, cv::LINE_AA, kFractionBits);
   }
 
-  void polygon(const std::vector<Vec2>& points, Color color) override {
-    cv::fillPoly(image_, std::vector<std::vector<cv::Point>>{fixedPoint(points)}, bgr(color),
+  void polygon(const std::vector<Vec2>& outline, Color color, double opacity) override {
+    cv::Mat filled = image_.clone();
+    cv::fillPoly(filled, std::vector<std::vector<cv::Point>>{fixed(outline)}, bgr(color),
                  cv::LINE_AA, kFractionBits);
+    cv::addWeighted(filled, opacity, image_, 1 - opacity, 0, image_);
   }
 
   void dot(const Vec2& centre, double radius, Color color) override {
@@ -61,10 +61,12 @@ class PngCanvas : public Canvas {
   const cv::Mat& image() const { return image_; }
 
  private:
-  static std::vector<cv::Point> fixedPoint(const std::vector<Vec2>& points) {
-    std::vector<cv::Point> fixed;
-    for (const Vec2& p : points) fixed.push_back(point(p * kScale * (1 << kFractionBits)));
-    return fixed;
+  static constexpr int kFractionBits = 4;
+
+  static std::vector<cv::Point> fixed(const std::vector<Vec2>& points) {
+    std::vector<cv::Point> out;
+    for (const Vec2& p : points) out.push_back(point(p * kScale * (1 << kFractionBits)));
+    return out;
   }
   static cv::Scalar bgr(Color c) { return cv::Scalar(c.b, c.g, c.r); }
   static cv::Point point(const Vec2& v) {

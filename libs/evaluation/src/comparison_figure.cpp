@@ -1,42 +1,12 @@
 #include <algorithm>
-#include <array>
 #include <cstdio>
 
-#include "vir/evaluation/figure.h"
+#include "vir/evaluation/figure_parts.h"
 
 namespace vir {
 namespace {
 
 const Color kReference{120, 120, 120};
-
-/// Told apart with any colour vision (the palette of Okabe and Ito).
-Color colorOf(std::size_t i) {
-  static const std::array<Color, 6> colors{Color{0, 114, 178}, Color{213, 94, 0},
-                                           Color{0, 158, 115}, Color{204, 121, 167},
-                                           Color{230, 159, 0}, Color{86, 180, 233}};
-  return colors[i % colors.size()];
-}
-
-/// Cuts a sequence where its stamps are more than `hole` apart.
-template <typename Stamp, typename Value>
-std::vector<std::vector<Vec2>> strokes(std::size_t n, TimeNs hole, Stamp stamp, Value value) {
-  std::vector<std::vector<Vec2>> result;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (i == 0 || stamp(i) - stamp(i - 1) > hole) result.emplace_back();
-    result.back().push_back(value(i));
-  }
-  return result;
-}
-
-/// Index of the horizontal axis along which the reference reaches further: 0 = x, 1 = y.
-int longerAxis(const Trajectory& reference) {
-  Vec2 low = reference.front().T_W_B.p.head<2>(), high = low;
-  for (const StampedPose& pose : reference) {
-    low = low.cwiseMin(pose.T_W_B.p.head<2>());
-    high = high.cwiseMax(pose.T_W_B.p.head<2>());
-  }
-  return high.x() - low.x() >= high.y() - low.y() ? 0 : 1;
-}
 
 /// The part of the reference the estimates are compared with, so that a short run is not a speck on
 /// a long recording.
@@ -61,19 +31,15 @@ Panel pathPanel(const Trajectory& reference, const std::vector<NamedResult>& est
   panel.equal_aspect = true;
   panel.x_label = labels[a];
   panel.y_label = labels[b];
-  panel.curves.push_back(
-      {kReference, 3,
-       strokes(
-           reference.size(), hole, [&](std::size_t i) { return reference[i].t; },
-           [&](std::size_t i) { return Vec2(reference[i].T_W_B.p[a], reference[i].T_W_B.p[b]); })});
+  panel.curves.push_back({kReference, 3, pathStrokes(reference, a, b, hole)});
   for (std::size_t k = 0; k < estimates.size(); ++k) {
     const EvaluationResult& r = estimates[k].result;
     panel.curves.push_back(
-        {colorOf(k), 1.5,
-         strokes(
+        {figureColor(k), 1.5,
+         cutAtHoles(
              r.aligned.size(), hole, [&](std::size_t i) { return r.association.pairs[i].t; },
              [&](std::size_t i) { return Vec2(r.aligned[i].p[a], r.aligned[i].p[b]); })});
-    panel.dots.push_back({panel.curves.back().strokes.front().front(), colorOf(k)});
+    panel.dots.push_back({panel.curves.back().strokes.front().front(), figureColor(k)});
   }
   return panel;
 }
@@ -87,7 +53,7 @@ Panel errorPanel(TimeNs start, const std::vector<NamedResult>& estimates,
     const EvaluationResult& r = estimates[k].result;
     const auto stamp = [&](std::size_t i) { return r.association.pairs[i].t; };
     panel.curves.push_back(
-        {colorOf(k), 1.5, strokes(r.aligned.size(), 500000000, stamp, [&](std::size_t i) {
+        {figureColor(k), 1.5, cutAtHoles(r.aligned.size(), 500000000, stamp, [&](std::size_t i) {
            return Vec2(toSeconds(stamp(i) - start), (r.*errors)[i]);
          })});
   }
@@ -117,11 +83,11 @@ Figure comparisonFigure(const Trajectory& reference, const std::vector<NamedResu
   }
   figure.entries.push_back({"reference (a dot marks where an estimate begins)", kReference});
   for (std::size_t k = 0; k < estimates.size(); ++k) {
-    figure.entries.push_back({legendText(estimates[k]), colorOf(k)});
+    figure.entries.push_back({legendText(estimates[k]), figureColor(k)});
   }
   const Trajectory part = usedPart(reference, estimates);
   const double top = 64 + 20 * static_cast<double>(figure.entries.size()) + 40;
-  const int axis = longerAxis(part);
+  const int axis = longerHorizontalAxis(part);
 
   const auto place = [&](Panel panel, const char* title, Vec2 corner, Vec2 size) {
     panel.title = title;

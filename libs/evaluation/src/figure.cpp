@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "clip.h"
+
 namespace vir {
 namespace {
 
@@ -40,24 +42,26 @@ Range padded(double low, double high, double margin) {
   return r;
 }
 
+/// Calls visit(point) for all that the axes must reach.
+template <typename Visit>
+void forEachPoint(const Panel& panel, Visit visit) {
+  for (const Curve& curve : panel.curves) {
+    if (!curve.in_scale) continue;
+    for (const std::vector<Vec2>& stroke : curve.strokes)
+      std::for_each(stroke.begin(), stroke.end(), visit);
+  }
+  for (const Mark& mark : panel.marks) visit(mark.at);
+  std::for_each(panel.extent.begin(), panel.extent.end(), visit);
+}
+
 Axes axesOf(const Panel& panel) {
   double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
-  const auto cover = [&](const std::vector<Vec2>& points) {
-    for (const Vec2& v : points) {
-      for (int k = 0; k < 2; ++k) {
-        low[k] = std::min(low[k], v[k]);
-        high[k] = std::max(high[k], v[k]);
-      }
+  forEachPoint(panel, [&](const Vec2& v) {
+    for (int k = 0; k < 2; ++k) {
+      low[k] = std::min(low[k], v[k]);
+      high[k] = std::max(high[k], v[k]);
     }
-  };
-  for (const Curve& curve : panel.curves) {
-    for (const std::vector<Vec2>& stroke : curve.strokes) cover(stroke);
-  }
-  for (const Scatter& scatter : panel.scatters) cover(scatter.points);
-  for (const Band& band : panel.bands) {
-    cover(band.upper);
-    cover(band.lower);
-  }
+  });
   Axes axes;
   axes.corner = panel.corner;
   axes.size = panel.size;
@@ -120,11 +124,53 @@ std::vector<Vec2> thinned(const std::vector<Vec2>& stroke, const Axes& axes) {
   return points;
 }
 
-void drawBand(const Band& band, const Axes& axes, Canvas* canvas) {
-  std::vector<Vec2> outline;
-  for (const Vec2& v : band.upper) outline.push_back(axes.toPx(v));
-  for (auto v = band.lower.rbegin(); v != band.lower.rend(); ++v) outline.push_back(axes.toPx(*v));
-  if (outline.size() > 2) canvas->polygon(outline, band.color);
+void drawCurve(const Curve& curve, const Axes& axes, const Frame& frame, Canvas* canvas) {
+  for (const std::vector<Vec2>& stroke : curve.strokes) {
+    const std::vector<Vec2> points = thinned(stroke, axes);
+    if (curve.in_scale) {
+      canvas->polyline(points, curve.color, curve.width);
+      continue;
+    }
+    for (const auto& part : clipLine(points, frame)) {
+      canvas->polyline(part, curve.color, curve.width);
+    }
+  }
+}
+
+void drawMark(const Mark& mark, const Vec2& at, Canvas* canvas) {
+  const double r = mark.radius;
+  if (mark.shape == Mark::Shape::dot) canvas->dot(at, r, mark.color);
+  if (mark.shape == Mark::Shape::cross) {
+    canvas->polyline({at - Vec2(r, r), at + Vec2(r, r)}, mark.color, 2);
+    canvas->polyline({at - Vec2(r, -r), at + Vec2(r, -r)}, mark.color, 2);
+  }
+  if (mark.shape == Mark::Shape::ring) {
+    std::vector<Vec2> circle;
+    for (int i = 0; i <= 24; ++i) {
+      const double angle = 2 * M_PI * i / 24;
+      circle.push_back(at + r * Vec2(std::cos(angle), std::sin(angle)));
+    }
+    canvas->polyline(circle, mark.color, 1.6);
+  }
+  if (mark.label.empty()) return;
+  // A ring often lies on a dot: its label goes below, not onto the other one.
+  const double down = mark.shape == Mark::Shape::ring ? r + 10 : -r;
+  canvas->text(at + Vec2(r + 4, down), mark.label, 12, Canvas::Anchor::start, mark.color, false);
+}
+
+void drawPanel(const Panel& panel, Canvas* canvas) {
+  const Axes axes = axesOf(panel);
+  const Frame frame{panel.corner, panel.corner + panel.size};
+  for (const Area& area : panel.areas) {
+    std::vector<Vec2> outline;
+    for (const Vec2& v : area.outline) outline.push_back(axes.toPx(v));
+    outline = clipArea(outline, frame);
+    if (outline.size() > 2) canvas->polygon(outline, area.color, area.opacity);
+  }
+  drawAxes(panel, axes, canvas);
+  for (const Curve& curve : panel.curves) drawCurve(curve, axes, frame, canvas);
+  for (const auto& [v, color] : panel.dots) canvas->dot(axes.toPx(v), 4, color);
+  for (const Mark& mark : panel.marks) drawMark(mark, axes.toPx(mark.at), canvas);
 }
 
 }  // namespace
@@ -159,20 +205,7 @@ void draw(const Figure& figure, Canvas* canvas) {
     canvas->text(at + Vec2(36, 4), entry.text, 13, Canvas::Anchor::start, kInk, false);
     at.y() += 20;
   }
-  for (const Panel& panel : figure.panels) {
-    const Axes axes = axesOf(panel);
-    for (const Band& band : panel.bands) drawBand(band, axes, canvas);
-    drawAxes(panel, axes, canvas);
-    for (const Scatter& scatter : panel.scatters) {
-      for (const Vec2& v : scatter.points) canvas->dot(axes.toPx(v), scatter.radius, scatter.color);
-    }
-    for (const Curve& curve : panel.curves) {
-      for (const std::vector<Vec2>& stroke : curve.strokes) {
-        canvas->polyline(thinned(stroke, axes), curve.color, curve.width);
-      }
-    }
-    for (const auto& [v, color] : panel.dots) canvas->dot(axes.toPx(v), 4, color);
-  }
+  for (const Panel& panel : figure.panels) drawPanel(panel, canvas);
 }
 
 }  // namespace vir

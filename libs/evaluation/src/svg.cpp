@@ -47,15 +47,19 @@ class SvgCanvas : public Canvas {
     body_ += "\"/>\n";
   }
 
-  void polygon(const std::vector<Vec2>& points, Color color) override {
-    body_ += "<polygon fill=\"" + hex(color) + "\" points=\"";
-    for (const Vec2& p : points) body_ += number(p.x()) + "," + number(p.y()) + " ";
-    body_ += "\"/>\n";
-  }
-
   void dot(const Vec2& centre, double radius, Color color) override {
     body_ += "<circle cx=\"" + number(centre.x()) + "\" cy=\"" + number(centre.y()) + "\" r=\"" +
              number(radius) + "\" fill=\"" + hex(color) + "\"/>\n";
+  }
+
+  void polygon(const std::vector<Vec2>& outline, Color color, double opacity) override {
+    if (outline.size() < 3) return;
+    char share[16];
+    std::snprintf(share, sizeof share, "%.2f", opacity);
+    body_ += "<polygon stroke=\"none\" fill=\"" + hex(color) + "\" fill-opacity=\"" + share +
+             "\" points=\"";
+    for (const Vec2& p : outline) body_ += number(p.x()) + "," + number(p.y()) + " ";
+    body_ += "\"/>\n";
   }
 
   void text(const Vec2& at, const std::string& text, double size, Anchor anchor, Color color,
@@ -76,16 +80,19 @@ class SvgCanvas : public Canvas {
 
 }  // namespace
 
-std::string toSvg(const Figure& figure) {
+std::string toSvgElement(const Figure& figure) {
   SvgCanvas canvas;
   draw(figure, &canvas);
   const std::string w = number(figure.width), h = number(figure.height);
-  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
-         "width=\"" +
-         w + "\" height=\"" + h + "\" viewBox=\"0 0 " + w + " " + h +
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + w + "\" height=\"" + h +
+         "\" viewBox=\"0 0 " + w + " " + h +
          "\" font-family=\"Helvetica, Arial, sans-serif\">\n<rect width=\"100%\" height=\"100%\" "
          "fill=\"#ffffff\"/>\n" +
          canvas.body() + "</svg>\n";
+}
+
+std::string toSvg(const Figure& figure) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n" + toSvgElement(figure);
 }
 
 }  // namespace vir

@@ -180,6 +180,7 @@ class OfflineRun {
     summary_.duration_s = toSeconds(frames.last - frames.first);
     warnAboutInput();
     const EstimatorReport report = estimator_.report();
+    summary_.estimator = options_.estimator;
     summary_.rawlog = options_.rawlog;
     summary_.resets = report.resets;
     summary_.longest_wait_reason = report.longest_wait_reason;

@@ -27,7 +27,7 @@ class RangeRecorder {
   /// What pictures show: evenly thinned out, at most twice kShown.
   const std::vector<RangeRecord>& sample() const { return sample_; }
 
-  static constexpr std::size_t kShown = 4000;
+  static constexpr std::size_t kShown = 2000;
 
  private:
   void keepForPictures(const RangeRecord& record);

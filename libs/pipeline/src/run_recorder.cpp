@@ -5,7 +5,8 @@
 
 #include "csv_text.h"
 #include "range_recorder.h"
-#include "vir/evaluation/evaluate.h"
+#include "report_html.h"
+#include "run_figures.h"
 
 namespace vir {
 namespace {
@@ -80,6 +81,7 @@ void RunRecorder::add(const RangeRecord& range) { ranges_->add(range); }
 
 void RunRecorder::add(const StateEstimate& estimate) {
   frames_file_.line(frameLine(estimate));
+  cpu_ms_.emplace_back(estimate.t, clean(estimate.ms.total));
   if (estimate.segment != segment_) {
     vir::log(log_, LogLevel::warning,
              "segment " + std::to_string(estimate.segment) + " starts at " +
@@ -103,6 +105,8 @@ void RunRecorder::writePose(const StateEstimate& estimate) {
   trajectory_file_.line(tumLine(pose));
   covariance_file_.line(covarianceLine(estimate));
   trajectory_.push_back(pose);
+  const double variance = clean(estimate.covariance.topLeftCorner<3, 3>().trace());
+  position_sigma_m_.push_back(std::sqrt(std::max(0.0, variance)));
 }
 
 void RunRecorder::addGroundTruth(TimeNs t, const Pose& T_W_B) {
@@ -137,13 +141,14 @@ void RunRecorder::writeLandmarks(const std::vector<LandmarkEstimate>& landmarks)
 }
 
 void RunRecorder::evaluateInto(RunSummary* summary) {
-  if (const auto causal = compare(truth_, trajectory_)) {
-    summary->ate_posyaw_m = causal->ate_position_m.rmse;
-    summary->ate_posyaw_deg = causal->ate_orientation_deg.rmse;
+  evaluation_ = compare(truth_, trajectory_);
+  if (evaluation_) {
+    summary->ate_posyaw_m = evaluation_->ate_position_m.rmse;
+    summary->ate_posyaw_deg = evaluation_->ate_orientation_deg.rmse;
     for (AnchorResult& a : summary->anchors) {
       const auto truth = true_anchors_.find(a.estimate.id);
       if (truth == true_anchors_.end() || !a.estimate.has_position) continue;
-      const AlignmentResult& T = causal->transform;
+      const AlignmentResult& T = evaluation_->transform;
       const Vec3 error = T.apply(Pose(Quat::Identity(), a.estimate.p_W)).p - truth->second;
       a.error_m = error.norm();
       a.error_horizontal_m = error.head<2>().norm();
@@ -178,6 +183,18 @@ void RunRecorder::finish(const Estimator& estimator, TimeNs first_frame, RunSumm
   if (not_finite_ > 0) summary->counters.emplace_back("poses_not_finite", not_finite_);
   if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
   evaluateInto(summary);
+  writePictures(first_frame, anchors, *summary);
+}
+
+void RunRecorder::writePictures(TimeNs first_frame, const std::vector<AnchorEstimate>& anchors,
+                                const RunSummary& summary) const {
+  const RunPictures pictures{first_frame,   trajectory_,       smoothed_, truth_,
+                             evaluation_,   position_sigma_m_, cpu_ms_,   anchors,
+                             true_anchors_, ranges_->sample()};
+  if (!trajectory_.empty()) writeTextFile(folder_.file("map.svg"), toSvg(mapFigure(pictures)));
+  const Figure ranges = rangesFigure(pictures);
+  if (!ranges.panels.empty()) writeTextFile(folder_.file("ranges.svg"), toSvg(ranges));
+  writeTextFile(folder_.file("report.html"), reportHtml(summary, pictures));
 }
 
 }  // namespace vir

@@ -213,11 +213,9 @@ std::string EurocDataset::companionIni() const {
 
 std::vector<TrueAnchor> EurocDataset::trueAnchors() const {
   std::vector<TrueAnchor> anchors;
-  if (!options_.simulate_ranges) return anchors;
-  const std::vector<double>& p = options_.anchor_m;
-  for (std::size_t i = 0; 3 * i + 2 < p.size(); ++i) {
-    const int id = static_cast<int>(options_.anchor_id.empty() ? i : options_.anchor_id[i]);
-    anchors.push_back({id, p[3 * i], p[3 * i + 1], p[3 * i + 2]});
+  if (!recording_) return anchors;
+  for (const euroc::AnchorRow& a : recording_->trueAnchors()) {
+    anchors.push_back({a.id, a.p_W.x(), a.p_W.y(), a.p_W.z()});
   }
   return anchors;
 }

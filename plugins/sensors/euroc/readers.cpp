@@ -1,5 +1,6 @@
 #include "readers.h"
 
+#include <cctype>
 #include <cmath>
 #include <limits>
 
@@ -75,19 +76,36 @@ bool parseImage(const Fields& f, ImageRow* row, RowFault* fault) {
   return true;
 }
 
-bool parseRange(const Fields& f, RangeRow* row, RowFault* fault) {
-  double v[2];
-  if (!enough(f, 3, fault) || !stamp(f, &row->t, fault) || !values(f, 1, 2, v, fault)) return false;
-  if (v[0] != std::floor(v[0]) || std::abs(v[0]) > std::numeric_limits<std::int32_t>::max()) {
-    *fault = {"malformed", "column 2: the anchor's id is not a whole number"};
+bool anchorId(double v, int* id, RowFault* fault) {
+  if (v != std::floor(v) || std::abs(v) > std::numeric_limits<std::int32_t>::max()) {
+    *fault = {"malformed", "the anchor's id is not a whole number"};
     return false;
   }
-  row->anchor = static_cast<int>(v[0]);
+  *id = static_cast<int>(v);
+  return true;
+}
+
+bool parseRange(const Fields& f, RangeRow* row, RowFault* fault) {
+  double v[2];
+  if (!enough(f, 3, fault) || !stamp(f, &row->t, fault) || !values(f, 1, 2, v, fault) ||
+      !anchorId(v[0], &row->anchor, fault)) {
+    return false;
+  }
   row->range_m = v[1];
   if (row->range_m < 0 || row->range_m > kMaxRange) {
     return implausible(fault, "a range of " + std::string(f[2]) + " m");
   }
   return true;
+}
+
+bool parseAnchor(const Fields& f, AnchorRow* row, RowFault* fault) {
+  double v[4];
+  if (!enough(f, 4, fault) || !values(f, 0, 4, v, fault) || !anchorId(v[0], &row->id, fault)) {
+    return false;
+  }
+  row->p_W = Vec3(v[1], v[2], v[3]);
+  return row->p_W.cwiseAbs().maxCoeff() <= kMaxPosition ||
+         implausible(fault, "position beyond 10000 km");
 }
 
 bool makePose(const Vec3& p, Quat q, Pose* pose, RowFault* fault) {
@@ -152,6 +170,24 @@ std::unique_ptr<RowCursor<PoseRow>> openGroundTruthCsv(const std::string& path, 
 
 std::unique_ptr<RowCursor<PoseRow>> openGroundTruthTum(const std::string& path, ProblemLog* log) {
   return open<PoseRow>(path, "ground_truth", parsePoseTum, log);
+}
+
+std::vector<AnchorRow> readAnchorTable(const std::string& path, ProblemLog* log) {
+  std::vector<AnchorRow> anchors;
+  LineReader lines(path);
+  std::string line;
+  Fields fields;
+  for (bool first = true; lines.next(&line); first = false) {
+    splitFields(line, &fields);
+    AnchorRow row;
+    RowFault fault;
+    if (parseAnchor(fields, &row, &fault)) {
+      anchors.push_back(row);
+    } else if (!first || std::isalpha(static_cast<unsigned char>(line[0])) == 0) {
+      log->add("anchor_" + fault.kind, lines.where(), fault.text);
+    }
+  }
+  return anchors;
 }
 
 }  // namespace vir::euroc

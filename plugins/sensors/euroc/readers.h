@@ -2,6 +2,7 @@
 /// The streams of a recording, each a file read in time order.
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "problem_log.h"
 #include "row_cursor.h"
@@ -32,6 +33,12 @@ struct PoseRow {
   Pose T_W_B;  ///< body of the recording in the ground truth's world
 };
 
+/// Where an anchor truly is.
+struct AnchorRow {
+  int id = 0;
+  Vec3 p_W = Vec3::Zero();  ///< [m], in the ground truth's world
+};
+
 /// `#timestamp [ns], gyro xyz, acc xyz`.
 std::unique_ptr<RowCursor<ImuRow>> openImu(const std::string& path, ProblemLog* log);
 /// `#timestamp [ns], filename`.
@@ -42,5 +49,7 @@ std::unique_ptr<RowCursor<RangeRow>> openRanges(const std::string& path, Problem
 std::unique_ptr<RowCursor<PoseRow>> openGroundTruthCsv(const std::string& path, ProblemLog* log);
 /// `timestamp(s) x y z qx qy qz qw`.
 std::unique_ptr<RowCursor<PoseRow>> openGroundTruthTum(const std::string& path, ProblemLog* log);
+/// `#id, x, y, z`. Throws InputError if the file cannot be opened.
+std::vector<AnchorRow> readAnchorTable(const std::string& path, ProblemLog* log);
 
 }  // namespace vir::euroc

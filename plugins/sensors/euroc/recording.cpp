@@ -82,12 +82,27 @@ void Recording::openCalibration(const EurocOptions& o) {
   }
 }
 
+void Recording::findTrueAnchors(const EurocOptions& o) {
+  if (o.simulate_ranges) {
+    const std::vector<double>& p = o.anchor_m;
+    for (std::size_t i = 0; 3 * i + 2 < p.size(); ++i) {
+      const int id = static_cast<int>(o.anchor_id.empty() ? i : o.anchor_id[i]);
+      true_anchors_.push_back({id, Vec3(p[3 * i], p[3 * i + 1], p[3 * i + 2])});
+    }
+    return;
+  }
+  const std::string table = folder_.uwb_dir + "/anchors_truth.csv";
+  if (folder_.uwb_dir.empty() || !o.read_ranges || !fs::exists(table)) return;
+  true_anchors_ = readAnchorTable(table, log_);
+}
+
 std::unique_ptr<RowCursor<PoseRow>> Recording::openGroundTruth(ProblemLog* log) const {
   return folder_.ground_truth_is_tum ? openGroundTruthTum(folder_.ground_truth_file, log)
                                      : openGroundTruthCsv(folder_.ground_truth_file, log);
 }
 
 void Recording::openStreams(const EurocOptions& o) {
+  findTrueAnchors(o);
   imu_ = openImu(folder_.imu_dir + "/data.csv", log_);
   requireRows(*imu_, *log_);
   TimeNs origin = imu_->peek()->t;

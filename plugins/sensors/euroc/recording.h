@@ -38,10 +38,14 @@ class Recording {
   const ImuYaml& imu() const { return imu_calibration_; }
   Vec3 antennaInBody() const { return antenna_; }  ///< [m]
   double rangeSigma() const { return range_sigma_m_; }
+  /// Where the anchors of the ranges truly are: drawn ones by the settings, others by
+  /// mav0/uwb0/anchors_truth.csv. Empty: not known.
+  const std::vector<AnchorRow>& trueAnchors() const { return true_anchors_; }
 
  private:
   void openCalibration(const EurocOptions& o);
   void openStreams(const EurocOptions& o);
+  void findTrueAnchors(const EurocOptions& o);
   std::unique_ptr<RowCursor<PoseRow>> openGroundTruth(ProblemLog* log) const;
   void watchGap(TimeNs t, TimeNs* last, const char* counter, const std::string& file);
 
@@ -53,6 +57,7 @@ class Recording {
   ImuYaml imu_calibration_;
   Vec3 antenna_ = Vec3::Zero();
   double range_sigma_m_ = 0;
+  std::vector<AnchorRow> true_anchors_;
   Pose T_S_B_truth_;  ///< our body in the frame whose pose the ground truth gives
 
   std::unique_ptr<RowCursor<ImuRow>> imu_;

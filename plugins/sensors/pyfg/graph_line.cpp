@@ -16,6 +16,7 @@ using Fields = std::vector<std::string_view>;
 
 constexpr double kMaxPosition = 1e7;       // [m]: more is no place on Earth
 constexpr double kMaxRange = 1e6;          // [m]
+constexpr double kMaxVariance = 1e9;       // of a motion [m^2], [rad^2]
 constexpr double kMaxNormError = 1e-2;     // of a quaternion
 constexpr std::size_t kShownInFault = 40;  // characters of a bad field
 
@@ -113,7 +114,7 @@ class FieldReader {
     }
     const Eigen::SelfAdjointEigenSolver<Mat6> solver(c, Eigen::EigenvaluesOnly);
     const double least = solver.eigenvalues()[0], most = solver.eigenvalues()[5];
-    edge->covariance_usable = std::isfinite(most) && least >= -1e-9 * std::abs(most);
+    edge->covariance_usable = most <= kMaxVariance && least >= -1e-9 * std::abs(most);
     if (!edge->covariance_usable) c.setZero();
     return true;
   }

@@ -95,6 +95,17 @@ TEST_F(Import, DrawnRangesLeaveTheirAnchorsBeside) {
   EXPECT_EQ(listing(), "x.ini x.rawlog x_Images ") << "drawn no longer";
 }
 
+TEST_F(Import, TakesTheTrueAnchorsOfTheRecordingAlong) {
+  test::writeText(folder.mav0() / "uwb0/anchors_truth.csv",
+                  "#id,x,y,z\n3,1,2,3\n4,nan,2,3\nfour,1,2,3\n");
+  const Outcome o = run();
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_EQ(test::readText(folder.temp() / "out/x_anchors_truth.csv"),
+            "#id,x,y,z in the ground truth's frame [m]\n3,1,2,3\n");
+  EXPECT_NE(o.text.find("anchors_truth.csv:3"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("anchor_malformed"), std::string::npos) << o.text;
+}
+
 TEST_F(Import, TwiceGivesTheSameBytes) {
   ASSERT_EQ(run("--set euroc.images=embed").code, 0);
   const std::string first = test::readText(rawlog());

@@ -55,6 +55,8 @@ TEST(GraphLine, AMatrixThatIsNoCovarianceIsSaid) {
   EXPECT_TRUE(e.covariance.isZero());
   const auto f = std::get<MotionEdge>(parsed("EDGE_SE2 1 A0 A1 1 2 3 0.04 1 0 0.09 0 0.02"));
   EXPECT_FALSE(f.covariance_usable);
+  const auto g = std::get<MotionEdge>(parsed("EDGE_SE2 1 A0 A1 1 2 3 1e300 0 0 1e300 0 1e300"));
+  EXPECT_FALSE(g.covariance_usable) << "would overflow when put together";
 }
 
 TEST(GraphLine, LandmarksWithAndWithoutAStamp) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "made_trajectories.h"
+#include "vir/evaluation/figure_parts.h"
 
 namespace vir {
 namespace {
@@ -29,13 +32,15 @@ class Recorder : public Canvas {
     for (const Vec2& p : points) EXPECT_TRUE(p.allFinite());
     if (width == 1.5) lines.push_back(points);
   }
-  void polygon(const std::vector<Vec2>& points, Color) override { polygons.push_back(points); }
-  void dot(const Vec2& centre, double, Color) override { dots.push_back(centre); }
+  void dot(const Vec2&, double, Color) override {}
+  void polygon(const std::vector<Vec2>& outline, Color, double) override {
+    for (const Vec2& p : outline) EXPECT_TRUE(p.allFinite());
+    areas.push_back(outline);
+  }
   void text(const Vec2&, const std::string& text, double, Anchor, Color, bool) override {
     all_text += text + "\n";
   }
-  std::vector<std::vector<Vec2>> lines, polygons;
-  std::vector<Vec2> dots;
+  std::vector<std::vector<Vec2>> lines, areas;
   std::string all_text;
 };
 
@@ -56,29 +61,74 @@ TEST(Draw, EqualAspectKeepsASquareSquare) {
   EXPECT_LT(p[2].y(), p[1].y());  // up is up
 }
 
-TEST(Draw, BandsAndPointsStayInsideTheAxes) {
+bool inside(const std::vector<Vec2>& points, const Panel& panel) {
+  const Vec2 low = panel.corner.array() - 1e-9, high = (panel.corner + panel.size).array() + 1e-9;
+  for (const Vec2& p : points) {
+    if ((p.array() < low.array()).any() || (p.array() > high.array()).any()) return false;
+  }
+  return true;
+}
+
+TEST(Draw, WhatIsOutOfScaleIsCutAtTheFrame) {
   Figure figure;
   Panel panel;
-  panel.corner = {50, 20};
+  panel.corner = {50, 60};
   panel.size = {400, 100};
-  panel.bands.push_back({{200, 200, 200}, {{0, 2}, {1, 3}}, {{0, -2}, {1, 1}}});
-  panel.scatters.push_back({{0, 0, 0}, 1.5, {{-1, 0}, {2, 5}}});
+  panel.extent = {{0, 0}, {10, 10}};
+  panel.curves.push_back(
+      {{0, 0, 0}, 1.5, {{{-100, 5}, {5, 5}, {5, 500}, {6, 500}, {6, 5}}}, false});
+  panel.areas.push_back({{0, 0, 0}, 0.2, {{-100, 2}, {100, 2}, {100, 8}, {-100, 8}}});
+  panel.areas.push_back({{0, 0, 0}, 0.2, {{-100, 200}, {100, 200}, {0, 300}}});
   figure.panels.push_back(panel);
   Recorder recorder;
   draw(figure, &recorder);
-  ASSERT_EQ(recorder.polygons.size(), 1u);
-  ASSERT_EQ(recorder.polygons[0].size(), 4u);
-  // Along the upper edge and back along the lower one.
-  EXPECT_LT(recorder.polygons[0][0].x(), recorder.polygons[0][1].x());
-  EXPECT_GT(recorder.polygons[0][2].x(), recorder.polygons[0][3].x());
-  ASSERT_EQ(recorder.dots.size(), 2u);
-  for (const Vec2& p : recorder.dots) {
-    EXPECT_GE(p.x(), 50);
-    EXPECT_LE(p.x(), 450);
-    EXPECT_GT(p.y(), 20);
-    EXPECT_LT(p.y(), 120);
+  ASSERT_EQ(recorder.lines.size(), 2u) << "it leaves and comes back";
+  EXPECT_NEAR(recorder.lines[0].front().x(), 50, 1e-9);
+  EXPECT_NEAR(recorder.lines[0].back().y(), 60, 1e-9);
+  ASSERT_EQ(recorder.areas.size(), 1u) << "the second is wholly outside";
+  for (const auto& points : recorder.lines) EXPECT_TRUE(inside(points, panel));
+  EXPECT_TRUE(inside(recorder.areas[0], panel));
+  double width = 0;
+  for (const Vec2& p : recorder.areas[0]) width = std::max(width, p.x() - panel.corner.x());
+  EXPECT_NEAR(width, 400, 1e-9);
+}
+
+TEST(Draw, MarksAndExtentStretchTheAxes) {
+  Figure figure;
+  Panel panel;
+  panel.size = {100, 100};
+  panel.marks.push_back({{-20, 3}, {0, 0, 0}, 4, Mark::Shape::cross, "here"});
+  panel.extent = {{30, 4}};
+  figure.panels.push_back(panel);
+  Recorder recorder;
+  draw(figure, &recorder);
+  EXPECT_NE(recorder.all_text.find("-20"), std::string::npos) << recorder.all_text;
+  EXPECT_NE(recorder.all_text.find("\n20\n"), std::string::npos);
+  EXPECT_NE(recorder.all_text.find("here"), std::string::npos);
+}
+
+TEST(EllipseOutline, LiesOnTheEllipse) {
+  Eigen::Matrix2d c;
+  c << 4, 1, 1, 2;
+  const Vec2 centre(3, -1);
+  const auto outline = ellipseOutline(centre, c, 2);
+  ASSERT_GT(outline.size(), 30u);
+  for (const Vec2& p : outline) {
+    EXPECT_NEAR((p - centre).dot(c.inverse() * (p - centre)), 4, 1e-9);
   }
-  EXPECT_NE(toSvg(figure).find("<polygon"), std::string::npos);
+  EXPECT_EQ(outline.front(), outline.back());
+  EXPECT_TRUE(ellipseOutline(Vec2(NAN, 0), c, 2).empty());
+  for (const Vec2& p : ellipseOutline(centre, -c, 2)) EXPECT_EQ(p, centre);
+}
+
+TEST(PathStrokes, CutsAtHoles) {
+  Trajectory path = test::winding(4, 20);
+  EXPECT_EQ(pathStrokes(path, 0, 1, holeOf(path)).size(), 1u);
+  for (std::size_t i = path.size() / 2; i < path.size(); ++i) path[i].t += 2'000'000'000;
+  EXPECT_EQ(pathStrokes(path, 0, 1, holeOf(path)).size(), 2u);
+  Trajectory slow;
+  for (int i = 0; i < 9; ++i) slow.push_back({i * 1'000'000'000LL, Pose()});
+  EXPECT_EQ(pathStrokes(slow, 0, 1, holeOf(slow)).size(), 1u) << "one pose a second is no hole";
 }
 
 TEST(ComparisonFigure, HasAxesUnitsAndLegendAndSurvivesStandingStill) {

@@ -19,10 +19,10 @@ class Canvas {
   enum class Anchor { start, middle, end };
   virtual ~Canvas() = default;
   virtual void polyline(const std::vector<Vec2>& points, Color color, double width) = 0;
-  /// Filled, without outline.
-  virtual void polygon(const std::vector<Vec2>& points, Color color) = 0;
   /// Filled circle.
   virtual void dot(const Vec2& centre, double radius, Color color) = 0;
+  /// Filled area, closed by itself; `opacity` 0..1.
+  virtual void polygon(const std::vector<Vec2>& outline, Color color, double opacity) = 0;
   /// `at` is on the base line; `upward` turns the text by 90 deg against the clock.
   virtual void text(const Vec2& at, const std::string& text, double size, Anchor anchor,
                     Color color, bool upward) = 0;
@@ -33,31 +33,37 @@ struct Curve {
   Color color;
   double width = 1.5;  ///< [px]
   std::vector<std::vector<Vec2>> strokes;
+  bool in_scale = true;  ///< the axes reach all of it; false: what is outside is not drawn
 };
 
-/// Area between two curves over the same abscissae.
-struct Band {
+/// Filled; does not stretch the axes, what is outside is not drawn.
+struct Area {
   Color color;
-  std::vector<Vec2> upper, lower;
+  double opacity = 0.2;  ///< 0..1
+  std::vector<Vec2> outline;
 };
 
-/// Single points.
-struct Scatter {
+/// A point with a sign.
+struct Mark {
+  enum class Shape { dot, ring, cross };
+  Vec2 at = Vec2::Zero();
   Color color;
-  double radius = 1.5;  ///< [px]
-  std::vector<Vec2> points;
+  double radius = 4;  ///< [px]
+  Shape shape = Shape::dot;
+  std::string label;  ///< to its right; may be empty
 };
 
 struct Panel {
   Vec2 corner = Vec2::Zero();  ///< top left of the area inside the axes [px]
   Vec2 size = Vec2::Zero();    ///< of that area [px]
   std::string title, x_label, y_label;
-  bool equal_aspect = false;      ///< one metre is as long in x as in y
-  bool from_zero = false;         ///< the y axis starts at 0
-  std::vector<Band> bands;        ///< below everything
-  std::vector<Scatter> scatters;  ///< below the curves
+  bool equal_aspect = false;  ///< one metre is as long in x as in y
+  bool from_zero = false;     ///< the y axis starts at 0
   std::vector<Curve> curves;
   std::vector<std::pair<Vec2, Color>> dots;  ///< in data coordinates
+  std::vector<Area> areas;                   ///< below everything else
+  std::vector<Mark> marks;
+  std::vector<Vec2> extent;  ///< points the axes must reach beside curves and marks
 };
 
 struct LegendEntry {
@@ -81,6 +87,9 @@ void draw(const Figure& figure, Canvas* canvas);
 
 /// The figure as a complete SVG document.
 std::string toSvg(const Figure& figure);
+
+/// The same as an element to be put into a page.
+std::string toSvgElement(const Figure& figure);
 
 struct NamedResult {
   std::string name;

@@ -10,6 +10,7 @@
 namespace vir {
 
 struct OfflineRunOptions {
+  std::string estimator;  ///< its name, for the summary
   std::string rawlog;
   /// Observations before the first image (or odometry pose) + this are left out.
   double start_offset_s = 0;
@@ -24,8 +25,8 @@ struct OfflineRunHooks {
 };
 
 /// Plays a rawlog to an estimator whose settings have been read, and writes trajectory.tum,
-/// trajectory_covariance.csv, trajectory_smoothed.tum, frames.csv, anchors.csv, ranges.csv and
-/// landmarks.ply; the caller writes summary.json. Ground
+/// trajectory_covariance.csv, trajectory_smoothed.tum, frames.csv, anchors.csv, ranges.csv,
+/// landmarks.ply, map.svg, ranges.svg and report.html; the caller writes summary.json. Ground
 /// truth (label `GT`) is kept from the estimator and used for ate_* only. If the estimator throws,
 /// what there is by then is written all the same and the summary's `error` says why. Throws
 /// std::runtime_error if the rawlog cannot be opened or a result cannot be written.

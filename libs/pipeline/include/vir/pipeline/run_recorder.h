@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "vir/evaluation/evaluate.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/pipeline/estimator.h"
 #include "vir/pipeline/results_folder.h"
@@ -64,7 +65,8 @@ class RunRecorder {
   /// Where anchors truly are, in the world of the ground truth; compared with at the end only.
   void setTrueAnchors(std::map<std::uint64_t, Vec3> anchors) { true_anchors_ = std::move(anchors); }
   /// Writes what only the end of the run knows, closes the files and fills in the summary's poses,
-  /// path, ate_*, anchors, ranges_* and counters of its own. Throws std::runtime_error if anything
+  /// path, ate_*, anchors, ranges_* and counters of its own. The pictures and report.html show the
+  /// summary as it is then. Throws std::runtime_error if anything
   /// could not be written.
   void finish(const Estimator& estimator, TimeNs first_frame, RunSummary* summary);
 
@@ -73,6 +75,8 @@ class RunRecorder {
   void writeKeyframes(const std::vector<KeyframeEstimate>& keyframes);
   void writeLandmarks(const std::vector<LandmarkEstimate>& landmarks);
   void evaluateInto(RunSummary* summary);
+  void writePictures(TimeNs first_frame, const std::vector<AnchorEstimate>& anchors,
+                     const RunSummary& summary) const;
   void summariseRanges(RunSummary* summary) const;
 
   const ResultsFolder& folder_;
@@ -81,6 +85,9 @@ class RunRecorder {
   std::unique_ptr<RangeRecorder> ranges_;
   Trajectory trajectory_, smoothed_, truth_;
   std::map<std::uint64_t, Vec3> true_anchors_;
+  std::optional<EvaluationResult> evaluation_;     // of the causal trajectory
+  std::vector<double> position_sigma_m_;           // per pose of it
+  std::vector<std::pair<TimeNs, double>> cpu_ms_;  // per frame
   double path_m_ = 0;
   int segment_ = 0;
   long not_finite_ = 0, out_of_order_ = 0;
