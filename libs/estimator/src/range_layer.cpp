@@ -79,6 +79,8 @@ void describe(OptionVisitor& v, RangeOptions& o) {
           "error of the path relative to its length, for finding anchors");
   v.value("restart_s", o.restart_s, {0.1, 1e4},
           "ranges rejected for so long: the anchor was moved, or its start was wrong");
+  v.value("bias_model", o.bias_model_file,
+          "file of `vir-slam calibrate uwb`: bias over distance; empty = none");
   v.value("anchor_prior", o.anchor_prior, 0,
           "known about anchors in the start's frame: id x y z sigma, repeated [m]");
 }
@@ -197,7 +199,7 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
   s.last_antenna = antenna.p_W;
   held->t = range.t;
   held->anchor = a.key();
-  held->range_m = range.range_m;
+  held->range_m = s.options.bias_model.corrected(range.range_m);
   held->sigma_m = s.sigmaOf(range);
   held->merged = 1;
   const AnchorState* state = s.window->anchor(a.key());

@@ -49,6 +49,17 @@ void describe(OptionVisitor& v, LongWindowOptions& o) {
           "ranges longer than expected by more weigh far less [sigma]; 0 = never");
 }
 
+void describeMode(OptionVisitor& v, LongWindowOptions& o) {
+  v.choice("long_window", o.mode, {"none", "position", "pose"},
+           "pose: keyframes with heading, conditional edges; position: as in the paper; none: "
+           "keyframes that leave the short window are folded into a prior");
+  v.value("long_window_size", o.size, {1, 100000}, "keyframes in the long window");
+  std::string anchor = o.anchor_fixed_after_init ? "fixed_after_init" : "estimate";
+  v.choice("anchor", anchor, {"estimate", "fixed_after_init"},
+           "estimate: anchors stay part of the state; fixed_after_init: as in the paper");
+  o.anchor_fixed_after_init = anchor == "fixed_after_init";
+}
+
 void mergeRanges(std::vector<HeldRange>* ranges, std::size_t limit) {
   std::map<std::uint64_t, std::size_t> count;
   for (const HeldRange& r : *ranges) ++count[r.anchor];

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "ranges_of.h"
 #include "vir/pipeline/mrpt_time.h"
 
 namespace vir {
@@ -58,11 +59,15 @@ void VirEstimator::describe(OptionVisitor& v) {
   v.section("Estimator", "The estimator and which sensors of the recording it reads");
   v.value("camera_label", camera_label_, "sensor label of the images");
   v.value("imu_label", imu_label_, "sensor label of the IMU");
+  v.value("range_label", range_label_, "sensor label of the ranges to anchors");
+  v.value("use_ranges", config_.ranges.use, "use the ranges, if the recording has any");
+  describeMode(v, config_.long_window);
   vir::describe(v, config_);
 }
 
 void VirEstimator::start(const LogSink& log) {
   log_ = log;
+  loadBiasModel(&config_.ranges);
   estimator_ = std::make_unique<VisualInertialEstimator>(config_, log);
 }
 
@@ -82,6 +87,10 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
     if (const auto* imu = dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation)) {
       addImu(*imu);
     }
+  } else if (observation.sensorLabel == range_label_) {
+    for (const RangeMeasurement& r : rangesOf(observation)) estimator_->addRange(r);
+  } else if (const auto event = anchorEventOf(observation)) {
+    estimator_->anchorDropped(event->id, event->p_B, event->sigma_m);
   }
 }
 
@@ -140,6 +149,7 @@ std::vector<StateEstimate> VirEstimator::take() {
     s.v_W_B = f.state.v;
     s.bias_gyro = f.state.bg;
     s.bias_acc = f.state.ba;
+    s.covariance = f.covariance;
     s.segment = f.segment;
     s.keyframe = f.keyframe;
     s.tracks = f.tracks;
@@ -169,6 +179,12 @@ std::vector<KeyframeEstimate> VirEstimator::keyframes() const {
   return out;
 }
 
+std::vector<AnchorEstimate> VirEstimator::anchors() const {
+  return toEstimates(estimator_->anchors());
+}
+
+std::vector<RangeRecord> VirEstimator::takeRanges() { return toRecords(estimator_->takeRanges()); }
+
 EstimatorReport VirEstimator::report() const {
   const EstimatorCounters& c = estimator_->counters();
   const ImuBufferCounters& i = estimator_->imuCounters();
@@ -186,6 +202,7 @@ EstimatorReport VirEstimator::report() const {
                 {"imu_incomplete", imu_incomplete_},
                 {"imu_gaps", c.imu_gaps},
                 {"clock_steps", c.clock_steps}};
+  for (const auto& c : estimator_->rangeCounters()) r.counters.push_back(c);
   r.warnings = warnings_;
   for (const std::string& w : estimator_->warnings()) r.warnings.push_back(w);
   r.resets = estimator_->resets();

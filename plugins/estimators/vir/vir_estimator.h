@@ -19,6 +19,8 @@ class VirEstimator final : public Estimator {
   std::vector<StateEstimate> take() override;
   std::vector<LandmarkEstimate> landmarks() const override;
   std::vector<KeyframeEstimate> keyframes() const override;
+  std::vector<AnchorEstimate> anchors() const override;
+  std::vector<RangeRecord> takeRanges() override;
   EstimatorReport report() const override;
 
  private:
@@ -29,6 +31,7 @@ class VirEstimator final : public Estimator {
   EstimatorConfig config_;
   std::string camera_label_ = "CAM0";
   std::string imu_label_ = "IMU0";
+  std::string range_label_ = "UWB0";
   LogSink log_;
   std::unique_ptr<VisualInertialEstimator> estimator_;
   CameraCalibration calibration_;

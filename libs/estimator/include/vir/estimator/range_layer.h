@@ -8,6 +8,7 @@
 
 #include "vir/core/log.h"
 #include "vir/core/options.h"
+#include "vir/ranging/range_bias_model.h"
 #include "vir/window/long_window.h"
 
 namespace vir {
@@ -25,6 +26,8 @@ struct RangeOptions {
   double drift_ratio = 0.01;
   double restart_s = 3.0;
   std::vector<double> anchor_prior;
+  std::string bias_model_file;  ///< for the caller, who reads it into:
+  RangeBiasModel bias_model;    ///< b_d(d) of the paper; empty: none
 };
 /// Section [Ranges].
 void describe(OptionVisitor& v, RangeOptions& o);

@@ -41,8 +41,10 @@ struct LongWindowOptions {
   double scale_walk_per_sqrt_m = 0.0;
   RobustRange robust;
 };
-/// Section [LongWindow]; mode, size and anchor_fixed_after_init are keys of [Estimator].
+/// Section [LongWindow]; mode, size and anchor_fixed_after_init are keys of [Estimator]:
 void describe(OptionVisitor& v, LongWindowOptions& o);
+/// long_window, long_window_size and anchor, in whatever section is open.
+void describeMode(OptionVisitor& v, LongWindowOptions& o);
 
 /// A range that belongs to a keyframe; vectors in the axes of what holds it: O for a node of the
 /// long window, the body for a frame of the short one.
@@ -121,8 +123,8 @@ class LongWindow {
   /// window. False if the result is not finite (nothing changed then).
   bool solve(int iterations, const std::vector<HeldRange>& front_ranges);
 
-  /// What everything would cost (twice the loss) if the anchor were at `p_W`: solved on a copy, from
-  /// there. `settled`: where it ends. Infinite if it does not solve.
+  /// What everything would cost (twice the loss) if the anchor were at `p_W`: solved on a copy,
+  /// from there. `settled`: where it ends. Infinite if it does not solve.
   double costWithAnchorAt(std::uint64_t id, const Vec3& p_W, int iterations,
                           const std::vector<HeldRange>& front_ranges, Vec3* settled) const;
 

@@ -1,0 +1,7 @@
+#include "odometry_estimator.h"
+#include "vir/pipeline/estimator_registry.h"
+
+namespace vir {
+VIR_REGISTER_ESTIMATOR(OdometryEstimator, "odometry",
+                       "odometry poses and ranges in the long window (tracking camera, wheels)");
+}  // namespace vir
