@@ -9,6 +9,7 @@ namespace vir::app {
 namespace {
 
 constexpr double kScale = 2;  // px of the picture per px of the figure
+constexpr int kFractionBits = 4;
 
 class PngCanvas : public Canvas {
  public:
@@ -17,15 +18,14 @@ class PngCanvas : public Canvas {
                static_cast<int>(std::lround(width * kScale)), CV_8UC3, cv::Scalar(255, 255, 255)) {}
 
   void polyline(const std::vector<Vec2>& points, Color color, double width) override {
-    constexpr int kFractionBits = 4;
-    std::vector<cv::Point> fixed;
-    for (const Vec2& p : points) {
-      const Vec2 v = p * kScale * (1 << kFractionBits);
-      fixed.emplace_back(static_cast<int>(std::lround(v.x())),
-                         static_cast<int>(std::lround(v.y())));
-    }
     const int thickness = std::max(1, static_cast<int>(std::lround(width * kScale)));
-    cv::polylines(image_, fixed, false, bgr(color), thickness, cv::LINE_AA, kFractionBits);
+    cv::polylines(image_, fixedPoint(points), false, bgr(color), thickness, cv::LINE_AA,
+                  kFractionBits);
+  }
+
+  void polygon(const std::vector<Vec2>& points, Color color) override {
+    cv::fillPoly(image_, std::vector<std::vector<cv::Point>>{fixedPoint(points)}, bgr(color),
+                 cv::LINE_AA, kFractionBits);
   }
 
   void dot(const Vec2& centre, double radius, Color color) override {
@@ -61,6 +61,11 @@ class PngCanvas : public Canvas {
   const cv::Mat& image() const { return image_; }
 
  private:
+  static std::vector<cv::Point> fixedPoint(const std::vector<Vec2>& points) {
+    std::vector<cv::Point> fixed;
+    for (const Vec2& p : points) fixed.push_back(point(p * kScale * (1 << kFractionBits)));
+    return fixed;
+  }
   static cv::Scalar bgr(Color c) { return cv::Scalar(c.b, c.g, c.r); }
   static cv::Point point(const Vec2& v) {
     return {static_cast<int>(std::lround(v.x())), static_cast<int>(std::lround(v.y()))};

@@ -22,7 +22,8 @@ struct AnchorTrack {
   std::size_t tried_with = 0;  ///< ranges at the last attempt to find it
   long used = 0, rejected = 0, collected = 0;
   TimeNs found_at = 0;
-  int next_check = 0;  ///< keyframes until the mirror image is looked at again
+  bool mirror_closed = false;  ///< the mirror image has been ruled out for good
+  int next_check = 0;          ///< keyframes until the mirror image is looked at again
 
   /// Name of this generation in the window: an anchor that was moved is another one there.
   std::uint64_t key() const { return id | (static_cast<std::uint64_t>(generation) << 48); }

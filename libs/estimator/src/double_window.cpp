@@ -74,7 +74,7 @@ std::vector<HeldRange> VisualInertialEstimator::Impl::heldRanges(std::uint64_t k
 void VisualInertialEstimator::Impl::updateAnchors(TimeNs t) {
   window->updateCovariance();
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
-  if (ranges.update(t, held)) {
+  if (ranges.update(t, held, window->rangesAtFront())) {
     window->optimise(kIterationsOnChange);
     window->updateCovariance();
   }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "anchor_track.h"
+#include "mirror.h"
 #include "vir/ranging/range_check.h"
 #include "vir/ranging/range_correlation.h"
 
@@ -13,11 +14,43 @@ namespace vir {
 namespace {
 
 /// Keyframes between two looks at an open mirror image, and between two estimates of correlation.
-constexpr int kMirrorPeriod = 5;
+constexpr int kMirrorPeriod = 15;
 constexpr int kCorrelationPeriod = 10;
+/// Twice the difference in loss between the mirror image and the present position that closes the
+/// question, and that decides against the present one.
+constexpr double kMirrorClosed = 30, kMirrorSwitch = 9;
 /// Share of ranges an anchor must have explained before a contradiction means that it was moved;
 /// below, its start was wrong.
 constexpr double kTrusted = 0.7;
+/// Span of the mean taken off residuals before their correlation is estimated [s], and how many
+/// ranges it needs.
+constexpr double kSlowPartS = 6.0;
+constexpr double kFewestForMean = 10;
+/// A claimed sigma may turn out too large; its square is not cut below this share.
+constexpr double kLeastFactor = 0.2;
+
+/// Residuals less their mean over a few seconds around: what changes more slowly is the
+/// trajectory's error (or a bias), and taking it for the ranges' own would make them count for less
+/// and less.
+std::vector<RangeResidual> withoutSlowPart(const std::vector<RangeResidual>& residuals) {
+  const TimeNs half = fromSeconds(kSlowPartS / 2);
+  std::vector<RangeResidual> out;
+  out.reserve(residuals.size());
+  std::size_t first = 0, last = 0;  // [first, last) lies within `half` of the present one
+  double sum = 0;
+  for (const RangeResidual& r : residuals) {
+    while (last < residuals.size() && residuals[last].t <= r.t + half) {
+      sum += residuals[last++].residual_m;
+    }
+    while (residuals[first].t < r.t - half) sum -= residuals[first++].residual_m;
+    const double n = static_cast<double>(last - first);
+    if (n < kFewestForMean) continue;
+    RangeResidual high = r;
+    high.residual_m = (r.residual_m - sum / n) * std::sqrt(n / (n - 1));
+    out.push_back(high);
+  }
+  return out;
+}
 
 std::string seconds(TimeNs t) { return std::to_string(toSeconds(t)) + " s"; }
 
@@ -42,6 +75,8 @@ void describe(OptionVisitor& v, RangeOptions& o) {
   v.value("min_ranges", o.min_ranges, {4, 10000}, "ranges needed before an anchor is looked for");
   v.value("max_anchor_sigma_m", o.max_anchor_sigma_m, {0.01, 1000.0},
           "an anchor whose position is less certain (horizontally) is not used yet");
+  v.value("drift_ratio", o.drift_ratio, {0.0, 1.0},
+          "error of the path relative to its length, for finding anchors");
   v.value("restart_s", o.restart_s, {0.1, 1e4},
           "ranges rejected for so long: the anchor was moved, or its start was wrong");
   v.value("anchor_prior", o.anchor_prior, 0,
@@ -71,7 +106,8 @@ struct RangeLayer::Impl {
   AnchorInitialization solve(const AnchorTrack& a, const std::vector<HeldRange>& held) const;
   bool tryToFind(TimeNs t, AnchorTrack* a, const Held& held);
   void adopt(TimeNs t, AnchorTrack* a, const AnchorInitialization& found);
-  bool settleMirror(TimeNs t, AnchorTrack* a, const Held& held);
+  bool settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
+                    const std::vector<HeldRange>& front);
   bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a);
   void reweigh(AnchorTrack* a, const Held& held);
   void warn(const std::string& text) {
@@ -170,7 +206,8 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
     ++a.collected;
     return true;
   }
-  const RangePrediction r = predictRange(antenna.p_W, state->position(), state->x[3], held->range_m);
+  const RangePrediction r =
+      predictRange(antenna.p_W, state->position(), state->x[3], held->range_m);
   double variance =
       held->sigma_m * held->sigma_m + r.direction.dot(antenna.inner_covariance * r.direction);
   const int c = s.window->columnOf(a.key());
@@ -211,6 +248,8 @@ AnchorInitialization RangeLayer::Impl::solve(const AnchorTrack& a,
   o.min_ranges = options.min_ranges;
   o.bias_sigma_m = options.bias_sigma_m;
   o.max_sigma_m = options.max_anchor_sigma_m;
+  o.drift_ratio = options.drift_ratio;
+  o.correlation = options.correlation;
   return initializeAnchor(samples, o, a.prior);
 }
 
@@ -234,6 +273,7 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const AnchorInitializatio
   a->advice = found.advice;
   a->found_at = t;
   a->moved = false;
+  a->mirror_closed = false;
   a->gate.reset();
   a->next_check = kMirrorPeriod;
   log(log_sink, LogLevel::info,
@@ -258,32 +298,32 @@ bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, const Held& held) {
   return true;
 }
 
-bool RangeLayer::Impl::settleMirror(TimeNs t, AnchorTrack* a, const Held& held) {
-  if (--a->next_check > 0) return false;
+bool RangeLayer::Impl::settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
+                                    const std::vector<HeldRange>& front) {
+  if (a->mirror_closed || --a->next_check > 0) return false;
   a->next_check = kMirrorPeriod;
-  const AnchorInitialization now = solve(*a, held(a->key()));
-  if (now.solutions.empty() ||
-      (now.geometry != AnchorGeometry::good && now.geometry != AnchorGeometry::mirror)) {
-    return false;
-  }
   AnchorState& state = *window->anchor(a->key());
-  if (now.solutions.size() > 1) {
-    // Keep what is not the present one as the other.
-    const Vec3 &p0 = now.solutions[0].p_W, &p1 = now.solutions[1].p_W;
-    const bool first = (p0 - state.position()).norm() <= (p1 - state.position()).norm();
-    a->mirror_p_W = first ? p1 : p0;
+  if (state.fixed) return false;
+  const MirrorComparison m = compareMirror(*window, a->key(), held(a->key()), front);
+  if (!m.valid) return false;
+  a->mirror_p_W = m.mirror_p_W;
+  if (!m.distinct || m.chi2 > kMirrorClosed) {
+    a->mirror_closed = m.distinct;
+    a->phase = AnchorPhase::estimated;
+    a->advice.clear();
     return false;
   }
-  const Vec3 p = now.solutions[0].p_W;
-  a->phase = AnchorPhase::estimated;
-  a->advice.clear();
-  if ((p - state.position()).norm() <= (p - a->mirror_p_W).norm()) return false;
-  for (int i = 0; i < 3; ++i) state.x[i] = p[i];
-  state.x[3] = now.solutions[0].bias_m;
+  a->phase = AnchorPhase::mirror_open;
+  a->advice = "change height: two positions " +
+              std::to_string((m.mirror_p_W - state.position()).norm()).substr(0, 4) +
+              " m apart fit, mirrored at the plane of motion";
+  if (m.chi2 > -kMirrorSwitch) return false;
+  a->mirror_p_W = state.position();
+  for (int i = 0; i < 3; ++i) state.x[i] = m.mirror_p_W[i];
   a->gate.reset();
   log(log_sink, LogLevel::info,
-      "anchor " + std::to_string(a->id) + ": its mirror image at " + text(p) +
-          " m is the right one, " + seconds(t));
+      "anchor " + std::to_string(a->id) + ": its mirror image at " + text(m.mirror_p_W) +
+          " m fits better, " + seconds(t));
   return true;
 }
 
@@ -311,15 +351,18 @@ void RangeLayer::Impl::reweigh(AnchorTrack* a, const Held& held) {
   AnchorState& state = *window->anchor(a->key());
   std::vector<RangeResidual> residuals;
   for (const HeldRange& r : held(a->key())) {
+    if (r.merged > 1) continue;
     const RangePrediction e = predictRange(r.motion, state.position(), state.x[3], r.range_m);
     residuals.push_back({r.t, -e.value_m, r.sigma_m});
   }
-  const double now = rangeCorrelation(residuals).variance_factor;
+  const RangeCorrelation c = rangeCorrelation(withoutSlowPart(residuals));
+  // A claimed sigma above the scatter already covers some of the correlation.
+  const double now = c.correlation_factor * c.rms_ratio * c.rms_ratio;
   // Slowly: the residuals themselves depend on the weights.
-  state.variance_factor = std::clamp(0.5 * (state.variance_factor + now), 1.0, 30.0);
+  state.variance_factor = std::clamp(0.5 * (state.variance_factor + now), kLeastFactor, 30.0);
 }
 
-bool RangeLayer::update(TimeNs t, const Held& held) {
+bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<HeldRange>& front) {
   Impl& s = *impl_;
   ++s.keyframes;
   bool changed = false;
@@ -332,7 +375,7 @@ bool RangeLayer::update(TimeNs t, const Held& held) {
       changed = true;
       continue;
     }
-    if (a.phase == AnchorPhase::mirror_open) changed = s.settleMirror(t, &a, held) || changed;
+    changed = s.settleMirror(t, &a, held, front) || changed;
     if (s.window->options().anchor_fixed_after_init && t - a.found_at > fromSeconds(1.0)) {
       s.window->anchor(a.key())->fixed = true;
     }
@@ -378,7 +421,12 @@ std::vector<AnchorReport> RangeLayer::anchors() const {
       r.state = it->second.fixed                      ? "fixed"
                 : a.phase == AnchorPhase::mirror_open ? "mirror_open"
                                                       : "estimated";
-      if (a.phase == AnchorPhase::mirror_open) r.mirror_p_W = a.mirror_p_W;
+      if (a.phase == AnchorPhase::mirror_open) {
+        // Spread over both positions: each alone would promise a height that nobody knows.
+        r.mirror_p_W = a.mirror_p_W;
+        const Vec3 half = 0.5 * (r.mirror_p_W - r.p_W);
+        r.covariance += half * half.transpose();
+      }
     }
     out.push_back(std::move(r));
   }

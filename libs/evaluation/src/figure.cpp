@@ -42,15 +42,21 @@ Range padded(double low, double high, double margin) {
 
 Axes axesOf(const Panel& panel) {
   double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
-  for (const Curve& curve : panel.curves) {
-    for (const std::vector<Vec2>& stroke : curve.strokes) {
-      for (const Vec2& v : stroke) {
-        for (int k = 0; k < 2; ++k) {
-          low[k] = std::min(low[k], v[k]);
-          high[k] = std::max(high[k], v[k]);
-        }
+  const auto cover = [&](const std::vector<Vec2>& points) {
+    for (const Vec2& v : points) {
+      for (int k = 0; k < 2; ++k) {
+        low[k] = std::min(low[k], v[k]);
+        high[k] = std::max(high[k], v[k]);
       }
     }
+  };
+  for (const Curve& curve : panel.curves) {
+    for (const std::vector<Vec2>& stroke : curve.strokes) cover(stroke);
+  }
+  for (const Scatter& scatter : panel.scatters) cover(scatter.points);
+  for (const Band& band : panel.bands) {
+    cover(band.upper);
+    cover(band.lower);
   }
   Axes axes;
   axes.corner = panel.corner;
@@ -114,6 +120,13 @@ std::vector<Vec2> thinned(const std::vector<Vec2>& stroke, const Axes& axes) {
   return points;
 }
 
+void drawBand(const Band& band, const Axes& axes, Canvas* canvas) {
+  std::vector<Vec2> outline;
+  for (const Vec2& v : band.upper) outline.push_back(axes.toPx(v));
+  for (auto v = band.lower.rbegin(); v != band.lower.rend(); ++v) outline.push_back(axes.toPx(*v));
+  if (outline.size() > 2) canvas->polygon(outline, band.color);
+}
+
 }  // namespace
 
 std::vector<double> axisTicks(double low, double high, int wanted) {
@@ -148,7 +161,11 @@ void draw(const Figure& figure, Canvas* canvas) {
   }
   for (const Panel& panel : figure.panels) {
     const Axes axes = axesOf(panel);
+    for (const Band& band : panel.bands) drawBand(band, axes, canvas);
     drawAxes(panel, axes, canvas);
+    for (const Scatter& scatter : panel.scatters) {
+      for (const Vec2& v : scatter.points) canvas->dot(axes.toPx(v), scatter.radius, scatter.color);
+    }
     for (const Curve& curve : panel.curves) {
       for (const std::vector<Vec2>& stroke : curve.strokes) {
         canvas->polyline(thinned(stroke, axes), curve.color, curve.width);

@@ -47,6 +47,12 @@ class SvgCanvas : public Canvas {
     body_ += "\"/>\n";
   }
 
+  void polygon(const std::vector<Vec2>& points, Color color) override {
+    body_ += "<polygon fill=\"" + hex(color) + "\" points=\"";
+    for (const Vec2& p : points) body_ += number(p.x()) + "," + number(p.y()) + " ";
+    body_ += "\"/>\n";
+  }
+
   void dot(const Vec2& centre, double radius, Color color) override {
     body_ += "<circle cx=\"" + number(centre.x()) + "\" cy=\"" + number(centre.y()) + "\" r=\"" +
              number(radius) + "\" fill=\"" + hex(color) + "\"/>\n";

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "long_window_state.h"
 
@@ -287,6 +288,19 @@ bool LongWindow::solve(int iterations, const std::vector<HeldRange>& front_range
   }
   setJointInformation(eq);
   return std::isfinite(best);
+}
+
+double LongWindow::costWithAnchorAt(std::uint64_t id, const Vec3& p_W, int iterations,
+                                    const std::vector<HeldRange>& front_ranges,
+                                    Vec3* settled) const {
+  LongWindow copy(impl_->options);
+  *copy.impl_ = *impl_;
+  AnchorState* a = copy.anchor(id);
+  if (!a) return std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) a->x[i] = p_W[i];
+  if (!copy.solve(iterations, front_ranges)) return std::numeric_limits<double>::infinity();
+  *settled = copy.anchor(id)->position();
+  return copy.impl_->cost(front_ranges);
 }
 
 Pose LongWindow::toWorld(const Pose& T_O_B) const {

@@ -81,7 +81,7 @@ struct LandmarkSystem {
   Mat3 H = Mat3::Zero();
   Vec3 b = Vec3::Zero();
   std::vector<int> offsets, sizes;
-  std::vector<int> offset;  // scratch: columns of the term at hand
+  std::vector<int> offset;                            // scratch: columns of the term at hand
   std::vector<Eigen::Matrix<double, 6, 3>> coupling;  // H_xl per touched block, first `size` rows
 
   void reset() {

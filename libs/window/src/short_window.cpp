@@ -303,6 +303,20 @@ std::vector<HeldRange> ShortWindow::rangesInO(std::uint64_t anchor) const {
   return out;
 }
 
+std::vector<HeldRange> ShortWindow::rangesAtFront() const {
+  std::vector<HeldRange> out;
+  const Vec3 origin = impl_->frames.front()->T_W_B().p;
+  for (const auto& f : impl_->frames) {
+    const Pose T_O_B = f->T_W_B();
+    for (HeldRange r : f->ranges) {
+      r.motion = T_O_B * r.motion - origin;
+      r.lever = T_O_B.q * r.lever;
+      out.push_back(r);
+    }
+  }
+  return out;
+}
+
 void ShortWindow::updateCovariance() { vir::updateCovariance(*impl_); }
 
 Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {

@@ -29,11 +29,13 @@ class Recorder : public Canvas {
     for (const Vec2& p : points) EXPECT_TRUE(p.allFinite());
     if (width == 1.5) lines.push_back(points);
   }
-  void dot(const Vec2&, double, Color) override {}
+  void polygon(const std::vector<Vec2>& points, Color) override { polygons.push_back(points); }
+  void dot(const Vec2& centre, double, Color) override { dots.push_back(centre); }
   void text(const Vec2&, const std::string& text, double, Anchor, Color, bool) override {
     all_text += text + "\n";
   }
-  std::vector<std::vector<Vec2>> lines;
+  std::vector<std::vector<Vec2>> lines, polygons;
+  std::vector<Vec2> dots;
   std::string all_text;
 };
 
@@ -52,6 +54,31 @@ TEST(Draw, EqualAspectKeepsASquareSquare) {
   EXPECT_NEAR(p[1].x() - p[0].x(), p[1].y() - p[2].y(), 1e-9);
   EXPECT_GT(p[1].x(), p[0].x());
   EXPECT_LT(p[2].y(), p[1].y());  // up is up
+}
+
+TEST(Draw, BandsAndPointsStayInsideTheAxes) {
+  Figure figure;
+  Panel panel;
+  panel.corner = {50, 20};
+  panel.size = {400, 100};
+  panel.bands.push_back({{200, 200, 200}, {{0, 2}, {1, 3}}, {{0, -2}, {1, 1}}});
+  panel.scatters.push_back({{0, 0, 0}, 1.5, {{-1, 0}, {2, 5}}});
+  figure.panels.push_back(panel);
+  Recorder recorder;
+  draw(figure, &recorder);
+  ASSERT_EQ(recorder.polygons.size(), 1u);
+  ASSERT_EQ(recorder.polygons[0].size(), 4u);
+  // Along the upper edge and back along the lower one.
+  EXPECT_LT(recorder.polygons[0][0].x(), recorder.polygons[0][1].x());
+  EXPECT_GT(recorder.polygons[0][2].x(), recorder.polygons[0][3].x());
+  ASSERT_EQ(recorder.dots.size(), 2u);
+  for (const Vec2& p : recorder.dots) {
+    EXPECT_GE(p.x(), 50);
+    EXPECT_LE(p.x(), 450);
+    EXPECT_GT(p.y(), 20);
+    EXPECT_LT(p.y(), 120);
+  }
+  EXPECT_NE(toSvg(figure).find("<polygon"), std::string::npos);
 }
 
 TEST(ComparisonFigure, HasAxesUnitsAndLegendAndSurvivesStandingStill) {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "drawn_noise.h"
+#include "vir_test_noise.h"
 #include "vir/ranging/anchor_initialization.h"
 
 namespace vir::test {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "drawn_noise.h"
+#include "vir_test_noise.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "drawn_noise.h"
+#include "vir_test_noise.h"
 
 namespace {
 

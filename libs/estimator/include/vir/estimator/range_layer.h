@@ -22,6 +22,7 @@ struct RangeOptions {
   double gate_sigma = 4.0;
   int min_ranges = 20;
   double max_anchor_sigma_m = 1.0;
+  double drift_ratio = 0.01;
   double restart_s = 3.0;
   std::vector<double> anchor_prior;
 };
@@ -84,7 +85,8 @@ class RangeLayer {
   /// Once per keyframe: finds new anchors, settles mirror images, reweighs correlated ranges,
   /// notices anchors that are no longer where they were. True if the anchors changed so much that
   /// the window is to be solved again.
-  bool update(TimeNs t, const Held& held);
+  /// `front`: all ranges held after the long window's nodes, as if at its front.
+  bool update(TimeNs t, const Held& held, const std::vector<HeldRange>& front);
 
   /// The robot says that it dropped an anchor at `p_W` (standard deviation `sigma_m`).
   void dropped(std::uint64_t id, const Vec3& p_W, double sigma_m);

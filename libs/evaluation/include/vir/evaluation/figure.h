@@ -19,6 +19,8 @@ class Canvas {
   enum class Anchor { start, middle, end };
   virtual ~Canvas() = default;
   virtual void polyline(const std::vector<Vec2>& points, Color color, double width) = 0;
+  /// Filled, without outline.
+  virtual void polygon(const std::vector<Vec2>& points, Color color) = 0;
   /// Filled circle.
   virtual void dot(const Vec2& centre, double radius, Color color) = 0;
   /// `at` is on the base line; `upward` turns the text by 90 deg against the clock.
@@ -33,12 +35,27 @@ struct Curve {
   std::vector<std::vector<Vec2>> strokes;
 };
 
+/// Area between two curves over the same abscissae.
+struct Band {
+  Color color;
+  std::vector<Vec2> upper, lower;
+};
+
+/// Single points.
+struct Scatter {
+  Color color;
+  double radius = 1.5;  ///< [px]
+  std::vector<Vec2> points;
+};
+
 struct Panel {
   Vec2 corner = Vec2::Zero();  ///< top left of the area inside the axes [px]
   Vec2 size = Vec2::Zero();    ///< of that area [px]
   std::string title, x_label, y_label;
-  bool equal_aspect = false;  ///< one metre is as long in x as in y
-  bool from_zero = false;     ///< the y axis starts at 0
+  bool equal_aspect = false;      ///< one metre is as long in x as in y
+  bool from_zero = false;         ///< the y axis starts at 0
+  std::vector<Band> bands;        ///< below everything
+  std::vector<Scatter> scatters;  ///< below the curves
   std::vector<Curve> curves;
   std::vector<std::pair<Vec2, Color>> dots;  ///< in data coordinates
 };

@@ -11,6 +11,8 @@
 
 namespace vir {
 
+class OptionVisitor;
+
 /// A range and where the antenna was in W at its time. In order of time.
 struct AntennaRange {
   Vec3 p_W = Vec3::Zero();
@@ -65,9 +67,11 @@ struct AnchorInitOptions {
   double max_rms_ratio = 6;   ///< residuals above so many claimed sigmas do not fit one position
   double min_inlier_share = 0.5;
   double max_short_share = 0.1;  ///< outliers that are too short: no obstacle explains them
-  bool correlation = true;  ///< let the ranges' autocorrelation widen the covariance
+  bool correlation = true;       ///< let the ranges' autocorrelation widen the covariance
   RobustRange robust;
 };
+/// Section [AnchorInit].
+void describe(OptionVisitor& v, AnchorInitOptions& o);
 
 /// Closed form from squared ranges in the principal axes of the path (so that motion in a plane or
 /// on a line is no special case), refinement from several starts, second solutions kept while the

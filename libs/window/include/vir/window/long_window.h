@@ -121,6 +121,11 @@ class LongWindow {
   /// window. False if the result is not finite (nothing changed then).
   bool solve(int iterations, const std::vector<HeldRange>& front_ranges);
 
+  /// What everything would cost (twice the loss) if the anchor were at `p_W`: solved on a copy, from
+  /// there. `settled`: where it ends. Infinite if it does not solve.
+  double costWithAnchorAt(std::uint64_t id, const Vec3& p_W, int iterations,
+                          const std::vector<HeldRange>& front_ranges, Vec3* settled) const;
+
   /// A pose, and a vector, of the odometry in W.
   Pose toWorld(const Pose& T_O_B) const;
   Vec3 pointToWorld(const Vec3& p_O) const;

@@ -141,6 +141,8 @@ class ShortWindow {
   void addRange(const HeldRange& range);
   /// All ranges of an anchor in this window, `motion` being the antenna's position in O.
   std::vector<HeldRange> rangesInO(std::uint64_t anchor) const;
+  /// All ranges in this window as if held by its oldest frame, vectors in O's axes.
+  std::vector<HeldRange> rangesAtFront() const;
   /// Works out the covariances below at the present state (as costly as a marginalisation).
   void updateCovariance();
   /// Covariance of (position, rotation on the right) of the newest frame against position and yaw

@@ -1,0 +1,17 @@
+#pragma once
+/// What `vir-slam calibrate uwb` shows.
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include "console.h"
+#include "uwb_recording.h"
+#include "vir/evaluation/figure.h"
+
+namespace vir::app {
+
+std::vector<TableRow> calibrationTable(const UwbSamples& data, const RangeCalibration& fit);
+nlohmann::json calibrationJson(const UwbSamples& data, const RangeCalibration& fit);
+/// Data, mean, 2 sigma of the mean and of a range.
+Figure calibrationFigure(const UwbSamples& data, const RangeCalibration& fit);
+
+}  // namespace vir::app

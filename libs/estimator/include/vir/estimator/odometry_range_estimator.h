@@ -1,0 +1,78 @@
+#pragma once
+/// Odometry and ranges: poses of a device that drifts (tracking camera, wheels) and ranges to
+/// anchors, in the long window alone (the paper's first robot carries such a camera).
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "vir/estimator/range_layer.h"
+
+namespace vir {
+
+struct OdometryOptions {
+  double node_distance_m = 0.25;
+  double node_turn_rad = 0.5;
+  double node_interval_s = 5.0;
+  double sigma_per_sqrt_m = 0.05;
+  double sigma_per_rad_m = 0.005;
+  double yaw_per_sqrt_m = 0.015;
+  double yaw_per_sqrt_rad = 0.01;
+  double yaw_per_sqrt_s = 0.0005;
+  double vertical_share = 0.5;
+  double max_step_m = 2.0;
+  double max_gap_s = 2.0;
+};
+/// Section [Odometry].
+void describe(OptionVisitor& v, OdometryOptions& o);
+
+/// Defaults that suit a device of unknown scale: its scale is a state, and an anchor is used as soon
+/// as it is roughly known, since the odometry alone will not get better by waiting.
+LongWindowOptions odometryWindowDefaults();
+RangeOptions odometryRangeDefaults();
+
+struct OdometryRangeConfig {
+  OdometryOptions odometry;
+  LongWindowOptions long_window = odometryWindowDefaults();
+  RangeOptions ranges = odometryRangeDefaults();
+  int iterations = 2;
+};
+/// All sections.
+void describe(OptionVisitor& v, OdometryRangeConfig& o);
+
+/// What is known when one odometry pose has been processed.
+struct OdometryEstimate {
+  TimeNs t = 0;
+  bool valid = false;
+  Pose T_W_B;
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  bool keyframe = false;
+  int segment = 0;
+  double scale = 1;  ///< of the odometry: its metres per true metre
+  std::string health;
+  double ms_total = 0;  ///< CPU time, reporting only
+};
+
+class OdometryRangeEstimator {
+ public:
+  explicit OdometryRangeEstimator(const OdometryRangeConfig& config, LogSink log = {});
+  ~OdometryRangeEstimator();
+
+  /// Pose of the body in the odometry's frame O, z up, in time order.
+  void addOdometry(TimeNs t, const Pose& T_O_B);
+  void addRange(const RangeMeasurement& range);
+  void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
+  std::vector<OdometryEstimate> take();
+  std::vector<RangeDecision> takeRanges();
+  std::vector<AnchorReport> anchors() const;
+  /// Nodes as last seen, in W.
+  std::vector<std::pair<TimeNs, Pose>> keyframes() const;
+  std::vector<std::pair<std::string, long>> counters() const;
+  const std::vector<std::string>& warnings() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vir

@@ -1,0 +1,23 @@
+#pragma once
+/// Internal: does the mirror image of an anchor at the plane of motion explain its ranges as well?
+#include <vector>
+
+#include "vir/window/long_window.h"
+
+namespace vir {
+
+struct MirrorComparison {
+  bool valid = false;     ///< enough ranges for a plane of motion
+  bool distinct = false;  ///< the two positions do not end up as one
+  Vec3 mirror_p_W = Vec3::Zero();
+  double chi2 = 0;  ///< twice the loss there less twice the loss here: positive = here is better
+};
+
+/// The long window is solved for both, path and all: the path as it is has been bent to suit the
+/// present position. `held` are the anchor's ranges with the antenna's position in W in `motion`;
+/// `front_ranges` all ranges at the front.
+MirrorComparison compareMirror(const LongWindow& window, std::uint64_t key,
+                               const std::vector<HeldRange>& held,
+                               const std::vector<HeldRange>& front_ranges);
+
+}  // namespace vir

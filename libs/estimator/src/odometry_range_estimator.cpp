@@ -1,0 +1,297 @@
+#include "vir/estimator/odometry_range_estimator.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "estimator_impl.h"
+
+namespace vir {
+namespace {
+
+/// Standard deviations that say "we do not know" when the odometry jumped.
+constexpr double kJumpPosition = 1.0, kJumpYaw = 0.3;
+/// Solver iterations when an anchor has just been found or changed.
+constexpr int kIterationsOnChange = 15;
+/// Ranges of one anchor that the front holds before neighbours are averaged.
+constexpr std::size_t kMaxRangesPerNode = 16;
+
+/// The way from the front to the newest pose: what its uncertainty grows with.
+struct Way {
+  double metres = 0, radians = 0;
+};
+
+}  // namespace
+
+void describe(OptionVisitor& v, OdometryOptions& o) {
+  v.section("Odometry", "Poses from a device: how they err, and how often one becomes a node");
+  v.value("node_distance_m", o.node_distance_m, {0.01, 100.0}, "distance between nodes");
+  v.value("node_turn_rad", o.node_turn_rad, {0.01, 10.0}, "turn between nodes");
+  v.value("node_interval_s", o.node_interval_s, {0.05, 1e4}, "longest time between nodes");
+  v.value("sigma_per_sqrt_m", o.sigma_per_sqrt_m, {1e-5, 10.0},
+          "random walk of the position with the distance [m/sqrt(m)]");
+  v.value("sigma_per_rad_m", o.sigma_per_rad_m, {0.0, 10.0}, "position noise of a turn [m/rad]");
+  v.value("yaw_per_sqrt_m", o.yaw_per_sqrt_m, {0.0, 10.0},
+          "random walk of the heading with the distance [rad/sqrt(m)]");
+  v.value("yaw_per_sqrt_rad", o.yaw_per_sqrt_rad, {0.0, 10.0},
+          "random walk of the heading with the angle turned [rad/sqrt(rad)]");
+  v.value("yaw_per_sqrt_s", o.yaw_per_sqrt_s, {0.0, 10.0},
+          "random walk of the heading with time [rad/sqrt(s)]");
+  v.value("vertical_share", o.vertical_share, {0.0, 10.0},
+          "vertical position noise as a share of the horizontal (0: motion in a plane)");
+  v.value("max_step_m", o.max_step_m, {0.01, 1e4}, "a longer step between two poses is a jump");
+  v.value("max_gap_s", o.max_gap_s, {0.01, 1e4}, "a longer time between two poses is a gap");
+}
+
+LongWindowOptions odometryWindowDefaults() {
+  LongWindowOptions o;
+  o.size = 400;
+  o.scale_sigma = 0.1;
+  o.scale_walk_per_sqrt_m = 0.02;
+  return o;
+}
+
+RangeOptions odometryRangeDefaults() {
+  RangeOptions o;
+  o.max_anchor_sigma_m = 3.0;
+  o.drift_ratio = 0.05;
+  return o;
+}
+
+void describe(OptionVisitor& v, OdometryRangeConfig& o) {
+  describe(v, o.odometry);
+  describe(v, o.long_window);
+  describe(v, o.ranges);
+}
+
+struct OdometryRangeEstimator::Impl {
+  Impl(const OdometryRangeConfig& c, LogSink l)
+      : config(c),
+        log_sink(std::move(l)),
+        window(c.long_window),
+        ranges(c.ranges, &window, log_sink) {}
+
+  void process(TimeNs t, const Pose& T_O_B);
+  bool plausible(TimeNs t, const Pose& T_O_B);
+  void attachRanges(TimeNs t, const Pose& T_O_B);
+  void advance(TimeNs t, const Pose& T_O_B);
+  Eigen::Matrix4d covarianceOf(const Way& way, double seconds) const;
+  std::vector<HeldRange> heldRanges(std::uint64_t key) const;
+  Eigen::Matrix<double, 6, 6> covarianceInWorld(const Pose& T_W_B) const;
+  void warn(const std::string& text) {
+    log(log_sink, LogLevel::warning, text);
+    warnings.push_back(text);
+  }
+
+  OdometryRangeConfig config;
+  LogSink log_sink;
+  LongWindow window;
+  RangeLayer ranges;
+  std::vector<HeldRange> front_ranges;
+  std::vector<OdometryEstimate> results;
+  std::vector<std::pair<TimeNs, Pose>> retired;
+  std::vector<std::string> warnings;
+  TimeNs last_t = 0;
+  Pose last;
+  Way way;
+  bool jumped = false;
+  int segment = 0;
+  bool gap_warned = false;
+  long poses = 0, not_finite = 0, out_of_order = 0, jumps = 0, gaps = 0;
+};
+
+bool OdometryRangeEstimator::Impl::plausible(TimeNs t, const Pose& T_O_B) {
+  ++poses;
+  const double norm = T_O_B.q.norm();
+  if (!T_O_B.p.allFinite() || !std::isfinite(norm) || std::abs(norm - 1) > 1e-2) {
+    ++not_finite;
+    return false;
+  }
+  if (!window.empty() && t <= last_t) {
+    ++out_of_order;
+    return false;
+  }
+  return true;
+}
+
+Eigen::Matrix4d OdometryRangeEstimator::Impl::covarianceOf(const Way& w, double seconds) const {
+  const OdometryOptions& o = config.odometry;
+  const double p = o.sigma_per_sqrt_m * o.sigma_per_sqrt_m * w.metres +
+                   o.sigma_per_rad_m * o.sigma_per_rad_m * w.radians * w.radians + 1e-6;
+  const double yaw = o.yaw_per_sqrt_m * o.yaw_per_sqrt_m * w.metres +
+                     o.yaw_per_sqrt_rad * o.yaw_per_sqrt_rad * w.radians +
+                     o.yaw_per_sqrt_s * o.yaw_per_sqrt_s * seconds + 1e-10;
+  const double share = std::max(o.vertical_share, 1e-2);
+  return Eigen::Vector4d(p, p, p * share * share, yaw).asDiagonal();
+}
+
+void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
+  const Pose& front = window.front().T_O_B;
+  std::vector<RangeMeasurement> late;
+  for (const RangeMeasurement& r : ranges.dueUntil(t)) {
+    if (r.t < last_t - fromSeconds(0.5)) {
+      late.push_back(r);
+      continue;
+    }
+    const double u = std::clamp(toSeconds(r.t - last_t) / toSeconds(t - last_t), 0.0, 1.0);
+    const Pose at(last.q.slerp(u, T_O_B.q), last.p + u * (T_O_B.p - last.p));
+    HeldRange held;
+    held.motion = at.p - front.p;
+    held.lever = at.q * r.p_B_U;
+    AntennaPrediction antenna;
+    const Mat3 R_W_O = rotZ(window.front().x[3]);
+    antenna.p_W = window.pointToWorld(at.p) + R_W_O * held.lever;
+    antenna.inner_covariance =
+        covarianceOf(way, toSeconds(t - window.front().t)).topLeftCorner<3, 3>();
+    if (ranges.judge(r, antenna, &held)) front_ranges.push_back(held);
+  }
+  ranges.discard(late, "too_late");
+  mergeRanges(&front_ranges, kMaxRangesPerNode);
+}
+
+std::vector<HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uint64_t key) const {
+  std::vector<HeldRange> out;
+  const auto add = [&](const LongNode& n, const std::vector<HeldRange>& list) {
+    const Mat3 R = rotZ(n.x[3]);
+    for (HeldRange r : list) {
+      if (r.anchor != key) continue;
+      r.motion = n.position() + R * (std::exp(-n.x[4]) * r.motion + r.lever);
+      r.lever.setZero();
+      out.push_back(r);
+    }
+  };
+  for (const LongNode& n : window.nodes()) add(n, n.ranges);
+  add(window.front(), front_ranges);
+  return out;
+}
+
+void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
+  Eigen::Matrix4d covariance = covarianceOf(way, toSeconds(t - window.front().t));
+  if (jumped) {
+    covariance.diagonal().head<3>().array() += kJumpPosition * kJumpPosition;
+    covariance(3, 3) += kJumpYaw * kJumpYaw;
+    jumped = false;
+  }
+  window.advance(t, T_O_B, std::move(front_ranges), covariance);
+  front_ranges.clear();
+  way = Way();
+  for (const LongNode& n : window.takeRetired()) retired.emplace_back(n.t, n.T_W_B());
+  const auto held = [this](std::uint64_t key) { return heldRanges(key); };
+  // The covariances must know the new node before ranges are judged by them.
+  window.solve(config.iterations, front_ranges);
+  if (ranges.update(t, held, front_ranges)) window.solve(kIterationsOnChange, front_ranges);
+  for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+}
+
+Eigen::Matrix<double, 6, 6> OdometryRangeEstimator::Impl::covarianceInWorld(
+    const Pose& T_W_B) const {
+  Eigen::Matrix<double, 6, 6> out = Eigen::Matrix<double, 6, 6>::Zero();
+  const Eigen::MatrixXd& joint = window.jointCovariance();
+  if (joint.rows() < 5) return out;
+  const Vec3 arm = T_W_B.p - window.front().position();
+  Eigen::Matrix<double, 6, 5> J = Eigen::Matrix<double, 6, 5>::Zero();
+  J.topLeftCorner<3, 3>().setIdentity();
+  J.block<3, 1>(0, 3) = Vec3::UnitZ().cross(arm);
+  J.block<3, 1>(0, 4) = -arm;
+  J.block<3, 1>(3, 3) = T_W_B.R().row(2).transpose();
+  const Eigen::Matrix4d own = covarianceOf(way, toSeconds(last_t - window.front().t));
+  out = J * joint.topLeftCorner<5, 5>() * J.transpose();
+  out.topLeftCorner<3, 3>() += own.topLeftCorner<3, 3>();
+  const Vec3 up_B = T_W_B.R().row(2).transpose();
+  out.bottomRightCorner<3, 3>() += own(3, 3) * up_B * up_B.transpose();
+  return out;
+}
+
+void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
+  OdometryEstimate out;
+  out.t = t;
+  {
+    StageTimer timer(&out.ms_total);
+    if (window.empty()) {
+      window.start(t, T_O_B, T_O_B, kStartSigma, kStartSigma);
+      window.solve(1, {});
+      ranges.discard(ranges.dueUntil(t), "before_the_start");
+      out.keyframe = true;
+    } else {
+      const double step = (T_O_B.p - last.p).norm(), seconds = toSeconds(t - last_t);
+      if (step > config.odometry.max_step_m) {
+        ++jumps;
+        jumped = true;
+        ++segment;
+        warn("the odometry jumped by " + std::to_string(step) + " m at " + std::to_string(t) +
+             " ns: taken as lost there");
+      } else if (seconds > config.odometry.max_gap_s) {
+        ++gaps;
+        if (!gap_warned) warn("no odometry for " + std::to_string(seconds) + " s");
+        gap_warned = true;
+      }
+      attachRanges(t, T_O_B);
+      way.metres += step;
+      way.radians += logQuat(last.q.conjugate() * T_O_B.q).norm();
+      const OdometryOptions& o = config.odometry;
+      out.keyframe = jumped || way.metres >= o.node_distance_m || way.radians >= o.node_turn_rad ||
+                     toSeconds(t - window.front().t) >= o.node_interval_s;
+      if (out.keyframe) advance(t, T_O_B);
+    }
+    last = T_O_B;
+    last_t = t;
+    out.T_W_B = window.toWorld(T_O_B);
+    out.covariance = covarianceInWorld(out.T_W_B);
+    out.scale = std::exp(window.front().x[4]);
+    out.segment = segment;
+    out.valid = true;
+    out.health = "ok";
+  }
+  results.push_back(out);
+}
+
+OdometryRangeEstimator::OdometryRangeEstimator(const OdometryRangeConfig& config, LogSink log)
+    : impl_(std::make_unique<Impl>(config, std::move(log))) {}
+OdometryRangeEstimator::~OdometryRangeEstimator() = default;
+
+void OdometryRangeEstimator::addOdometry(TimeNs t, const Pose& T_O_B) {
+  if (!impl_->plausible(t, T_O_B)) return;
+  impl_->process(t, {T_O_B.q.normalized(), T_O_B.p});
+}
+
+void OdometryRangeEstimator::addRange(const RangeMeasurement& range) {
+  if (impl_->config.ranges.use) impl_->ranges.offer(range);
+}
+
+void OdometryRangeEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
+  if (impl_->window.empty()) return;
+  impl_->ranges.dropped(id, impl_->window.toWorld(impl_->last) * p_B, sigma_m);
+}
+
+std::vector<OdometryEstimate> OdometryRangeEstimator::take() {
+  return std::exchange(impl_->results, {});
+}
+std::vector<RangeDecision> OdometryRangeEstimator::takeRanges() { return impl_->ranges.take(); }
+std::vector<AnchorReport> OdometryRangeEstimator::anchors() const {
+  return impl_->ranges.anchors();
+}
+
+std::vector<std::pair<TimeNs, Pose>> OdometryRangeEstimator::keyframes() const {
+  std::vector<std::pair<TimeNs, Pose>> out = impl_->retired;
+  if (impl_->window.empty()) return out;
+  for (const LongNode& n : impl_->window.nodes()) out.emplace_back(n.t, n.T_W_B());
+  out.emplace_back(impl_->window.front().t, impl_->window.front().T_W_B());
+  return out;
+}
+
+std::vector<std::pair<std::string, long>> OdometryRangeEstimator::counters() const {
+  const Impl& s = *impl_;
+  std::vector<std::pair<std::string, long>> out{{"odometry_poses", s.poses}};
+  const auto add = [&](const char* name, long n) {
+    if (n > 0) out.emplace_back(name, n);
+  };
+  add("odometry_not_finite", s.not_finite);
+  add("odometry_out_of_order", s.out_of_order);
+  add("odometry_jumps", s.jumps);
+  add("odometry_gaps", s.gaps);
+  for (const auto& c : s.ranges.counters()) out.push_back(c);
+  return out;
+}
+const std::vector<std::string>& OdometryRangeEstimator::warnings() const { return impl_->warnings; }
+
+}  // namespace vir
