@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "anchor_track.h"
@@ -165,6 +166,11 @@ void RangeLayer::Impl::record(const RangeMeasurement& r, const std::string& deci
 
 void RangeLayer::offer(const RangeMeasurement& range) {
   Impl& s = *impl_;
+  // A negative id of the radio arrives as a huge one; both would alias another anchor.
+  if (range.anchor > static_cast<std::uint64_t>(std::numeric_limits<int>::max())) {
+    s.record(range, "bad_id");
+    return;
+  }
   const RangeProblem problem =
       s.check.check(static_cast<int>(range.anchor), range.t, range.range_m);
   if (problem != RangeProblem::none) {

@@ -21,6 +21,38 @@ Eigen::Matrix4d sqrtInformationOf(const Eigen::Matrix4d& covariance) {
 
 double squaredNorm(const Eigen::MatrixXd& m) { return m.squaredNorm(); }
 
+/// Averages each range of this anchor with the next one of it; how many are left.
+std::size_t halve(std::vector<HeldRange>* ranges, std::uint64_t id) {
+  std::vector<HeldRange> kept;
+  HeldRange* open = nullptr;  // of this anchor, waiting for a partner
+  std::size_t left = 0;
+  kept.reserve(ranges->size());
+  for (const HeldRange& r : *ranges) {
+    if (r.anchor != id) {
+      kept.push_back(r);
+      continue;
+    }
+    if (!open) {
+      kept.push_back(r);
+      open = &kept.back();
+      ++left;
+      continue;
+    }
+    const double a = open->merged, b = r.merged, sum = a + b;
+    const double single = std::max(open->sigma_m * std::sqrt(std::min(a, 16.0)),
+                                   r.sigma_m * std::sqrt(std::min(b, 16.0)));
+    open->t += static_cast<TimeNs>(static_cast<double>(r.t - open->t) * b / sum);
+    open->range_m = (a * open->range_m + b * r.range_m) / sum;
+    open->motion = (a * open->motion + b * r.motion) / sum;
+    open->lever = (a * open->lever + b * r.lever) / sum;
+    open->merged += r.merged;
+    open->sigma_m = single / std::sqrt(std::min(sum, 16.0));
+    open = nullptr;
+  }
+  *ranges = std::move(kept);
+  return left;
+}
+
 }  // namespace
 
 void describe(OptionVisitor& v, LongWindowOptions& o) {
@@ -63,33 +95,8 @@ void describeMode(OptionVisitor& v, LongWindowOptions& o) {
 void mergeRanges(std::vector<HeldRange>* ranges, std::size_t limit) {
   std::map<std::uint64_t, std::size_t> count;
   for (const HeldRange& r : *ranges) ++count[r.anchor];
-  for (const auto& [id, n] : count) {
-    if (n <= limit) continue;
-    std::vector<HeldRange> kept;
-    HeldRange* open = nullptr;  // of this anchor, waiting for a partner
-    kept.reserve(ranges->size());
-    for (const HeldRange& r : *ranges) {
-      if (r.anchor != id) {
-        kept.push_back(r);
-        continue;
-      }
-      if (!open) {
-        kept.push_back(r);
-        open = &kept.back();
-        continue;
-      }
-      const double a = open->merged, b = r.merged, sum = a + b;
-      const double single = std::max(open->sigma_m * std::sqrt(std::min(a, 16.0)),
-                                     r.sigma_m * std::sqrt(std::min(b, 16.0)));
-      open->t += static_cast<TimeNs>(static_cast<double>(r.t - open->t) * b / sum);
-      open->range_m = (a * open->range_m + b * r.range_m) / sum;
-      open->motion = (a * open->motion + b * r.motion) / sum;
-      open->lever = (a * open->lever + b * r.lever) / sum;
-      open->merged += r.merged;
-      open->sigma_m = single / std::sqrt(std::min(sum, 16.0));
-      open = nullptr;
-    }
-    *ranges = std::move(kept);
+  for (auto& [id, n] : count) {
+    while (n > std::max<std::size_t>(limit, 1)) n = halve(ranges, id);
   }
 }
 
@@ -353,8 +360,6 @@ void LongWindow::removeAnchor(std::uint64_t id) {
         (A + 1e-12 * Eigen::Matrix4d::Identity()).completeOrthogonalDecomposition().pseudoInverse();
     const Eigen::MatrixXd W = s.prior.H.middleCols(c, 4) * inv;
     const Eigen::MatrixXd H = s.prior.H - W * s.prior.H.middleRows(c, 4);
-    // At the anchor's present value, which is what the nodes' equations were taken around.
-    Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
     const Eigen::VectorXd b = s.prior.b - W * s.prior.b.segment(c, 4);
     LongPrior next;
     next.nodes = s.prior.nodes;

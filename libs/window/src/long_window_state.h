@@ -38,7 +38,7 @@ struct LongWindow::Impl {
   int limit() const { return options.mode == "none" ? 0 : options.size; }
   int anchorIndex(std::uint64_t id) const;
   bool yawFrozen() const { return position() || !options.heading; }
-  bool scaleFrozen() const { return options.scale_sigma <= 0; }
+  bool scaleFrozen() const { return position() || options.scale_sigma <= 0; }
   LongNode& node(std::size_t k) { return k < nodes.size() ? nodes[k] : front; }
 
   void addPrior(Frontal* f) const;
@@ -47,6 +47,7 @@ struct LongWindow::Impl {
   void addRanges(const LongNode& n, const std::vector<HeldRange>& ranges, Frontal* f) const;
   void addClaim(Frontal* f) const;
   void holdFrozen(Frontal* f) const;
+  void holdFixedAnchors(Frontal* f) const;
   void dropOldest();
   std::vector<double> frontAndAnchors() const;
   double cost(const std::vector<HeldRange>& front_ranges);

@@ -128,6 +128,19 @@ void LongWindow::Impl::holdFrozen(Frontal* f) const {
   }
 }
 
+/// What older nodes said about an anchor before it was fixed still couples it to the others.
+void LongWindow::Impl::holdFixedAnchors(Frontal* f) const {
+  int index = 0;
+  for (const auto& [id, a] : anchors) {
+    const int at = f->anchorOffset(index++);
+    if (!a.fixed) continue;
+    f->H.middleRows<kAnchorSize>(at).setZero();
+    f->H.middleCols<kAnchorSize>(at).setZero();
+    f->H.block<kAnchorSize, kAnchorSize>(at, at).setIdentity();
+    f->b.segment<kAnchorSize>(at).setZero();
+  }
+}
+
 void LongWindow::Impl::addClaim(Frontal* f) const {
   if (options.gauge_free_prior || claim.isZero()) return;
   Eigen::Vector4d d;
@@ -154,6 +167,7 @@ const NormalEquations& LongWindow::eliminate() {
   }
   s.addClaim(&f);
   s.holdFrozen(&f);
+  s.holdFixedAnchors(&f);
 
   const int tail = kAnchorSize * static_cast<int>(s.anchors.size());
   const int at = f.anchorOffset(0), n = kNodeSize + tail;

@@ -1,0 +1,150 @@
+#pragma once
+/// Flies a simulated odometry with ranges through OdometryRangeEstimator.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "vir/estimator/odometry_range_estimator.h"
+#include "vir/evaluation/evaluate.h"
+#include "vir/simulation/flights.h"
+#include "vir/simulation/simulate_odometry.h"
+#include "vir/simulation/simulate_ranges.h"
+
+namespace vir_test {
+
+using vir::AnchorReport;
+using vir::OdometryEstimate;
+using vir::Pose;
+using vir::RangeMeasurement;
+using vir::TimeNs;
+using vir::Vec3;
+
+/// A flight with everything that is measured on it. W is the odometry's frame at the start.
+struct RangeWorld {
+  explicit RangeWorld(vir::Motion m, const vir::OdometrySimulationOptions& o,
+                      const vir::RangeSimulationOptions& r)
+      : motion(std::move(m)), range_options(r) {
+    odometry = vir::simulateOdometry(motion, o);
+    for (const vir::SimulatedRange& s : vir::simulateRanges(motion, r)) {
+      ranges.push_back(measurement(s));
+    }
+    const Pose first = motion.poseAt(motion.begin());
+    T_W_M = Pose(vir::Quat(vir::rotZ(-vir::yawOf(first.R()))), Vec3::Zero());
+    T_W_M.p = -(T_W_M.q * first.p);
+  }
+  RangeMeasurement measurement(const vir::SimulatedRange& s) const {
+    RangeMeasurement r;
+    r.t = s.t;
+    r.anchor = static_cast<std::uint64_t>(s.anchor);
+    r.range_m = s.range_m;
+    r.sigma_m = range_options.sigma_m;
+    r.p_B_U = Vec3(range_options.lever_arm_m.data());
+    return r;
+  }
+  /// Where the body truly is, in W.
+  Pose truth(TimeNs t) const { return T_W_M * motion.poseAt(t); }
+  Vec3 anchor(std::size_t index, double s = 0) const {
+    return T_W_M * vir::anchorAt(range_options, index, s);
+  }
+  /// When the body has been under way for `s` seconds.
+  TimeNs time(double s) const { return motion.begin() + vir::fromSeconds(s); }
+
+  vir::Motion motion;
+  vir::RangeSimulationOptions range_options;
+  vir::Trajectory odometry;
+  std::vector<RangeMeasurement> ranges;
+  Pose T_W_M;  ///< from the frame of the motion
+};
+
+struct RangeRun {
+  std::vector<OdometryEstimate> estimates;
+  std::vector<AnchorReport> anchors;
+  std::vector<vir::RangeDecision> decisions;
+  std::vector<std::pair<std::string, long>> counters;
+  std::vector<std::string> warnings;
+
+  long count(const std::string& name) const {
+    for (const auto& [n, value] : counters) {
+      if (n == name) return value;
+    }
+    return 0;
+  }
+  const AnchorReport* anchor(std::uint64_t id) const {
+    for (const AnchorReport& a : anchors) {
+      if (a.id == id) return &a;
+    }
+    return nullptr;
+  }
+  bool warned(const std::string& word) const {
+    return std::any_of(warnings.begin(), warnings.end(),
+                       [&](const std::string& w) { return w.find(word) != std::string::npos; });
+  }
+};
+
+/// Called after every pose.
+using AtPose = std::function<void(const vir::OdometryRangeEstimator&, const OdometryEstimate&)>;
+
+/// Ranges in the order of the list, each before the first pose that is not older than it.
+inline RangeRun fly(const RangeWorld& world, const vir::OdometryRangeConfig& config,
+                    const std::vector<RangeMeasurement>& ranges, const AtPose& at_pose = {}) {
+  vir::OdometryRangeEstimator estimator(config);
+  RangeRun out;
+  std::size_t next = 0;
+  for (const vir::StampedPose& p : world.odometry) {
+    for (; next < ranges.size() && !(ranges[next].t > p.t); ++next) {
+      estimator.addRange(ranges[next]);
+    }
+    estimator.addOdometry(p.t, p.T_W_B);
+    for (const OdometryEstimate& e : estimator.take()) {
+      out.estimates.push_back(e);
+      if (at_pose) at_pose(estimator, e);
+    }
+  }
+  out.anchors = estimator.anchors();
+  out.decisions = estimator.takeRanges();
+  out.counters = estimator.counters();
+  out.warnings = estimator.warnings();
+  return out;
+}
+
+inline RangeRun fly(const RangeWorld& world, const vir::OdometryRangeConfig& config = {},
+                    const AtPose& at_pose = {}) {
+  return fly(world, config, world.ranges, at_pose);
+}
+
+/// ATE (position and yaw aligned) of the causal trajectory [m].
+inline double ate(const RangeWorld& world, const RangeRun& run) {
+  vir::Trajectory estimate;
+  for (const OdometryEstimate& e : run.estimates) estimate.push_back({e.t, e.T_W_B});
+  return vir::evaluate(world.motion.sampled(50), estimate, {}).ate_position_m.rmse;
+}
+
+inline vir::FlightOptions flightOf(double length_m, int seed = 1) {
+  vir::FlightOptions o;
+  o.length_m = length_m;
+  o.seed = seed;
+  return o;
+}
+
+/// An odometry that drifts as the defaults of OdometryOptions say, or less.
+inline vir::OdometrySimulationOptions drifting(int seed = 1) {
+  vir::OdometrySimulationOptions o;
+  o.scale_error = 0.05;
+  o.yaw_walk = 0.01;
+  o.position_walk = 0.02;
+  o.seed = seed;
+  return o;
+}
+
+inline vir::RangeSimulationOptions rangesTo(const std::vector<Vec3>& anchors, int seed = 1) {
+  vir::RangeSimulationOptions o;
+  o.rate_hz = 10;
+  o.seed = seed;
+  for (const Vec3& a : anchors) o.anchor_m.insert(o.anchor_m.end(), {a.x(), a.y(), a.z()});
+  o.lever_arm_m = {0.05, 0, 0.1};
+  return o;
+}
+
+}  // namespace vir_test

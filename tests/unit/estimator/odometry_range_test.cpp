@@ -1,0 +1,248 @@
+/// Odometry and ranges over whole flights: how good, how honest, and what it does when ranges lie.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "odometry_range_driver.h"
+#include "vir/evaluation/nees.h"
+#include "vir_test_noise.h"
+
+namespace vir {
+namespace {
+
+using vir_test::ate;
+using vir_test::drifting;
+using vir_test::flightOf;
+using vir_test::fly;
+using vir_test::RangeRun;
+using vir_test::rangesTo;
+using vir_test::RangeWorld;
+
+const Vec3 kAnchor(4, 6, 2.5);
+
+TEST(OdometryRange, RangesHalveTheDrift) {
+  double sum_with = 0, sum_without = 0;
+  for (int seed : {1, 2, 3}) {
+    const RangeWorld world(flight("eight", flightOf(120, seed)), drifting(seed),
+                           rangesTo({kAnchor}, seed));
+    const double without = ate(world, fly(world, {}, std::vector<RangeMeasurement>()));
+    const RangeRun run = fly(world);
+    const double with = ate(world, run);
+    std::printf("seed %d: ATE without ranges %.3f m, with %.3f m\n", seed, without, with);
+    sum_with += with;
+    sum_without += without;
+    EXPECT_LT(with, 0.6 * without) << seed;
+    ASSERT_TRUE(run.anchor(0) && run.anchor(0)->has_position);
+    EXPECT_LT((run.anchor(0)->p_W - world.anchor(0)).norm(), 0.5) << seed;
+    EXPECT_NEAR(run.estimates.back().scale, 1.05, 0.04) << seed;
+  }
+  EXPECT_LT(sum_with, 0.5 * sum_without);
+}
+
+TEST(OdometryRange, NoLineOfSightCostsLittle) {
+  double clean = 0, nlos = 0;
+  for (int seed = 1; seed <= 5; ++seed) {
+    auto ranges = rangesTo({kAnchor}, seed);
+    const Motion motion = flight("eight", flightOf(120, seed));
+    const RangeWorld good(motion, drifting(seed), ranges);
+    ranges.nlos_share = 0.1;
+    const RangeWorld bad(motion, drifting(seed), ranges);
+    const double a = ate(good, fly(good)), b = ate(bad, fly(bad));
+    std::printf("seed %d: ATE clean %.3f m, 10 %% without line of sight %.3f m\n", seed, a, b);
+    clean += a;
+    nlos += b;
+    EXPECT_LT(b, 1.3 * a + 0.02) << seed;
+  }
+  EXPECT_LT(nlos, 1.3 * clean);
+}
+
+TEST(OdometryRange, AMovedAnchorIsNoticedAndFoundAgain) {
+  auto ranges = rangesTo({kAnchor});
+  ranges.jump = {0, 70, -5, -5, 1.5};
+  const RangeWorld world(flight("eight", flightOf(240)), drifting(), ranges);
+  TimeNs lost = 0, found = 0;
+  const RangeRun run =
+      fly(world, {}, [&](const OdometryRangeEstimator& e, const OdometryEstimate& now) {
+        if (e.anchors().empty()) return;
+        const AnchorReport a = e.anchors().front();
+        if (!lost && a.state == "moved") lost = now.t;
+        if (lost && !found && a.has_position) found = now.t;
+      });
+  EXPECT_TRUE(run.warned("moved"));
+  EXPECT_EQ(run.count("ranges_anchors_found_anew"), 1);
+  ASSERT_GT(lost, 0);
+  EXPECT_GT(lost, world.time(70));
+  EXPECT_LT(lost, world.time(90));
+  ASSERT_GT(found, 0);
+  EXPECT_LT(found, world.time(130));
+  std::printf("moved at 70 s, noticed at %.1f s, found again at %.1f s\n",
+              toSeconds(lost - world.motion.begin()), toSeconds(found - world.motion.begin()));
+  ASSERT_TRUE(run.anchor(0) && run.anchor(0)->has_position);
+  EXPECT_LT((run.anchor(0)->p_W - world.anchor(0, 200)).norm(), 0.6);
+  // What the wrong ranges did before they were noticed has been taken back.
+  const Pose truth = world.truth(run.estimates.back().t);
+  EXPECT_LT((run.estimates.back().T_W_B.p - truth.p).norm(), 0.6);
+}
+
+TEST(OdometryRange, AnOutageCausesNoJump) {
+  for (int seed : {1, 2, 3}) {
+    auto ranges = rangesTo({kAnchor}, seed);
+    ranges.outage_s = {50, 70};
+    const RangeWorld world(flight("eight", flightOf(150, seed)), drifting(seed), ranges);
+    const RangeRun run = fly(world);
+    double worst = 0, largest = 0, error = 0;
+    for (std::size_t k = 1; k < run.estimates.size(); ++k) {
+      const OdometryEstimate &a = run.estimates[k - 1], &b = run.estimates[k];
+      if (a.t < world.time(45) || a.t > world.time(80)) continue;
+      const Pose step = world.odometry[k - 1].T_W_B.inverse() * world.odometry[k].T_W_B;
+      const Vec3 jump = b.T_W_B.p - (a.T_W_B * step).p;
+      const Mat3 P = a.covariance.topLeftCorner<3, 3>();
+      largest = std::max(largest, jump.norm());
+      worst = std::max(worst, std::sqrt(jump.dot(P.ldlt().solve(jump))));
+    }
+    for (const OdometryEstimate& e : run.estimates) {
+      if (e.t > world.time(75)) {
+        error = std::max(error, (e.T_W_B.p - world.truth(e.t).p).norm());
+      }
+    }
+    std::printf("seed %d: largest correction %.3f m, %.2f sigma; after it %.2f m off at most\n",
+                seed, largest, worst, error);
+    EXPECT_LT(worst, 3) << seed;
+    EXPECT_LT(error, 0.8) << seed;
+  }
+}
+
+TEST(OdometryRange, IsAsSureAsItMayBe) {
+  // The odometry errs as the settings say: random walks of position and yaw, a scale that is off
+  // by a random amount and wanders.
+  constexpr int kRuns = 20;
+  constexpr double kSpeed = 1.5, kScale = 0.05;
+  double position = 0, anchor = 0;
+  int anchors = 0;
+  long positions = 0;
+  for (int seed = 1; seed <= kRuns; ++seed) {
+    vir::test::Noise noise(static_cast<std::uint64_t>(1000 + seed));
+    OdometrySimulationOptions o;
+    o.seed = seed;
+    o.scale_error = kScale * noise.normal();
+    o.scale_wander = 0.01;
+    o.scale_wander_s = 10;
+    o.position_walk = 0.02;
+    o.yaw_walk = 0.005;
+    OdometryRangeConfig config;
+    config.odometry.sigma_per_sqrt_m = o.position_walk / std::sqrt(kSpeed);
+    config.odometry.sigma_per_rad_m = 0;
+    config.odometry.vertical_share = 1;
+    config.odometry.yaw_per_sqrt_m = config.odometry.yaw_per_sqrt_rad = 0;
+    config.odometry.yaw_per_sqrt_s = o.yaw_walk;
+    config.long_window.scale_sigma = kScale;
+    config.long_window.scale_walk_per_sqrt_m =
+        o.scale_wander * std::sqrt(2 / o.scale_wander_s / kSpeed);
+    config.long_window.size = 150;
+    const RangeWorld world(flight("eight", flightOf(75, seed)), o, rangesTo({kAnchor}, seed));
+    const RangeRun run = fly(world, config);
+    double value = 0, sum = 0;
+    long n = 0;
+    for (std::size_t k = 0; k < run.estimates.size(); k += 20) {
+      const OdometryEstimate& e = run.estimates[k];
+      if (e.t < world.time(10)) continue;
+      if (!nees(e.T_W_B.p - world.truth(e.t).p, e.covariance.topLeftCorner<3, 3>(), &value)) {
+        ADD_FAILURE() << "no covariance at " << e.t << ", seed " << seed;
+        continue;
+      }
+      sum += value;
+      ++n;
+    }
+    position += sum;
+    positions += n;
+    ASSERT_TRUE(run.anchor(0)) << seed;
+    const AnchorReport& a = *run.anchor(0);
+    const bool known = a.has_position && nees(a.p_W - world.anchor(0), a.covariance, &value);
+    EXPECT_TRUE(known) << seed;
+    if (known) {
+      anchor += value;
+      ++anchors;
+    }
+    std::printf("seed %2d: position NEES %.2f, anchor NEES %.2f (%.3f m off), scale %.3f of %.3f\n",
+                seed, sum / static_cast<double>(n), value, (a.p_W - world.anchor(0)).norm(),
+                run.estimates.back().scale, 1 + o.scale_error);
+  }
+  position /= static_cast<double>(positions);
+  anchor /= anchors;
+  std::printf("mean NEES of the position %.2f, of the anchor %.2f\n", position, anchor);
+  EXPECT_GT(position, 0.5 * 3);
+  EXPECT_LT(position, 2.0 * 3);
+  EXPECT_GT(anchor, 0.5 * 3);
+  EXPECT_LT(anchor, 2.0 * 3);
+}
+
+TEST(OdometryRange, ByteForByteTheSameTwice) {
+  std::vector<double> numbers[2];
+  for (std::vector<double>& out : numbers) {
+    const RangeWorld world(flight("eight", flightOf(40)), drifting(), rangesTo({kAnchor}));
+    const RangeRun run = fly(world);
+    for (const OdometryEstimate& e : run.estimates) {
+      for (int i = 0; i < 3; ++i) out.push_back(e.T_W_B.p[i]);
+      out.insert(out.end(), e.covariance.data(), e.covariance.data() + 36);
+    }
+    for (const AnchorReport& a : run.anchors) {
+      for (int i = 0; i < 3; ++i) out.push_back(a.p_W[i]);
+    }
+  }
+  ASSERT_EQ(numbers[0].size(), numbers[1].size());
+  EXPECT_EQ(std::memcmp(numbers[0].data(), numbers[1].data(), numbers[0].size() * sizeof(double)),
+            0);
+}
+
+TEST(OdometryRange, BadOdometryIsCountedAndChangesNothing) {
+  const RangeWorld world(flight("eight", flightOf(30)), drifting(), rangesTo({kAnchor}));
+  const RangeRun clean = fly(world);
+  OdometryRangeEstimator e{OdometryRangeConfig()};
+  std::size_t next = 0;
+  std::vector<OdometryEstimate> out;
+  for (std::size_t k = 0; k < world.odometry.size(); ++k) {
+    const StampedPose& p = world.odometry[k];
+    for (; next < world.ranges.size() && world.ranges[next].t <= p.t; ++next) {
+      e.addRange(world.ranges[next]);
+    }
+    e.addOdometry(p.t, p.T_W_B);
+    e.addOdometry(p.t, p.T_W_B);                                      // repeated
+    e.addOdometry(p.t - 1, Pose(Quat::Identity(), Vec3(9, 9, 9)));    // out of order
+    e.addOdometry(p.t + 1, Pose(Quat::Identity(), Vec3(NAN, 0, 0)));  // not finite
+    e.addOdometry(p.t + 2, Pose(Quat(0, 0, 0, 0), Vec3(1, 0, 0)));    // no attitude
+    for (const OdometryEstimate& now : e.take()) out.push_back(now);
+  }
+  ASSERT_EQ(out.size(), clean.estimates.size());
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    ASSERT_EQ(out[k].T_W_B.p, clean.estimates[k].T_W_B.p) << k;
+    ASSERT_EQ(out[k].covariance, clean.estimates[k].covariance) << k;
+  }
+  std::map<std::string, long> counts;
+  for (const auto& [name, n] : e.counters()) counts[name] = n;
+  const long n = static_cast<long>(world.odometry.size());
+  EXPECT_EQ(counts["odometry_poses"], 5 * n);
+  EXPECT_EQ(counts["odometry_not_finite"], 2 * n);
+  EXPECT_EQ(counts["odometry_out_of_order"], 2 * n);
+}
+
+TEST(OdometryRange, AJumpOfTheOdometryIsSurvived) {
+  RangeWorld world(flight("eight", flightOf(120)), drifting(), rangesTo({kAnchor}));
+  const std::size_t at = world.odometry.size() / 2;
+  for (std::size_t k = at; k < world.odometry.size(); ++k) {
+    world.odometry[k].T_W_B.p += Vec3(30, -20, 5);
+  }
+  const RangeRun run = fly(world);
+  EXPECT_EQ(run.count("odometry_jumps"), 1);
+  EXPECT_TRUE(run.warned("jumped"));
+  EXPECT_EQ(run.estimates.back().segment, 1);
+  for (const OdometryEstimate& e : run.estimates) {
+    ASSERT_TRUE(e.T_W_B.p.allFinite() && e.covariance.allFinite());
+  }
+  // It cannot know how far the jump was, and must say so.
+  const Mat3 before = run.estimates[at - 1].covariance.topLeftCorner<3, 3>();
+  const Mat3 after = run.estimates[at].covariance.topLeftCorner<3, 3>();
+  EXPECT_GT(after.trace(), 4 * before.trace());
+}
+
+}  // namespace
+}  // namespace vir

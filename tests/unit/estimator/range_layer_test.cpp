@@ -1,0 +1,254 @@
+/// What becomes of ranges: bad ones, anchors that appear late, geometry that does not suffice.
+#include "vir/estimator/range_layer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "odometry_range_driver.h"
+
+namespace vir {
+namespace {
+
+using vir_test::drifting;
+using vir_test::flightOf;
+using vir_test::fly;
+using vir_test::RangeRun;
+using vir_test::rangesTo;
+using vir_test::RangeWorld;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+const Vec3 kAnchor(4, 6, 2.5), kOther(-7, -4, 1.5);
+
+std::vector<double> numbersOf(const RangeRun& run) {
+  std::vector<double> out;
+  for (const OdometryEstimate& e : run.estimates) {
+    for (int i = 0; i < 3; ++i) out.push_back(e.T_W_B.p[i]);
+    for (int i = 0; i < 4; ++i) out.push_back(e.T_W_B.q.coeffs()[i]);
+    out.insert(out.end(), e.covariance.data(), e.covariance.data() + 36);
+    out.push_back(e.scale);
+  }
+  return out;
+}
+
+TEST(RangeLayer, BadRangesAreCountedByReason) {
+  LongWindow window{LongWindowOptions()};
+  RangeLayer layer(RangeOptions(), &window, {});
+  const auto offer = [&](TimeNs t, std::uint64_t id, double range_m, double sigma_m = 0.1,
+                         const Vec3& lever = Vec3::Zero()) {
+    RangeMeasurement r;
+    r.t = t;
+    r.anchor = id;
+    r.range_m = range_m;
+    r.sigma_m = sigma_m;
+    r.p_B_U = lever;
+    layer.offer(r);
+  };
+  offer(100, 1, 5);
+  offer(200, 1, -5);
+  offer(300, 1, kNan);
+  offer(310, 1, std::numeric_limits<double>::infinity());
+  offer(400, 1, 0);
+  offer(500, 1, 1e9);
+  offer(100, 1, 5);  // again
+  offer(50, 1, 5);   // older
+  offer(600, 1, 5, kNan);
+  offer(700, 1, 5, 0.1, Vec3(0, kNan, 0));
+  offer(800, static_cast<std::uint64_t>(-1), 5);  // a broken id
+  offer(900, 1ull << 32, 5);                      // must not be taken for anchor 0
+  offer(150, 2, 6);
+  std::map<std::string, long> counts;
+  for (const auto& [name, n] : layer.counters()) counts[name] = n;
+  EXPECT_EQ(counts["ranges_negative"], 1);
+  EXPECT_EQ(counts["ranges_not_finite"], 4);
+  EXPECT_EQ(counts["ranges_zero"], 1);
+  EXPECT_EQ(counts["ranges_too_far"], 1);
+  EXPECT_EQ(counts["ranges_repeated"], 1);
+  EXPECT_EQ(counts["ranges_out_of_order"], 1);
+  EXPECT_EQ(counts["ranges_bad_id"], 2);
+  EXPECT_EQ(layer.take().size(), 11u) << "every one is recorded";
+  // The two good ones wait, in order of time.
+  EXPECT_TRUE(layer.anyPending());
+  EXPECT_EQ(layer.dueUntil(99).size(), 0u);
+  const std::vector<RangeMeasurement> due = layer.dueUntil(1000);
+  ASSERT_EQ(due.size(), 2u);
+  EXPECT_EQ(due[0].t, 100);
+  EXPECT_EQ(due[1].t, 150);
+  EXPECT_FALSE(layer.anyPending());
+  layer.discard(due, "too_late");
+  const auto decisions = layer.take();
+  ASSERT_EQ(decisions.size(), 2u);
+  EXPECT_EQ(decisions[1].decision, "too_late");
+  EXPECT_EQ(decisions[1].anchor, 2u);
+}
+
+TEST(RangeLayer, BadRangesChangeNothing) {
+  const RangeWorld world(flight("eight", flightOf(40)), drifting(), rangesTo({kAnchor}));
+  std::vector<RangeMeasurement> dirty;
+  RangeMeasurement early = world.ranges.front();
+  early.t = world.motion.begin() - 50000000;
+  early.anchor = 7;
+  dirty.push_back(early);
+  long n = 0;
+  for (std::size_t k = 0; k < world.ranges.size(); ++k) {
+    RangeMeasurement r = world.ranges[k];
+    dirty.push_back(r);
+    if (k % 3) continue;
+    ++n;
+    dirty.push_back(r);  // repeated
+    const double values[] = {-r.range_m, kNan, 0, 1e7};
+    r.t += 1;
+    r.range_m = values[n % 4];
+    dirty.push_back(r);
+    r = world.ranges[k];
+    r.t -= 1;  // out of order
+    dirty.push_back(r);
+    if (k % 60) continue;
+    r.t += 2;
+    r.anchor = 4711;  // heard of a few times only
+    r.range_m = 3.3;
+    dirty.push_back(r);
+  }
+  const RangeRun clean = fly(world), with = fly(world, {}, dirty);
+  EXPECT_EQ(numbersOf(clean), numbersOf(with));
+  EXPECT_EQ(with.count("ranges_repeated"), n);
+  EXPECT_EQ(with.count("ranges_out_of_order"), n);
+  EXPECT_EQ(with.count("ranges_negative") + with.count("ranges_not_finite") +
+                with.count("ranges_zero") + with.count("ranges_too_far"),
+            n);
+  EXPECT_EQ(with.count("ranges_before_the_start"), 1 + clean.count("ranges_before_the_start"));
+  EXPECT_EQ(with.decisions.size(), dirty.size()) << "every range is accounted for";
+  ASSERT_TRUE(with.anchor(4711));
+  EXPECT_FALSE(with.anchor(4711)->has_position);
+  EXPECT_EQ(with.anchor(4711)->state, "collecting");
+  ASSERT_TRUE(with.anchor(0) && clean.anchor(0));
+  EXPECT_TRUE(clean.anchor(0)->has_position);
+  EXPECT_EQ(with.anchor(0)->p_W, clean.anchor(0)->p_W);
+}
+
+TEST(RangeLayer, AnAnchorFoundLate) {
+  const RangeWorld world(flight("eight", flightOf(120)), drifting(), rangesTo({kAnchor}));
+  std::vector<RangeMeasurement> late;
+  for (const RangeMeasurement& r : world.ranges) {
+    if (r.t > world.time(50)) late.push_back(r);
+  }
+  const RangeRun run = fly(world, {}, late);
+  ASSERT_TRUE(run.anchor(0) && run.anchor(0)->has_position);
+  const Vec3 error = run.anchor(0)->p_W - world.anchor(0);
+  RecordProperty("anchor_error_m", std::to_string(error.norm()));
+  // It stands where the drift of the way there puts it: its covariance must say so.
+  EXPECT_LT(error.norm(), 1.5);
+  EXPECT_LT(error.dot(run.anchor(0)->covariance.ldlt().solve(error)), 16.3);  // 99.9 %
+}
+
+TEST(RangeLayer, TwoAnchorsOneAfterAnother) {
+  const RangeWorld world(flight("eight", flightOf(120)), drifting(), rangesTo({kAnchor, kOther}));
+  std::vector<RangeMeasurement> some;
+  for (const RangeMeasurement& r : world.ranges) {
+    if (r.anchor == 0 || r.t > world.time(40)) some.push_back(r);
+  }
+  TimeNs found[2] = {0, 0};
+  const RangeRun run =
+      fly(world, {}, some, [&](const OdometryRangeEstimator& e, const OdometryEstimate& now) {
+        for (const AnchorReport& a : e.anchors()) {
+          if (a.has_position && !found[a.id]) found[a.id] = now.t;
+        }
+      });
+  EXPECT_GT(found[0], 0);
+  EXPECT_LT(found[0], world.time(30));
+  EXPECT_GT(found[1], world.time(40));
+  EXPECT_LT(found[1], world.time(70));
+  ASSERT_EQ(run.anchors.size(), 2u);
+  for (std::size_t a = 0; a < 2; ++a) {
+    EXPECT_EQ(run.anchors[a].state, "estimated") << a;
+    EXPECT_LT((run.anchors[a].p_W - world.anchor(a)).norm(), 1.0) << a;
+  }
+}
+
+TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
+  for (double z : {2.0, -2.0}) {
+    // Two rounds at one height, then round and up.
+    std::vector<Vec3> points;
+    for (int k = 0; k <= 150; ++k) {
+      const double a = 2 * M_PI * k / 50;
+      points.emplace_back(6 * std::sin(a), 3 * std::sin(2 * a), 0.05 * std::max(0, k - 100));
+    }
+    FlightOptions level;
+    level.sway_m = level.sway_deg = level.height_m = 0;
+    auto gentle = drifting();
+    gentle.scale_error = 0.02;
+    gentle.position_walk = 0.003;
+    gentle.yaw_walk = 0.003;
+    OdometryRangeConfig config;
+    config.odometry.sigma_per_sqrt_m = 0.01;
+    config.odometry.yaw_per_sqrt_m = 0.005;
+    auto ranges = rangesTo({Vec3(4, 6, z)});
+    ranges.lever_arm_m = {0, 0, 0};
+    const RangeWorld world(flyAlong(points, level), gentle, ranges);
+    bool seen = false;
+    TimeNs found = 0;
+    const RangeRun run =
+        fly(world, config, [&](const OdometryRangeEstimator& e, const OdometryEstimate& now) {
+          const Pose truth = world.truth(now.t);
+          if (truth.p.z() > 0.02 || e.anchors().empty()) return;
+          const AnchorReport a = e.anchors().front();
+          if (!a.has_position) return;
+          if (!found) found = now.t;
+          // The images are compared some keyframes after the first position only.
+          if (now.t < found + fromSeconds(5)) return;
+          ASSERT_EQ(a.state, "mirror_open") << toSeconds(now.t - world.motion.begin()) << " s";
+          EXPECT_NE(a.advice.find("height"), std::string::npos) << a.advice;
+          EXPECT_GT(std::sqrt(a.covariance(2, 2)), 1.0);
+          EXPECT_LT(std::sqrt(a.covariance(0, 0)), 2.0);
+          seen = true;
+        });
+    EXPECT_TRUE(seen);
+    ASSERT_EQ(run.anchors.size(), 1u);
+    EXPECT_EQ(run.anchors[0].state, "estimated") << "anchor at height " << z;
+    EXPECT_LT((run.anchors[0].p_W - world.anchor(0)).norm(), 0.6) << "anchor at height " << z;
+    EXPECT_LT(std::sqrt(run.anchors[0].covariance(2, 2)), 0.5);
+  }
+}
+
+TEST(RangeLayer, AStraightLineAsksToMoveSideways) {
+  FlightOptions straight;
+  straight.sway_m = straight.sway_deg = straight.height_m = 0;
+  auto gentle = drifting();
+  gentle.yaw_walk = gentle.position_walk = 0.0005;
+  const RangeWorld world(flyAlong({Vec3::Zero(), Vec3(20, 0, 0)}, straight), gentle,
+                         rangesTo({Vec3(10, 4, 1)}));
+  // A device of unknown scale takes an anchor that is known to a few metres; a ring of radius 4 m
+  // is none the less nothing to use when a metre is asked for.
+  OdometryRangeConfig config;
+  config.ranges = RangeOptions();
+  const RangeRun run = fly(world, config);
+  ASSERT_EQ(run.anchors.size(), 1u);
+  EXPECT_FALSE(run.anchors[0].has_position);
+  EXPECT_EQ(run.anchors[0].state, "collecting");
+  EXPECT_NE(run.anchors[0].advice.find("move sideways"), std::string::npos)
+      << run.anchors[0].advice;
+  EXPECT_GT(run.count("ranges_collected"), 50);
+}
+
+TEST(RangeLayer, ADroppedAnchorStartsFromItsPrior) {
+  const RangeWorld world(flight("eight", flightOf(60)), drifting(), rangesTo({kAnchor}));
+  OdometryRangeConfig config;
+  const Vec3 at = world.anchor(0) + Vec3(0.1, -0.1, 0.1);
+  config.ranges.anchor_prior = {0, at.x(), at.y(), at.z(), 0.3};
+  TimeNs with = 0, without = 0;
+  const auto note = [](TimeNs* when) {
+    return [when](const OdometryRangeEstimator& e, const OdometryEstimate& now) {
+      if (!*when && !e.anchors().empty() && e.anchors()[0].has_position) *when = now.t;
+    };
+  };
+  const RangeRun known = fly(world, config, note(&with));
+  fly(world, {}, note(&without));
+  ASSERT_GT(with, 0);
+  EXPECT_LT(with, without);
+  EXPECT_LT((known.anchors[0].p_W - world.anchor(0)).norm(), 0.3);
+  EXPECT_EQ(known.anchors[0].state, "estimated");
+}
+
+}  // namespace
+}  // namespace vir

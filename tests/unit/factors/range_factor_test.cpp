@@ -1,0 +1,278 @@
+#include "vir/factors/range_factor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "vir_test_jacobian.h"
+#include "vir_test_poses.h"
+
+namespace vir {
+namespace {
+
+using vir_test::Blocks;
+using vir_test::poseBlock;
+using vir_test::residualOf;
+
+/// No robust loss: the residual is the plain whitened one.
+RangeTerm plain(double range_m, double sigma_m) {
+  RangeTerm term{range_m, sigma_m, {}};
+  term.robust.huber_delta = term.robust.nlos_delta = 0;
+  return term;
+}
+
+struct NamedNode {
+  std::string name;
+  std::vector<double> x;
+};
+
+/// Places, headings around half a turn, and scales.
+std::vector<NamedNode> difficultNodes() {
+  return {{"origin", {0, 0, 0, 0, 0}},
+          {"yaw just below pi", {1, -2, 0.5, M_PI - 1e-4, 0.1}},
+          {"yaw just above -pi", {-3, 1, 2, -M_PI + 1e-4, -0.2}},
+          {"many turns", {4, 5, -1, 7 * M_PI + 0.3, 0.05}},
+          {"quarter turn, odometry far too long", {-2, -2, 0, M_PI / 2, 0.7}},
+          {"far away", {300, -200, 40, 2.5, -0.1}}};
+}
+
+/// Ranges that put the residual into the core of the loss and into either tail.
+std::vector<double> rangeErrors() { return {-3.0, -0.15, 0.0, 0.04, 0.3, 2.0}; }
+
+TEST(PredictRange, ByHand) {
+  // |(3, 4, 0)| + 0.2 - 5.5 = -0.3.
+  const RangePrediction r = predictRange(Vec3(4, 5, 1), Vec3(1, 1, 1), 0.2, 5.5);
+  EXPECT_NEAR(r.value_m, -0.3, 1e-15);
+  EXPECT_LT((r.direction - Vec3(0.6, 0.8, 0)).norm(), 1e-15);
+}
+
+TEST(PredictRange, DirectionFadesOutAtTheAnchor) {
+  const RangePrediction at = predictRange(Vec3(1, 2, 3), Vec3(1, 2, 3), 0, 0.1);
+  EXPECT_NEAR(at.value_m, -0.1, 1e-15);
+  EXPECT_EQ(at.direction.norm(), 0);
+  double last = 0;
+  for (double d : {1e-300, 1e-12, 1e-6, 1e-3, 0.01, 0.049, kMinDistance}) {
+    const RangePrediction r = predictRange(Vec3(0, d, 0), Vec3::Zero(), 0, 0.1);
+    ASSERT_TRUE(r.direction.allFinite() && std::isfinite(r.value_m)) << d;
+    EXPECT_NEAR(r.value_m, d - 0.1, 1e-15);
+    EXPECT_NEAR(r.direction.norm(), std::min(1.0, d / kMinDistance), 1e-12) << d;
+    EXPECT_GE(r.direction.norm(), last);
+    last = r.direction.norm();
+  }
+  EXPECT_NEAR(predictRange(Vec3(0, 0.3, 0), Vec3::Zero(), 0, 1).direction.norm(), 1, 1e-15);
+}
+
+TEST(NodeRangeFactor, ResidualByHand) {
+  // Node at (1, 2, 0), O turned by 90 degrees, odometry twice too long: a motion of (2, 0, 1) in O
+  // is (0, 1, 0.5) in W, the lever (0, 1, 0) is (-1, 0, 0). Antenna at (0, 3, 0.5), anchor at
+  // (0, 0, 4.5): distance 5, with the bias of 0.1 and a range of 4.9 over sigma 0.1: 2.
+  const NodeRangeFactor f(plain(4.9, 0.1), Vec3(2, 0, 1), Vec3(0, 1, 0));
+  const Eigen::VectorXd r = residualOf(f, {{1, 2, 0, M_PI / 2, std::log(2.0)}, {0, 0, 4.5, 0.1}});
+  EXPECT_NEAR(r[0], 2.0, 1e-12);
+}
+
+TEST(NodeRangeFactor, JacobiansEverywhere) {
+  const Vec3 motion(0.6, -0.3, 0.1), lever(0.1, 0.2, -0.15);
+  const std::vector<double> anchor = {2, 3, -1, 0.07};
+  for (const NamedNode& n : difficultNodes()) {
+    const Mat3 R = rotZ(n.x[3]);
+    const Vec3 p_U = Vec3(n.x.data()) + R * (std::exp(-n.x[4]) * motion + lever);
+    const double expected = (p_U - Vec3(anchor.data())).norm() + anchor[3];
+    for (double error : rangeErrors()) {
+      const NodeRangeFactor f({expected + error, 0.1, {}}, motion, lever);
+      vir_test::expectJacobians(f, {n.x, anchor}, n.name + ", " + std::to_string(error));
+    }
+  }
+}
+
+TEST(NodeRangeFactor, RobustRegions) {
+  const auto at = [](double measured_minus_predicted, double* slope) {
+    const NodeRangeFactor f({5 + measured_minus_predicted, 0.1, {}}, Vec3::Zero(), Vec3::Zero());
+    Eigen::VectorXd r;
+    const auto J = vir_test::analyticJacobians(f, {{5, 0, 0, 0, 0}, {0, 0, 0, 0}}, &r);
+    *slope = J[0](0, 0);
+    return r[0];
+  };
+  double slope = 0;
+  EXPECT_NEAR(at(0, &slope), 0, 1e-12);
+  EXPECT_NEAR(slope, 10, 1e-9);
+  // Pseudo-Huber, 40 sigma too short, delta 2: e^2/2 = 4 (sqrt(401) - 1).
+  EXPECT_NEAR(at(-4, &slope), std::sqrt(8 * (std::sqrt(401.0) - 1)), 1e-9);
+  const double short_gradient = at(-4, &slope) * slope;
+  // Cauchy, 40 sigma too long, delta 1.5: e^2/2 = 1.125 log(1 + (40/1.5)^2), of the other sign.
+  EXPECT_NEAR(at(4, &slope), -std::sqrt(2.25 * std::log1p(1600 / 2.25)), 1e-9);
+  const double long_gradient = -at(4, &slope) * slope;
+  // Too short pulls at most with delta; too long lets go: delta^2 / r.
+  EXPECT_NEAR(short_gradient * 0.1, 2.0, 0.01);
+  EXPECT_NEAR(long_gradient * 0.1, 2.25 / 40, 0.001);
+}
+
+TEST(NodeRangeFactor, AtAndNearTheAnchor) {
+  for (double d : {0.0, 1e-200, 1e-9, 0.001, 0.02, 0.06, 0.5}) {
+    const NodeRangeFactor f(plain(0.3, 0.1), Vec3(0.5, 0, 0), Vec3(0, 0.1, 0));
+    const Blocks x = {{-0.5 + d, -0.1, 0, 0, 0}, {0, 0, 0, 0}};
+    vir_test::expectNullBlocksWork(f, x, "distance " + std::to_string(d));
+    Eigen::VectorXd r;
+    const auto J = vir_test::analyticJacobians(f, x, &r);
+    EXPECT_NEAR(r[0], (d - 0.3) / 0.1, 1e-9);
+    for (const auto& block : J) ASSERT_TRUE(block.allFinite()) << d;
+    // The pull on the position fades, the pull on the bias does not.
+    EXPECT_NEAR(J[0].leftCols(3).norm(), 10 * std::min(1.0, d / kMinDistance), 1e-6) << d;
+    EXPECT_NEAR(J[1](0, 3), 10, 1e-12);
+  }
+}
+
+/// Poses of two frames in O for the factors of the short window.
+std::vector<std::pair<vir_test::NamedPose, Pose>> framePairs() {
+  std::vector<std::pair<vir_test::NamedPose, Pose>> out;
+  const auto all = vir_test::poses();
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    out.emplace_back(all[k], all[(k * 5 + 3) % all.size()].T);
+  }
+  return out;
+}
+
+TEST(WindowRangeFactor, ResidualByHand) {
+  // From (1, 1, 0) to (2, 1, 0) in O with the antenna 1 m ahead of a body that looks along y:
+  // (1, 1, 0), turned by 90 degrees (-1, 1, 0). From the node (1, 2, 0): (0, 3, 0); anchor at
+  // (4, 0, 0): distance 5, bias 0, range 5.2, sigma 0.2: -1.
+  const WindowRangeFactor f(plain(5.2, 0.2), Vec3(1, 0, 0));
+  const Blocks x = {poseBlock(Pose(expQuat(Vec3(0.3, 0, 0)), Vec3(1, 1, 0))),
+                    poseBlock(Pose(Quat(rotZ(M_PI / 2)), Vec3(2, 1, 0))),
+                    {1, 2, 0, M_PI / 2, 0.4},
+                    {4, 0, 0, 0}};
+  EXPECT_NEAR(residualOf(f, x)[0], -1, 1e-12);
+}
+
+TEST(WindowRangeFactor, JacobiansEverywhere) {
+  const Vec3 offset(0.2, -0.1, 0.35);
+  const std::vector<double> anchor = {20, 13, -9, 0.07};
+  for (const auto& [T0, Tj] : framePairs()) {
+    for (const NamedNode& n : difficultNodes()) {
+      const Vec3 span = rotZ(n.x[3]) * (Tj.p + Tj.q * offset - T0.T.p);
+      const double expected = (Vec3(n.x.data()) + span - Vec3(anchor.data())).norm() + anchor[3];
+      for (double error : {-1.0, 0.02, 1.0}) {
+        const WindowRangeFactor f({expected + error, 0.1, {}}, offset);
+        vir_test::expectJacobians(f, {poseBlock(T0.T), poseBlock(Tj), n.x, anchor},
+                                  T0.name + ", " + n.name + ", " + std::to_string(error));
+      }
+    }
+  }
+}
+
+TEST(WindowRangeFactor, ARigidShiftOfTheWindowChangesNothing) {
+  const WindowRangeFactor f({7, 0.1, {}}, Vec3(0.2, -0.1, 0.35));
+  const Vec3 shift(11, -7, 3);
+  for (const auto& [T0, Tj] : framePairs()) {
+    const std::vector<double> node = {1, 2, 3, 0.8, 0.1}, anchor = {5, -3, 1, 0.05};
+    const Blocks here = {poseBlock(T0.T), poseBlock(Tj), node, anchor};
+    const Blocks there = {poseBlock(Pose(T0.T.q, T0.T.p + shift)),
+                          poseBlock(Pose(Tj.q, Tj.p + shift)), node, anchor};
+    Eigen::VectorXd r, s;
+    const auto J = vir_test::analyticJacobians(f, here, &r);
+    const auto K = vir_test::analyticJacobians(f, there, &s);
+    EXPECT_NEAR(r[0], s[0], 1e-12) << T0.name;
+    for (std::size_t k = 0; k < J.size(); ++k) {
+      EXPECT_LT((J[k] - K[k]).norm(), 1e-11) << T0.name << ", block " << k;
+    }
+    // In the equations too: the columns of the two positions cancel exactly.
+    EXPECT_EQ((J[0].leftCols(3) + J[1].leftCols(3)).norm(), 0) << T0.name;
+    EXPECT_EQ(J[0].block(0, 3, 1, 3).norm(), 0) << "the attitude of frame 0 plays no part";
+  }
+}
+
+TEST(WindowRangeFactor, AtTheAnchor) {
+  const WindowRangeFactor f({1, 0.1, {}}, Vec3(1, 0, 0));
+  const Blocks x = {poseBlock(Pose()),
+                    poseBlock(Pose(Quat::Identity(), Vec3(2, 0, 0))),
+                    {1, 1, 0, 0, 0},
+                    {4, 1, 0, 0}};
+  vir_test::expectNullBlocksWork(f, x, "at the anchor");
+  Eigen::VectorXd r;
+  for (const auto& J : vir_test::analyticJacobians(f, x, &r)) {
+    EXPECT_TRUE(J.allFinite());
+    EXPECT_EQ(J.leftCols(3).norm(), 0);
+  }
+}
+
+TEST(FrontRangeFactor, ResidualByHandAndJacobians) {
+  // A body that looks along y, antenna 1 m ahead, O turned by another 90 degrees: (-1, 0, 0) from
+  // the node (4, 4, 0); anchor at the origin: 5, range 4.5, sigma 0.5: 1.
+  const FrontRangeFactor by_hand(plain(4.5, 0.5), Vec3(1, 0, 0));
+  const Pose T(Quat(rotZ(M_PI / 2)), Vec3(9, 9, 9));
+  EXPECT_NEAR(residualOf(by_hand, {poseBlock(T), {4, 4, 0, M_PI / 2, 0.3}, {0, 0, 0, 0}})[0], 1,
+              1e-12);
+
+  const Vec3 offset(0.3, 0.2, -0.4);
+  const std::vector<double> anchor = {12, -13, 4, -0.03};
+  for (const vir_test::NamedPose& p : vir_test::poses()) {
+    for (const NamedNode& n : difficultNodes()) {
+      const Vec3 p_U = Vec3(n.x.data()) + rotZ(n.x[3]) * (p.T.q * offset);
+      const double expected = (p_U - Vec3(anchor.data())).norm() + anchor[3];
+      for (double error : {-1.0, 0.02, 1.0}) {
+        const FrontRangeFactor f({expected + error, 0.1, {}}, offset);
+        const Blocks x = {poseBlock(p.T), n.x, anchor};
+        vir_test::expectJacobians(f, x, p.name + ", " + n.name);
+        // The same as a frame of the window at the node's own place.
+        const WindowRangeFactor w({expected + error, 0.1, {}}, offset);
+        EXPECT_NEAR(residualOf(f, x)[0],
+                    residualOf(w, {poseBlock(p.T), poseBlock(p.T), n.x, anchor})[0], 1e-9);
+      }
+    }
+  }
+}
+
+TEST(NodeEdgeFactor, ResidualByHand) {
+  // From (1, 1, 0) to (1, 3, 0) with O turned by 90 degrees: (2, 0, 0) in O; the odometry, twice
+  // too long, says (3, 0, 0), which is 1.5: 0.5 m off, weight 10. Yaw +0.1, weight 100. Scale
+  // -log 2 at sigma 0.1.
+  Eigen::Matrix4d W = Eigen::Matrix4d::Zero();
+  W.diagonal() << 10, 10, 10, 100;
+  const NodeEdgeFactor f(Vec3(3, 0, 0), W, 0.1);
+  const Eigen::VectorXd r =
+      residualOf(f, {{1, 1, 0, M_PI / 2, std::log(2.0)}, {1, 3, 0, M_PI / 2 + 0.1, 0}});
+  Eigen::Matrix<double, 5, 1> expected;
+  expected << 5, 0, 0, 10, -10 * std::log(2.0);
+  EXPECT_LT((r - expected).norm(), 1e-12);
+}
+
+TEST(NodeEdgeFactor, JacobiansEverywhere) {
+  Eigen::Matrix4d W = Eigen::Matrix4d::Zero();
+  W.diagonal() << 20, 30, 40, 200;
+  W(0, 3) = 7;  // weights may couple
+  W(1, 2) = -3;
+  vir_test::JacobianTolerance tolerance;
+  tolerance.relative = 1e-7;
+  const NodeEdgeFactor f(Vec3(0.5, -0.3, 0.2), W, 0.01);
+  const std::vector<NamedNode> nodes = difficultNodes();
+  for (const NamedNode& a : nodes) {
+    for (const NamedNode& b : nodes) {
+      vir_test::expectJacobians(f, {a.x, b.x}, a.name + " to " + b.name, tolerance);
+    }
+  }
+}
+
+TEST(NodeEdgeFactor, IsTheSameSeenFromAnywhere) {
+  Eigen::Matrix4d W = Eigen::Matrix4d::Identity();
+  W(0, 0) = 5;
+  const NodeEdgeFactor f(Vec3(0.5, -0.3, 0.2), W, 0.01);
+  const std::vector<double> a = {1, 2, 3, 0.5, 0.1}, b = {1.5, 2.2, 3.1, 0.6, 0.12};
+  const double turn = 2.5;
+  const auto moved = [&](const std::vector<double>& x) {
+    const Vec3 p = rotZ(turn) * Vec3(x.data()) + Vec3(10, -20, 30);
+    return std::vector<double>{p.x(), p.y(), p.z(), x[3] + turn, x[4]};
+  };
+  EXPECT_LT((residualOf(f, {a, b}) - residualOf(f, {moved(a), moved(b)})).norm(), 1e-11);
+}
+
+TEST(PositionLinkFactor, ResidualByHandAndJacobians) {
+  const PositionLinkFactor f(Vec3(1, 2, 3), 100);
+  const Blocks x = {{1, 1, 1, 3.1, 0.2}, {2.01, 3.02, 3.97, -3.1, 0.4}};
+  // 100 ((1.01, 2.02, 2.97) - (1, 2, 3)).
+  EXPECT_LT((residualOf(f, x) - Vec3(1, 2, -3)).norm(), 1e-11);
+  vir_test::expectJacobians(f, x, "link");
+}
+
+}  // namespace
+}  // namespace vir
