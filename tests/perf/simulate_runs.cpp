@@ -191,6 +191,9 @@ double ofAnchors(const RunResult& r, double AnchorError::*value) {
   return n ? sum / n : -1;
 }
 
+/// NEES of a position per degree of freedom; -1 stays.
+double perAxis(double nees) { return nees < 0 ? -1 : nees / 3; }
+
 struct Column {
   const char* name;
   int width, decimals;
@@ -203,10 +206,11 @@ const std::vector<Column> kColumns = {
     {"max m", 8, 4, [](const RunResult& r) { return r.evaluation.ate_position_m.max; }},
     {"end m", 8, 4, [](const RunResult& r) { return r.end_error_m; }},
     {"rel 1s m", 9, 4, [](const RunResult& r) { return r.evaluation.rpe_time.translation_m.rmse; }},
+    {"jump m", 7, 3, [](const RunResult& r) { return r.largest_jump_m; }},
     {"att deg", 8, 3, [](const RunResult& r) { return r.evaluation.ate_orientation_deg.rmse; }},
-    {"NEES/3", 8, 2, [](const RunResult& r) { return r.mean_nees < 0 ? -1 : r.mean_nees / 3; }},
+    {"NEES/3", 8, 2, [](const RunResult& r) { return perAxis(r.mean_nees); }},
     {"anchor m", 9, 3, [](const RunResult& r) { return ofAnchors(r, &AnchorError::error_m); }},
-    {"NEES/3", 8, 2, [](const RunResult& r) { return ofAnchors(r, &AnchorError::nees) / 3; }},
+    {"NEES/3", 8, 2, [](const RunResult& r) { return perAxis(ofAnchors(r, &AnchorError::nees)); }},
     {"init s", 7, 2, [](const RunResult& r) { return r.init_s; }},
     {"tracks", 7, 0, [](const RunResult& r) { return r.mean_tracks; }},
     {"ms/img", 7, 2, [](const RunResult& r) { return r.ms_per_frame; }},

@@ -158,7 +158,12 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
   long count = 0;
   for (const FrameEstimate& f : feeder.frames()) {
     if (!f.valid) continue;
-    out.errors.push_back(errorOf(f, motion->poseAt(f.t), T_R_E));
+    const PoseError e = errorOf(f, motion->poseAt(f.t), T_R_E);
+    if (!out.errors.empty()) {
+      const Vec3 change = e.position - out.errors.back().position;
+      out.largest_jump_m = std::max(out.largest_jump_m, change.norm());
+    }
+    out.errors.push_back(e);
     if (out.errors.back().nees < 0) continue;
     nees += out.errors.back().nees;
     ++count;

@@ -57,7 +57,8 @@ struct RunResult {
   std::vector<AnchorError> anchors;
   double init_s = 0;  ///< from the first image to the first pose
   double mean_nees = -1;
-  double end_error_m = 0;  ///< in the gauge of the first keyframe
+  double end_error_m = 0;     ///< in the gauge of the first keyframe
+  double largest_jump_m = 0;  ///< change of the position error from one image to the next
   double ms_per_frame = 0;
   double mean_tracks = 0;
   int resets = 0;

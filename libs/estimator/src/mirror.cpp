@@ -15,7 +15,7 @@ constexpr double kSame = 0.1;
 
 MirrorComparison compareMirror(const LongWindow& window, std::uint64_t key,
                                const std::vector<HeldRange>& held,
-                               const std::vector<HeldRange>& front_ranges) {
+                               const std::vector<HeldRange>& front_ranges, const Vec3* mirror) {
   MirrorComparison out;
   if (held.size() < kFewest) return out;
   Vec3 mean = Vec3::Zero();
@@ -25,7 +25,7 @@ MirrorComparison compareMirror(const LongWindow& window, std::uint64_t key,
   for (const HeldRange& r : held) scatter += (r.motion - mean) * (r.motion - mean).transpose();
   const Vec3 normal = Eigen::SelfAdjointEigenSolver<Mat3>(scatter).eigenvectors().col(0);
   Vec3 here = window.anchors().at(key).position();
-  out.mirror_p_W = here - 2 * normal.dot(here - mean) * normal;
+  out.mirror_p_W = mirror ? *mirror : Vec3(here - 2 * normal.dot(here - mean) * normal);
   const double cost_here = window.costWithAnchorAt(key, here, kIterations, front_ranges, &here);
   out.chi2 =
       window.costWithAnchorAt(key, out.mirror_p_W, kIterations, front_ranges, &out.mirror_p_W) -

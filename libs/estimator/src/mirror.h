@@ -15,9 +15,10 @@ struct MirrorComparison {
 
 /// The long window is solved for both, path and all: the path as it is has been bent to suit the
 /// present position. `held` are the anchor's ranges with the antenna's position in W in `motion`;
-/// `front_ranges` all ranges at the front.
+/// `front_ranges` all ranges at the front; `mirror`: where to look for the other position, else the
+/// image at the plane that fits the path best.
 MirrorComparison compareMirror(const LongWindow& window, std::uint64_t key,
                                const std::vector<HeldRange>& held,
-                               const std::vector<HeldRange>& front_ranges);
+                               const std::vector<HeldRange>& front_ranges, const Vec3* mirror);
 
 }  // namespace vir

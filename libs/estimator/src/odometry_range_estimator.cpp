@@ -46,6 +46,7 @@ void describe(OptionVisitor& v, OdometryOptions& o) {
 LongWindowOptions odometryWindowDefaults() {
   LongWindowOptions o;
   o.size = 400;
+  o.edge_noise_scale = 1.0;
   o.scale_sigma = 0.1;
   o.scale_walk_per_sqrt_m = 0.02;
   return o;
@@ -55,6 +56,7 @@ RangeOptions odometryRangeDefaults() {
   RangeOptions o;
   o.max_anchor_sigma_m = 3.0;
   o.drift_ratio = 0.05;
+  o.bias_sigma_m = 0.05;
   return o;
 }
 

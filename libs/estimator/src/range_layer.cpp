@@ -15,11 +15,11 @@ namespace vir {
 namespace {
 
 /// Keyframes between two looks at an open mirror image, and between two estimates of correlation.
-constexpr int kMirrorPeriod = 15;
+constexpr int kMirrorPeriod = 15, kOpenMirrorPeriod = 3;
 constexpr int kCorrelationPeriod = 10;
 /// Twice the difference in loss between the mirror image and the present position that closes the
 /// question, and that decides against the present one.
-constexpr double kMirrorClosed = 30, kMirrorSwitch = 9;
+constexpr double kMirrorClosed = 30, kMirrorSwitch = 2;
 /// Share of ranges an anchor must have explained before a contradiction means that it was moved;
 /// below, its start was wrong.
 constexpr double kTrusted = 0.7;
@@ -33,7 +33,9 @@ constexpr double kLeastFactor = 0.2;
 /// Residuals less their mean over a few seconds around: what changes more slowly is the
 /// trajectory's error (or a bias), and taking it for the ranges' own would make them count for less
 /// and less.
-std::vector<RangeResidual> withoutSlowPart(const std::vector<RangeResidual>& residuals) {
+std::vector<RangeResidual> withoutSlowPart(std::vector<RangeResidual> residuals) {
+  std::stable_sort(residuals.begin(), residuals.end(),
+                   [](const RangeResidual& a, const RangeResidual& b) { return a.t < b.t; });
   const TimeNs half = fromSeconds(kSlowPartS / 2);
   std::vector<RangeResidual> out;
   out.reserve(residuals.size());
@@ -238,9 +240,16 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
   d.residual_m = residual;
   d.sigma_m = std::sqrt(variance);
   const RangeTerm term = s.window->termOf(a.key(), held->range_m, held->sigma_m);
-  const bool accepted = decision == GateDecision::accepted;
+  bool accepted = decision == GateDecision::accepted;
+  if (!accepted && a.phase == AnchorPhase::mirror_open) {
+    // Evidence for the other position must not be thrown away: it decides.
+    const RangePrediction there =
+        predictRange(antenna.p_W, a.mirror_p_W, state->x[3], held->range_m);
+    accepted = std::abs(there.value_m) < s.options.gate_sigma * std::sqrt(variance);
+    a.next_check = 1;
+  }
   d.weight = accepted ? term.robust.evaluate(residual / term.sigma_m).weight : 0;
-  d.decision = name(decision);
+  d.decision = accepted ? name(GateDecision::accepted) : name(decision);
   s.decisions.push_back(d);
   ++s.counts[d.decision];
   ++(accepted ? a.used : a.rejected);
@@ -283,7 +292,7 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const AnchorInitializatio
   a->moved = false;
   a->mirror_closed = false;
   a->gate.reset();
-  a->next_check = kMirrorPeriod;
+  a->next_check = kOpenMirrorPeriod;
   log(log_sink, LogLevel::info,
       "anchor " + std::to_string(a->id) + " found at " + text(best.p_W) + " m, " + seconds(t) +
           (found.solutions.size() > 1 ? ", or its mirror image at " + text(a->mirror_p_W) : ""));
@@ -309,10 +318,12 @@ bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, const Held& held) {
 bool RangeLayer::Impl::settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
                                     const std::vector<HeldRange>& front) {
   if (a->mirror_closed || --a->next_check > 0) return false;
-  a->next_check = kMirrorPeriod;
+  a->next_check = a->phase == AnchorPhase::mirror_open ? kOpenMirrorPeriod : kMirrorPeriod;
   AnchorState& state = *window->anchor(a->key());
   if (state.fixed) return false;
-  const MirrorComparison m = compareMirror(*window, a->key(), held(a->key()), front);
+  const MirrorComparison m =
+      compareMirror(*window, a->key(), held(a->key()), front,
+                    a->phase == AnchorPhase::mirror_open ? &a->mirror_p_W : nullptr);
   if (!m.valid) return false;
   a->mirror_p_W = m.mirror_p_W;
   if (!m.distinct || m.chi2 > kMirrorClosed) {

@@ -53,11 +53,13 @@ FitData validRanges(const std::vector<AntennaRange>& ranges, double drift_ratio,
     newer = &it->p_W;
     data.p.push_back(it->p_W);
     data.z.push_back(it->range_m);
-    data.sigma.push_back(std::max(std::hypot(it->sigma_m, drift_ratio * travelled), kLeastSigma));
+    data.drift.push_back(drift_ratio * travelled);
+    data.sigma.push_back(std::max(std::hypot(it->sigma_m, data.drift.back()), kLeastSigma));
   }
   std::reverse(data.p.begin(), data.p.end());
   std::reverse(data.z.begin(), data.z.end());
   std::reverse(data.sigma.begin(), data.sigma.end());
+  std::reverse(data.drift.begin(), data.drift.end());
   return data;
 }
 

@@ -264,6 +264,19 @@ void AnchorSearch::widenAlongWeakAxes(const Optimum& optimum, const FitState& x,
   }
 }
 
+/// Drift is the same for neighbouring ranges, so it does not average out as their noise does: the
+/// anchor moves along with the path where its ranges were taken. Variance per axis.
+double AnchorSearch::commonDrift(const std::vector<char>& in) const {
+  double drift = 0, weights = 0;
+  for (std::size_t i = 0; i < data_.size(); ++i) {
+    if (!in[i]) continue;
+    const double weight = 1 / (data_.sigma[i] * data_.sigma[i]);
+    drift += weight * data_.drift[i];
+    weights += weight;
+  }
+  return weights > 0 ? (drift / weights) * (drift / weights) : 0;
+}
+
 AnchorSolution AnchorSearch::solution(const Optimum& optimum) {
   const std::vector<char> in = inliers(optimum.x);
   full_.setInliers(&in);
@@ -278,6 +291,7 @@ AnchorSolution AnchorSearch::solution(const Optimum& optimum) {
   solution.covariance = inverseOf(full_.information(x));
   full_.setInliers(nullptr);
   widenAlongWeakAxes(optimum, x, &solution.covariance);
+  solution.covariance.topLeftCorner<3, 3>() += commonDrift(in) * Mat3::Identity();
   solution.covariance = (0.5 * (solution.covariance + solution.covariance.transpose())).eval();
   solution.p_W = x.a;
   solution.bias_m = x.b;

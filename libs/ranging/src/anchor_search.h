@@ -45,6 +45,7 @@ class AnchorSearch {
   std::vector<char> inliers(const FitState& x) const;
   bool separated(const Optimum& a, const Optimum& b, Optimum* middle) const;
   double profileSigma(const FitState& x, double cost, const Vec3& direction, double guess) const;
+  double commonDrift(const std::vector<char>& inliers) const;
   void widenAlongWeakAxes(const Optimum& optimum, const FitState& x, Mat4* covariance) const;
 
   const FitData& data_;

@@ -24,6 +24,7 @@ FitData FitData::thinned(std::size_t count) const {
     out.p.push_back(p[i]);
     out.z.push_back(z[i]);
     out.sigma.push_back(sigma[i]);
+    out.drift.push_back(drift[i]);
   }
   return out;
 }

@@ -15,6 +15,7 @@ using Mat4 = Eigen::Matrix4d;
 struct FitData {
   std::vector<Vec3> p;
   std::vector<double> z, sigma;
+  std::vector<double> drift;  ///< of the path from here to its end, standard deviation [m]
   std::size_t size() const { return z.size(); }
   /// About `count` of the ranges, evenly spread.
   FitData thinned(std::size_t count) const;

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 
-#include "vir/core/settings.h"
 #include "vir/pipeline/mrpt_time.h"
 
 namespace vir {
@@ -56,16 +56,12 @@ void loadBiasModel(RangeOptions* options) {
   if (options->bias_model_file.empty()) return;
   std::ifstream in(options->bias_model_file);
   if (!in) {
-    throw SettingsError("[Ranges] bias_model = " + options->bias_model_file +
-                        ": cannot be read; give a file of `vir-slam calibrate uwb`");
+    throw std::runtime_error("[Ranges] bias_model = " + options->bias_model_file +
+                             ": cannot be read; give a file of `vir-slam calibrate uwb`");
   }
   std::ostringstream text;
   text << in.rdbuf();
-  try {
-    options->bias_model = RangeBiasModel::fromText(text.str(), options->bias_model_file);
-  } catch (const RangeBiasModelError& e) {
-    throw SettingsError(e.what());
-  }
+  options->bias_model = RangeBiasModel::fromText(text.str(), options->bias_model_file);
 }
 
 std::vector<AnchorEstimate> toEstimates(const std::vector<AnchorReport>& anchors) {

@@ -21,7 +21,7 @@ struct AnchorEvent {
 };
 std::optional<AnchorEvent> anchorEventOf(const mrpt::obs::CObservation& observation);
 
-/// Reads the file that [Ranges] bias_model names, if any. Throws SettingsError.
+/// Reads the file that [Ranges] bias_model names, if any. Throws std::runtime_error.
 void loadBiasModel(RangeOptions* options);
 
 std::vector<AnchorEstimate> toEstimates(const std::vector<AnchorReport>& anchors);

@@ -2,6 +2,5 @@
 #include "vir_estimator.h"
 
 namespace vir {
-VIR_REGISTER_ESTIMATOR(VirEstimator, "vir",
-                       "visual-inertial odometry in a sliding window (camera, IMU)");
+VIR_REGISTER_ESTIMATOR(VirEstimator, "vir", "camera, IMU and ranges in two sliding windows");
 }  // namespace vir

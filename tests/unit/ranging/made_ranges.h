@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "vir_test_noise.h"
 #include "vir/ranging/anchor_initialization.h"
+#include "vir_test_noise.h"
 
 namespace vir::test {
 

@@ -26,8 +26,8 @@ struct OdometryOptions {
 /// Section [Odometry].
 void describe(OptionVisitor& v, OdometryOptions& o);
 
-/// Defaults that suit a device of unknown scale: its scale is a state, and an anchor is used as soon
-/// as it is roughly known, since the odometry alone will not get better by waiting.
+/// Defaults that suit a device of unknown scale: its scale is a state, and an anchor is used as
+/// soon as it is roughly known, since the odometry alone will not get better by waiting.
 LongWindowOptions odometryWindowDefaults();
 RangeOptions odometryRangeDefaults();
 

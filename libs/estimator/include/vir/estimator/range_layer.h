@@ -17,7 +17,7 @@ struct RangeOptions {
   bool use = true;  ///< [Estimator] use_ranges
   double sigma_m = 0.1;
   double sigma_scale = 1.0;
-  double bias_sigma_m = 0.05;
+  double bias_sigma_m = 0.03;
   double max_range_m = 500;
   bool correlation = true;
   double gate_sigma = 4.0;

@@ -32,7 +32,7 @@ struct LongWindowOptions {
   bool heading = true;
   bool gauge_free_prior = true;
   bool ranges_at_own_time = true;
-  double edge_noise_scale = 1.0;
+  double edge_noise_scale = 0.7;
   double edge_sigma_m = 0.01;
   double edge_sigma_rad = 0.002;
   double gamma_r = 1.0;
