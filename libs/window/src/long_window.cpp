@@ -19,8 +19,6 @@ Eigen::Matrix4d sqrtInformationOf(const Eigen::Matrix4d& covariance) {
   return root.asDiagonal() * eig.eigenvectors().transpose();
 }
 
-double squaredNorm(const Eigen::MatrixXd& m) { return m.squaredNorm(); }
-
 }  // namespace
 
 void describe(OptionVisitor& v, LongWindowOptions& o) {
@@ -163,17 +161,12 @@ void LongWindow::setOdometryClaim(const Eigen::Matrix4d& covariance) {
 
 double LongWindow::Impl::cost(const std::vector<HeldRange>& front_ranges) {
   // The elimination's constant term is not kept: a plain sum over all residuals instead.
-  Frontal f(band(), static_cast<int>(anchors.size()));
   double sum = 0;
   const auto ranges = [&](const LongNode& n, const std::vector<HeldRange>& list) {
     for (const HeldRange& r : list) {
       const auto a = anchors.find(r.anchor);
       if (a == anchors.end()) continue;
-      const RangeTerm term{r.range_m,
-                           r.sigma_m * std::sqrt(a->second.variance_factor) / options.gamma_r,
-                           options.robust};
-      const NodeRangeFactor factor(term, options.ranges_at_own_time ? r.motion : Vec3::Zero(),
-                                   r.lever);
+      const NodeRangeFactor factor = factorOf(r, a->second);
       const double* blocks[2] = {n.x, a->second.x};
       double e = 0;
       factor.Evaluate(blocks, &e, nullptr);
@@ -186,7 +179,7 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& front_ranges) {
     if (position()) {
       for (std::size_t j = 0; j < n.links_W.size(); ++j) {
         const Vec3 to(node(k + 1 + j).x);
-        sum += squaredNorm(options.gamma_s * (to - n.position() - n.links_W[j]));
+        sum += (options.gamma_s * (to - n.position() - n.links_W[j])).squaredNorm();
       }
       continue;
     }

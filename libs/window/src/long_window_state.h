@@ -1,5 +1,7 @@
 #pragma once
 /// Internal: data of the long window, shared by its translation units.
+#include <cmath>
+
 #include "chain.h"
 #include "vir/window/long_window.h"
 
@@ -41,6 +43,12 @@ struct LongWindow::Impl {
   bool scaleFrozen() const { return position() || options.scale_sigma <= 0; }
   LongNode& node(std::size_t k) { return k < nodes.size() ? nodes[k] : front; }
 
+  /// The residual of a range that a node (or the front) holds.
+  NodeRangeFactor factorOf(const HeldRange& r, const AnchorState& a) const {
+    const RangeTerm term{r.range_m, r.sigma_m * std::sqrt(a.variance_factor) / options.gamma_r,
+                         options.robust};
+    return {term, options.ranges_at_own_time ? r.motion : Vec3(Vec3::Zero()), r.lever};
+  }
   void addPrior(Frontal* f) const;
   void addAnchorPriors(Frontal* f) const;
   void addNode(std::size_t k, Frontal* f);

@@ -70,14 +70,11 @@ void LongWindow::Impl::addAnchorPriors(Frontal* f) const {
 
 void LongWindow::Impl::addRanges(const LongNode& n, const std::vector<HeldRange>& ranges,
                                  Frontal* f) const {
-  const bool own_time = options.ranges_at_own_time;
   for (const HeldRange& r : ranges) {
     const int index = anchorIndex(r.anchor);
     if (index < 0) continue;
     const AnchorState& a = anchors.at(r.anchor);
-    RangeTerm term{r.range_m, r.sigma_m * std::sqrt(a.variance_factor) / options.gamma_r,
-                   options.robust};
-    const NodeRangeFactor factor(term, own_time ? r.motion : Vec3::Zero(), r.lever);
+    const NodeRangeFactor factor = factorOf(r, a);
     Vec1 e;
     Row5 Jn;
     Row4 Ja;
