@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 /// How far away the things are whose motion blur counts [m].
-constexpr double kBlurDistance_m = 1.5;
+constexpr double kBlurDistance_m = 2;
 constexpr int kWaves = 4;
 
 bool inside(const std::vector<double>& stretches, double s) {

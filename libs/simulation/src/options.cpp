@@ -36,6 +36,12 @@ void describe(OptionVisitor& v, FlightOptions& o) {
   v.value("sway_m", o.sway_m, kNotNegative, "standard deviation of the sway in position");
   v.value("sway_deg", o.sway_deg, {0.0, 45.0}, "standard deviation of the sway in attitude");
   v.value("height_m", o.height_m, kNotNegative, "amplitude of a slow change of height");
+  v.value("stop_every_m", o.stop_every_m, kNotNegative,
+          "standing still after every so much of the way; 0 = never");
+  v.value("stop_s", o.stop_s, {0.0, 1000.0}, "for how long");
+  v.value("start_m", o.start_m, 3, "where the path begins in the world");
+  v.value("start_heading_deg", o.start_heading_deg, {-360.0, 360.0},
+          "the whole path is turned about its beginning");
   v.value("seed", o.seed, kSeed, "of the sway");
 }
 

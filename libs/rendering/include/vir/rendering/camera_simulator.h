@@ -16,8 +16,7 @@ struct CameraSimulationOptions {
   double shot_noise = 0.03;   ///< variance that comes with the light, per grey level
   double vignetting = 0.3;    ///< light lost in the image's corners
   double exposure_s = 0.003;  ///< how long the shutter is open: motion blur; 0 = no blur
-  double blur_step_px =
-      1.0;  ///< motion that one of the sharp images a blurred one is made of covers
+  double blur_step_px = 1.5;  ///< motion within one of the sharp images that make a blurred one
   int max_blur_steps = 10;
   double exposure_wander = 0.08;      ///< brightness wanders by this share (standard deviation)
   std::vector<double> exposure_jump;  ///< time [s], gain, time, gain ...: brightness from then on
