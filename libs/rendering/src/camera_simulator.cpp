@@ -42,8 +42,8 @@ float smallNormal(std::uint64_t x) {
 
 struct CameraSimulator::Impl {
   Impl(const CameraSimulationOptions& o, std::shared_ptr<const Scene> scene,
-       const std::shared_ptr<const CameraModel>& camera)
-      : options(o), renderer(std::move(scene), camera, o.seed) {
+       const std::shared_ptr<const CameraModel>& camera, int surface_seed)
+      : options(o), renderer(std::move(scene), camera, surface_seed) {
     const CameraCalibration& c = camera->calibration();
     image.width = light.width = c.width;
     image.height = light.height = c.height;
@@ -129,12 +129,12 @@ void CameraSimulator::Impl::readOut(float gain, std::uint64_t number) {
 
 CameraSimulator::CameraSimulator(const CameraSimulationOptions& o,
                                  std::shared_ptr<const Scene> scene,
-                                 std::shared_ptr<const CameraModel> camera) {
+                                 std::shared_ptr<const CameraModel> camera, int surface_seed) {
   checkPairs("exposure_jump", o.exposure_jump);
   checkPairs("dark_s", o.dark_s);
   checkPairs("poor_texture_s", o.poor_texture_s);
   if (!scene || !camera) throw std::invalid_argument("CameraSimulator: no scene or no camera");
-  impl_ = std::make_unique<Impl>(o, std::move(scene), camera);
+  impl_ = std::make_unique<Impl>(o, std::move(scene), camera, surface_seed);
 }
 CameraSimulator::~CameraSimulator() = default;
 

@@ -22,7 +22,7 @@ void describe(OptionVisitor& v, SceneOptions& o) {
           "solid is what is farther from the paths");
   v.value("clearance_m", o.clearance_m, kMetres, "nothing stands nearer to a path");
   v.value("boxes", o.boxes, {0, 2000}, "crates, cabinets, pillars and beams");
-  v.value("seed", o.seed, kSeed, "of the boxes");
+  v.value("seed", o.seed, kSeed, "of boxes and surfaces");
 }
 
 void describe(OptionVisitor& v, CameraSimulationOptions& o) {
@@ -42,7 +42,7 @@ void describe(OptionVisitor& v, CameraSimulationOptions& o) {
   v.value("dark_gain", o.dark_gain, kNotNegative, "brightness then");
   v.value("poor_texture_s", o.poor_texture_s, 0, "from to, from to ...: plain walls");
   v.value("poor_contrast", o.poor_contrast, kShare, "contrast of the textures then");
-  v.value("seed", o.seed, kSeed, "of surfaces, noise and brightness");
+  v.value("seed", o.seed, kSeed, "of noise and brightness");
 }
 
 }  // namespace vir

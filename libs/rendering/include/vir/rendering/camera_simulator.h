@@ -39,9 +39,10 @@ class CameraSimulator {
   /// Pose T_W_C of the camera `dt` seconds after the middle of the exposure.
   using PoseAt = std::function<Pose(double dt)>;
 
-  /// Throws std::invalid_argument for lists of the wrong length.
+  /// Cameras with the same `surface_seed` see the same surfaces. Throws std::invalid_argument for
+  /// lists of the wrong length.
   CameraSimulator(const CameraSimulationOptions& options, std::shared_ptr<const Scene> scene,
-                  std::shared_ptr<const CameraModel> camera);
+                  std::shared_ptr<const CameraModel> camera, int surface_seed = 1);
   ~CameraSimulator();
 
   /// The image whose exposure is centred `since_begin_s` after the recording's begin. A function of
