@@ -63,7 +63,7 @@ Surfaces::Face Surfaces::drawFace(double size_m, Random* random) const {
   Face f;
   f.base = static_cast<float>(random->uniform(80, 160));
   // Some surfaces have little on them, as walls do.
-  const double strength = random->uniform() < 0.15 ? 0.15 : random->uniform(0.5, 1.0);
+  const double strength = random->uniform() < 0.25 ? 0.12 : random->uniform(0.3, 0.9);
   const double any_share = random->uniform(0.35, 0.65);
   const double share = size_m * kFinePerM < Texture::kSize ? 1 : any_share;
   for (Layer* layer : {&f.fine, &f.coarse}) {

@@ -84,7 +84,7 @@ std::vector<std::uint8_t> painted(const TextureStyle& style, std::uint64_t seed,
   }
   // Grain, so that no patch is flat.
   for (std::uint8_t& texel : texels) {
-    texel = static_cast<std::uint8_t>(std::clamp(texel + random.uniform(-8, 8), 0.0, 255.0));
+    texel = static_cast<std::uint8_t>(std::clamp(texel + random.uniform(-5, 5), 0.0, 255.0));
   }
   return texels;
 }
