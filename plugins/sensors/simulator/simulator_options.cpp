@@ -5,7 +5,7 @@
 #include <limits>
 #include <sstream>
 
-#include "input_error.h"
+#include "vir/core/settings.h"
 
 namespace vir::simulator {
 namespace {
@@ -13,6 +13,10 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr Bounds<double> kNotNegative{0.0, 1e6};
 constexpr Bounds<double> kPixels{1.0, 20000.0};
+
+[[noreturn]] void refuse(const char* key, const std::string& problem) {
+  throw SettingsError(SettingOrigin(), "simulator", key, problem);
+}
 
 void describeCamera(OptionVisitor& v, CameraOptions& o) {
   v.section("Camera", "The camera all robots carry");
@@ -86,12 +90,12 @@ std::vector<char> lettersOf(const SimulatorOptions& o) {
     const bool good = word.size() == 1 && letter >= 'A' && letter <= 'Z' &&
                       std::find(out.begin(), out.end(), letter) == out.end();
     if (!good) {
-      throw InputError("[simulator] robots = " + o.robots +
-                       ": give single letters with blanks between, each once, e.g. A B");
+      refuse("robots",
+             o.robots + ": give single letters with blanks between, each once, as in A B");
     }
     out.push_back(letter);
   }
-  if (out.empty()) throw InputError("[simulator] robots is empty: give letters, e.g. A B");
+  if (out.empty()) refuse("robots", "is empty: give letters with blanks between, as in A B");
   return out;
 }
 
@@ -100,7 +104,7 @@ char recordedRobot(const SimulatorOptions& o) {
   if (o.robot.empty()) return letters.front();
   const char letter = static_cast<char>(std::toupper(static_cast<unsigned char>(o.robot[0])));
   if (o.robot.size() != 1 || std::find(letters.begin(), letters.end(), letter) == letters.end()) {
-    throw InputError("[simulator] robot = " + o.robot + " is none of the robots " + o.robots);
+    refuse("robot", o.robot + ": is none of the robots " + o.robots);
   }
   return letter;
 }

@@ -65,9 +65,9 @@ struct SimulatorOptions {
 /// `robots` is read first: it says which sections [Robot_?] there are.
 void describe(OptionVisitor& v, SimulatorOptions& o);
 
-/// The letters of `robots`. Throws InputError for anything but single letters, each once.
+/// The letters of `robots`. Throws SettingsError for anything but single letters, each once.
 std::vector<char> lettersOf(const SimulatorOptions& o);
-/// The letter of the robot whose recording it is. Throws InputError if there is no such robot.
+/// The letter of the robot whose recording it is. Throws SettingsError if there is no such robot.
 char recordedRobot(const SimulatorOptions& o);
 /// A and a = 0 ... Z and z = 25.
 int robotId(char letter);

@@ -143,7 +143,7 @@ Alignment align(const Scene& scene, const CameraModel& camera, const Pose& T_W_C
   }
   const double spread = std::sqrt((s00 - s0 * s0 / n) * (s11 - s1 * s1 / n));
   // A corner, as a tracker would choose it.
-  if (H.selfadjointView<Eigen::Lower>().eigenvalues()[0] < 4e3 || spread < 100) return out;
+  if (H.selfadjointView<Eigen::Lower>().eigenvalues()[0] < 1.5e4 || spread < 100) return out;
   out.usable = true;
   out.shift = H.ldlt().solve(b);
   out.similarity = (s01 - s0 * s1 / n) / spread;
