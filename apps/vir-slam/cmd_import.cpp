@@ -31,6 +31,9 @@ void configure(const ImportArguments& a, RecordedSource& source) {
 }
 
 void run(const ImportArguments& a, const Common& common) {
+  if (a.driver == "simulator") {
+    throw UsageError("'simulator' has no recording to import; use `vir-slam simulate INI`");
+  }
   loadPlugins(common);
   const auto sensor = createSensor(a.driver);
   auto* source = dynamic_cast<RecordedSource*>(sensor.get());

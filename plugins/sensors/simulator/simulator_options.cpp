@@ -32,7 +32,8 @@ void describeCamera(OptionVisitor& v, CameraOptions& o) {
   v.value("cy_px", o.cy_px, {0.0, 10000.0}, "principal point");
   v.choice("distortion", o.distortion, {"none", "radtan", "equidistant"}, "model of the lens");
   v.value("dist", o.dist, 5, "radtan: k1 k2 p1 p2 k3; equidistant: k1 k2 k3 k4 0");
-  v.choice("mount", o.mount, {"forward", "down"}, "which way it looks");
+  v.choice("mount", o.mount, {"forward", "down", "euroc"},
+           "looks along the body's x, down, or along z with the body's x up");
   v.value("tilt_deg", o.tilt_deg, {-90.0, 90.0}, "downwards, if it looks forward");
   v.value("position_m", o.position_m, 3, "in the body");
 }
@@ -126,11 +127,14 @@ CameraCalibration calibrationOf(const CameraOptions& o) {
 }
 
 Pose mountOf(const CameraOptions& o) {
-  Mat3 forward, down;
+  Mat3 forward, down, euroc;
   forward << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   down << 0, -1, 0, -1, 0, 0, 0, 0, -1;
+  euroc << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   const Quat tilt = expQuat(Vec3(-o.tilt_deg * kPi / 180, 0, 0));
-  const Quat q = o.mount == "down" ? Quat(down) : Quat(forward) * tilt;
+  Quat q = Quat(forward) * tilt;
+  if (o.mount == "down") q = Quat(down);
+  if (o.mount == "euroc") q = Quat(euroc);
   return {q.normalized(), Vec3(o.position_m[0], o.position_m[1], o.position_m[2])};
 }
 

@@ -34,7 +34,7 @@ struct CameraOptions {
   double fx_px = 458.654, fy_px = 457.296, cx_px = 367.215, cy_px = 248.375;
   std::string distortion = "radtan";
   std::vector<double> dist{-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0};
-  std::string mount = "forward";                      ///< forward, down
+  std::string mount = "forward";                      ///< forward, down, euroc
   double tilt_deg = 0;                                ///< downwards, of `forward`
   std::vector<double> position_m{0.05, 0.02, -0.01};  ///< in the body
 };
