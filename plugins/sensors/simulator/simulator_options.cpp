@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "vir/core/random.h"
 #include "vir/core/settings.h"
 
 namespace vir::simulator {
@@ -36,6 +37,11 @@ void describeCamera(OptionVisitor& v, CameraOptions& o) {
            "looks along the body's x, down, or along z with the body's x up");
   v.value("tilt_deg", o.tilt_deg, {-90.0, 90.0}, "downwards, if it looks forward");
   v.value("position_m", o.position_m, 3, "in the body");
+  v.value("focal_error", o.focal_error, {0.0, 0.2},
+          "the focal length is off by this share of what the recording says (standard deviation)");
+  v.value("center_error_px", o.center_error_px, {0.0, 100.0},
+          "the same of the principal point, per axis");
+  v.value("mount_error_deg", o.mount_error_deg, {0.0, 45.0}, "the same of its attitude, per axis");
 }
 
 void describeRobot(OptionVisitor& v, char letter, RobotOptions& o) {
@@ -136,6 +142,19 @@ Pose mountOf(const CameraOptions& o) {
   if (o.mount == "down") q = Quat(down);
   if (o.mount == "euroc") q = Quat(euroc);
   return {q.normalized(), Vec3(o.position_m[0], o.position_m[1], o.position_m[2])};
+}
+
+TrueCamera trueCamera(const CameraOptions& o, int seed) {
+  Random random(static_cast<std::uint64_t>(seed), 550);
+  TrueCamera c{calibrationOf(o), mountOf(o)};
+  const double stretch = 1 + o.focal_error * random.normal();
+  c.calibration.fx *= stretch;
+  c.calibration.fy *= stretch;
+  c.calibration.cx += o.center_error_px * random.normal();
+  c.calibration.cy += o.center_error_px * random.normal();
+  const double x = random.normal(), y = random.normal(), z = random.normal();
+  c.T_B_C.q = (c.T_B_C.q * expQuat(o.mount_error_deg * kPi / 180 * Vec3(x, y, z))).normalized();
+  return c;
 }
 
 }  // namespace vir::simulator

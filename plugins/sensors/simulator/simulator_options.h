@@ -37,6 +37,10 @@ struct CameraOptions {
   std::string mount = "forward";                      ///< forward, down, euroc
   double tilt_deg = 0;                                ///< downwards, of `forward`
   std::vector<double> position_m{0.05, 0.02, -0.01};  ///< in the body
+  // What the recording says of the camera is not quite what it is, as with every calibration.
+  double focal_error = 0.0005;    ///< standard deviation, share of the focal length
+  double center_error_px = 0.3;   ///< standard deviation per axis
+  double mount_error_deg = 0.05;  ///< standard deviation per axis of its attitude
 };
 
 /// Everything about a simulated world; section [simulator] and those of its parts.
@@ -72,8 +76,16 @@ char recordedRobot(const SimulatorOptions& o);
 /// A and a = 0 ... Z and z = 25.
 int robotId(char letter);
 
+/// As the recording says.
 CameraCalibration calibrationOf(const CameraOptions& o);
-/// Camera in the body.
+/// Camera in the body, as the recording says.
 Pose mountOf(const CameraOptions& o);
+
+struct TrueCamera {
+  CameraCalibration calibration;
+  Pose T_B_C;
+};
+/// As it is.
+TrueCamera trueCamera(const CameraOptions& o, int seed);
 
 }  // namespace vir::simulator

@@ -57,10 +57,12 @@ struct World::Impl {
   explicit Impl(const SimulatorOptions& o)
       : options(o),
         calibration(calibrationOf(o.camera)),
-        camera(makeCamera(calibration)),
         T_B_C(mountOf(o.camera)),
         letter(recordedRobot(o)) {
     addSeed();
+    const TrueCamera truth = trueCamera(o.camera, options.camera_effects.seed);
+    camera = makeCamera(truth.calibration);
+    true_T_B_C = truth.T_B_C;
     makeMotions();
     makeScene();
     record();
@@ -77,9 +79,10 @@ struct World::Impl {
   void recordImages();
 
   SimulatorOptions options;
-  CameraCalibration calibration;
+  CameraCalibration calibration;  ///< as the recording says
+  Pose T_B_C;                     ///< the same
   std::shared_ptr<const CameraModel> camera;
-  Pose T_B_C;
+  Pose true_T_B_C;
   char letter;
   int index = 0;  ///< of the recorded robot among the robots
   std::vector<TeamRobot> robots;
@@ -191,7 +194,8 @@ void World::Impl::recordRanges() {
 void World::Impl::recordImages() {
   const TimeNs offset = fromSeconds(options.camera.time_offset_s);
   if (options.tracks) {
-    tracks = std::make_unique<TrackSimulator>(options.track_errors, motion, camera, T_B_C, scene);
+    tracks =
+        std::make_unique<TrackSimulator>(options.track_errors, motion, camera, true_T_B_C, scene);
     for (const TimeNs t : tracks->times()) events.push_back({t - offset, TracksDue{}});
     return;
   }
@@ -236,7 +240,7 @@ const GrayImage& World::image(const Event& event, std::uint64_t number) {
   // The exposure may reach beyond the motion's ends.
   const auto pose = [&s, t](double dt) {
     const TimeNs at = std::clamp(t + fromSeconds(dt), s.motion->begin(), s.motion->end());
-    return s.motion->poseAt(at) * s.T_B_C;
+    return s.motion->poseAt(at) * s.true_T_B_C;
   };
   return s.images->take(toSeconds(t - s.motion->begin()), number, pose);
 }

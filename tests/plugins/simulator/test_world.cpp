@@ -1,6 +1,7 @@
 /// What the robots of a made-up world record belongs together.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "input_error.h"
@@ -134,6 +135,26 @@ TEST(SimulatedWorld, TheCamerasClockMayBeOff) {
     }
     ++k;
   }
+}
+
+TEST(SimulatedWorld, TheCameraIsNotQuiteAsSaid) {
+  CameraOptions o;
+  double focal = 0, center = 0, turn = 0;
+  constexpr int kSeeds = 400;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    const TrueCamera c = trueCamera(o, seed);
+    focal += std::pow(c.calibration.fx / o.fx_px - 1, 2) / kSeeds;
+    EXPECT_NEAR(c.calibration.fy / o.fy_px, c.calibration.fx / o.fx_px, 1e-12);
+    center += std::pow(c.calibration.cx - o.cx_px, 2) / kSeeds;
+    turn += logQuat(mountOf(o).q.conjugate() * c.T_B_C.q).squaredNorm() / 3 / kSeeds;
+  }
+  EXPECT_NEAR(std::sqrt(focal), o.focal_error, 0.15 * o.focal_error);
+  EXPECT_NEAR(std::sqrt(center), o.center_error_px, 0.15 * o.center_error_px);
+  EXPECT_NEAR(std::sqrt(turn) * 180 / 3.14159265, o.mount_error_deg, 0.15 * o.mount_error_deg);
+  o.focal_error = o.center_error_px = o.mount_error_deg = 0;
+  EXPECT_EQ(trueCamera(o, 1).calibration.cx, o.cx_px);
+  // The recording says what is printed on the box.
+  EXPECT_EQ(World(twoRobots()).calibration().fx, 60);
 }
 
 TEST(SimulatedWorld, FliesAFileAgain) {
