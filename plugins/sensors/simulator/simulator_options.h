@@ -45,6 +45,11 @@ struct CameraOptions {
 
 /// Everything about a simulated world; section [simulator] and those of its parts.
 struct SimulatorOptions {
+  SimulatorOptions() {
+    // Errors of a factory calibration; with those of the camera an estimator drifts as it does on
+    // real flights (docs/simulation.md).
+    imu.scale_error = imu.misalignment_rad = 0.002;
+  }
   std::string robots = "A";  ///< letters with blanks between
   std::string robot;         ///< whose recording it is; empty = the first
   std::string images = "external";

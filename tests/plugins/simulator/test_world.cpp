@@ -57,7 +57,7 @@ TEST(SimulatedWorld, HoldsEverythingInTimeOrder) {
 
 TEST(SimulatedWorld, TruthAndReadingsAreThoseOfTheMotion) {
   SimulatorOptions o = twoRobots("B");
-  o.imu = {};
+  o.imu = {};  // without the errors of gain and alignment that the sensor has
   o.imu.gyro_noise_density = o.imu.acc_noise_density = 0;
   o.imu.initial_bias_gyro = o.imu.gyro_random_walk = 0;
   const World world(o);
