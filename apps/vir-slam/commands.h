@@ -39,5 +39,6 @@ void addEvaluate(CLI::App& app, Common& common);
 void addExport(CLI::App& app, Common& common);
 void addPlugins(CLI::App& app, Common& common);
 void addRun(CLI::App& app, Common& common);
+void addSimulate(CLI::App& app, Common& common);
 
 }  // namespace vir::app
