@@ -1,5 +1,6 @@
 /// From settings of a made-up world to a trajectory, with the program as a user calls it. Measured
-/// when this was written: 0.008 m with images of 14 s, 0.026 m with tracks of 28 s.
+/// when this was written: 0.02 m with images of 14 s, 0.12 m with tracks of 28 s, 2.5 s of them
+/// dark (0.19 m without ranges).
 #include <gtest/gtest.h>
 
 #include "end_to_end.h"
@@ -26,7 +27,7 @@ TEST(SimulateEndToEnd, Images) {
   EXPECT_EQ(r.summary["frames"], 280);
   EXPECT_GT(r.trajectory.size(), 260u);
   EXPECT_EQ(r.summary["resets"], 0);
-  EXPECT_LE(r.summary["ate_posyaw_m"], 0.03);
+  EXPECT_LE(r.summary["ate_posyaw_m"], 0.06);
   EXPECT_EQ(r.summary["anchors"].size(), 1u);
 }
 
@@ -38,9 +39,9 @@ TEST(SimulateEndToEnd, TracksWithoutImages) {
   EXPECT_GT(r.trajectory.size(), 540u);
   EXPECT_EQ(r.summary["resets"], 0);
   EXPECT_EQ(r.counter("features_unusable"), 0);
-  EXPECT_LE(r.summary["ate_posyaw_m"], 0.08);
-  EXPECT_LE(r.summary["anchors"][0]["error"], 0.3);
-  EXPECT_TRUE(r.summary["warnings"].empty()) << r.summary["warnings"];
+  EXPECT_LE(r.summary["ate_posyaw_m"], 0.25);
+  EXPECT_LE(r.summary["anchors"][0]["error"], 0.4);
+  EXPECT_TRUE(r.warns("there are no features")) << r.summary["warnings"];
 }
 
 TEST(SimulateEndToEnd, StartOffsetCountsFromTheFirstTracks) {
