@@ -1,0 +1,241 @@
+#include "evidence_cost.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace vir::alignment {
+namespace {
+
+constexpr double kMinVariance = 1e-12;  // [m^2], of an anchor that is said to be exact
+constexpr double kMinDistance = 1e-9;   // closer than this a range has no direction
+
+/// Lower triangle L with L L^T = C for any symmetric C without negative eigenvalues, up to
+/// rounding.
+Mat3 rootOf(const Mat3& C) {
+  Mat3 L = Mat3::Zero();
+  for (int j = 0; j < 3; ++j) {
+    double d = C(j, j);
+    for (int k = 0; k < j; ++k) d -= L(j, k) * L(j, k);
+    if (!(d > 1e-15)) continue;
+    L(j, j) = std::sqrt(d);
+    for (int i = j + 1; i < 3; ++i) {
+      double s = C(i, j);
+      for (int k = 0; k < j; ++k) s -= L(i, k) * L(j, k);
+      L(i, j) = s / L(j, j);
+    }
+  }
+  return L;
+}
+
+/// Sum of logarithms, taken once in a while.
+class LogSum {
+ public:
+  void add(double factor) {
+    product_ *= factor;
+    if (!(product_ > 1e-200 && product_ < 1e200)) {
+      sum_ += std::log(product_);
+      product_ = 1;
+    }
+  }
+  double value() const { return sum_ + std::log(product_); }
+
+ private:
+  double sum_ = 0, product_ = 1;
+};
+
+}  // namespace
+
+Vec4 toVector(const WorldTransform& T) { return {T.yaw_rad, T.t_m.x(), T.t_m.y(), T.t_m.z()}; }
+WorldTransform fromVector(const Vec4& x) { return {wrapAngle(x[0]), x.tail<3>()}; }
+
+Mat3x4 pointJacobian(const Vec3& rotated_p) {
+  Mat3x4 J;
+  J.col(0) = Vec3(-rotated_p.y(), rotated_p.x(), 0);
+  J.rightCols<3>().setIdentity();
+  return J;
+}
+
+EvidenceCost::EvidenceCost(const std::vector<MutualRange>& ranges,
+                           const std::vector<SharedAnchor>& anchors,
+                           const TransformOptions& options)
+    : ranges_(ranges), anchors_(anchors), options_(options) {
+  steps_.reserve(ranges.size());
+  for (std::size_t k = 0; k < ranges.size(); ++k) {
+    const double dt = k == 0 ? 0 : std::max(0.0, toSeconds(ranges[k].t - ranges[k - 1].t));
+    steps_.push_back({std::exp(-dt / options.position_time_s), std::exp(-dt / options.slow_time_s),
+                      toSeconds(ranges.back().t - ranges[k].t),
+                      ranges[k].cov_A.isZero(0) && ranges[k].cov_B.isZero(0)});
+  }
+}
+
+Mat3 EvidenceCost::positionCovariance(std::size_t k, const Mat3& R) const {
+  const MutualRange& m = ranges_[k];
+  Mat3 C = Mat3::Zero();
+  if (!steps_[k].exact) C = m.cov_A + R * m.cov_B * R.transpose();
+  // The worlds slide against each other; the answer is meant for now, so the past is less sure.
+  const double age = steps_[k].age_s;
+  const double slid = options_.drift_m_per_sqrt_s * options_.drift_m_per_sqrt_s * age;
+  const Vec3 arm = m.p_B - ranges_.back().p_B;
+  const double turned = options_.drift_rad_per_sqrt_s * options_.drift_rad_per_sqrt_s * age *
+                        arm.head<2>().squaredNorm();
+  C.diagonal() += Vec3(slid + turned, slid + turned, slid);
+  return C;
+}
+
+double EvidenceCost::anchorChi2(const SharedAnchor& a, const Vec4& x) const {
+  const Mat3 R = rotZ(x[0]);
+  Mat3 C = a.cov_A + R * a.cov_B * R.transpose();
+  C.diagonal().array() += kMinVariance;
+  const Vec3 e = a.p_A - R * a.p_B - x.tail<3>();
+  return e.dot(C.ldlt().solve(e));
+}
+
+int EvidenceCost::anchorsUsed(const Vec4& x) const {
+  return static_cast<int>(std::count_if(
+      anchors_.begin(), anchors_.end(),
+      [&](const SharedAnchor& a) { return anchorChi2(a, x) < options_.anchor_chi2; }));
+}
+
+double EvidenceCost::addAnchors(const Vec4& x, const Mat3& R, Mat4* H, Vec4* g) const {
+  double cost = 0;
+  for (const SharedAnchor& a : anchors_) {
+    Mat3 C = a.cov_A + R * a.cov_B * R.transpose();
+    C.diagonal().array() += kMinVariance;
+    const Vec3 rotated = R * a.p_B;
+    const Vec3 e = a.p_A - rotated - x.tail<3>();
+    const Mat3 W = C.inverse();
+    const double chi2 = e.dot(W * e);
+    // A wrong anchor costs so much and pulls no more.
+    if (!(chi2 < options_.anchor_chi2)) {
+      cost += options_.anchor_chi2;
+      continue;
+    }
+    cost += chi2;
+    if (H == nullptr) continue;
+    const Mat3x4 J = -pointJacobian(rotated);
+    *H += J.transpose() * W * J;
+    *g += J.transpose() * (W * e);
+  }
+  return cost;
+}
+
+template <int kColumns>
+double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
+                          std::vector<Innovation>* innovations) const {
+  constexpr bool kLinear = kColumns > 1;
+  const Mat3 R = rotZ(x[0]);
+  const Vec3 t = x.tail<3>();
+  if (kLinear) {
+    H->setZero();
+    g->setZero();
+  }
+  double cost = addAnchors(x, R, H, g);
+  LogSum variances, tails;
+  const double huber = options_.robust.huber_delta, nlos = options_.robust.nlos_delta;
+  // Filter: covariance of (position error in its own units, slow error in sigmas), and the means
+  // of residual and Jacobian.
+  Mat4 P = Mat4::Identity();
+  Eigen::Matrix<double, 4, kColumns> mean = Eigen::Matrix<double, 4, kColumns>::Zero();
+  for (std::size_t k = 0; k < ranges_.size(); ++k) {
+    const MutualRange& m = ranges_[k];
+    const Step& step = steps_[k];
+    const Vec4 phi(step.phi_position, step.phi_position, step.phi_position, step.phi_range);
+    P.array() *= (phi * phi.transpose()).array();
+    P.diagonal() += Vec4::Ones() - phi.cwiseProduct(phi);
+    mean.array().colwise() *= phi.array();
+
+    const Vec3 rotated = R * m.p_B;
+    const Vec3 v = m.p_A - rotated - t;
+    const double distance = v.norm();
+    const Vec3 u = distance > kMinDistance ? Vec3(v / distance) : Vec3(Vec3::Zero());
+    Vec4 h;
+    h.head<3>() = rootOf(positionCovariance(k, R)).transpose() * u;
+    h[3] = options_.slow_share * m.sigma_m;
+    const Vec4 Ph = P * h;
+    const double variance = m.sigma_m * m.sigma_m;
+    const double S = h.dot(Ph) + variance;
+    Eigen::Matrix<double, 1, kColumns> row;
+    row[0] = m.range_m - distance;
+    if constexpr (kLinear) {
+      row.template tail<4>() << u.y() * rotated.x() - u.x() * rotated.y(), u.x(), u.y(), u.z();
+    }
+    row.noalias() -= h.transpose() * mean;
+
+    // The loss of RobustRange, with the logarithms gathered.
+    const double r = row[0] / std::sqrt(S);
+    double weight = 1;
+    if (r < 0 && huber > 0) {
+      const double root = std::sqrt(1 + r * r / (huber * huber));
+      cost += 2 * huber * huber * (root - 1);
+      weight = 1 / root;
+    } else if (r > 0 && nlos > 0) {
+      const double tail = 1 + r * r / (nlos * nlos);
+      tails.add(tail);
+      weight = 1 / tail;
+    } else {
+      cost += r * r;
+    }
+    variances.add(S / variance);
+    const double gain = weight / S;
+    if constexpr (kLinear) {
+      const Eigen::Matrix<double, 1, 4> J = row.template tail<4>();
+      H->noalias() += (gain * J.transpose()) * J;
+      *g += (gain * row[0]) * J.transpose();
+    }
+    if (innovations != nullptr) innovations->push_back({r, m.range_m - distance});
+    mean.noalias() += (gain * Ph) * row;
+    P.noalias() -= (gain * Ph) * Ph.transpose();
+  }
+  return cost + variances.value() + nlos * nlos * tails.value();
+}
+
+double EvidenceCost::operator()(const Vec4& x) const {
+  return pass<1>(x, nullptr, nullptr, nullptr);
+}
+
+double EvidenceCost::linearise(const Vec4& x, Mat4* H, Vec4* g) const {
+  return pass<5>(x, H, g, nullptr);
+}
+
+std::vector<Innovation> EvidenceCost::innovations(const Vec4& x) const {
+  std::vector<Innovation> out;
+  out.reserve(ranges_.size());
+  pass<1>(x, nullptr, nullptr, &out);
+  return out;
+}
+
+double descend(const EvidenceCost& cost, Vec4* x, int iterations, const Vec4* held) {
+  Mat4 H;
+  Vec4 g;
+  double now = cost.linearise(*x, &H, &g);
+  double lambda = 1e-4;
+  for (int i = 0; i < iterations; ++i) {
+    if (held != nullptr) {
+      const Mat4 along = *held * held->transpose(), rest = Mat4::Identity() - along;
+      H = rest * H * rest + H.trace() * along;
+      g = rest * g;
+    }
+    Mat4 damped = H;
+    // The absolute part (per m^2, per rad^2) holds directions that the evidence leaves open.
+    damped.diagonal() += lambda * (H.diagonal() + Vec4::Ones()) + Vec4::Constant(1e-9);
+    const Vec4 step = -damped.ldlt().solve(g);
+    if (!step.allFinite()) break;
+    const Vec4 next = *x + step;
+    const double then = cost(next);
+    const bool small = step.squaredNorm() < 1e-20;
+    if (then <= now) {
+      *x = next;
+      lambda = std::max(lambda * 0.1, 1e-12);
+      if (small) return then;
+      now = cost.linearise(*x, &H, &g);
+    } else {
+      if (small || lambda > 1e8) break;
+      lambda = std::max(lambda * 8, 1e-6);
+    }
+  }
+  return now;
+}
+
+}  // namespace vir::alignment
