@@ -11,22 +11,16 @@ namespace {
 constexpr double kMinVariance = 1e-12;  // [m^2], of an anchor that is said to be exact
 constexpr double kMinDistance = 1e-9;   // closer than this a range has no direction
 
-/// Lower triangle L with L L^T = C for any symmetric C without negative eigenvalues, up to
-/// rounding.
-Mat3 rootOf(const Mat3& C) {
-  Mat3 L = Mat3::Zero();
-  for (int j = 0; j < 3; ++j) {
-    double d = C(j, j);
-    for (int k = 0; k < j; ++k) d -= L(j, k) * L(j, k);
-    if (!(d > 1e-15)) continue;
-    L(j, j) = std::sqrt(d);
-    for (int i = j + 1; i < 3; ++i) {
-      double s = C(i, j);
-      for (int k = 0; k < j; ++k) s -= L(i, k) * L(j, k);
-      L(i, j) = s / L(j, j);
-    }
-  }
-  return L;
+/// L^T u with L L^T = C, for any symmetric C without negative eigenvalues, up to rounding.
+Vec3 rootTimes(const Mat3& C, const Vec3& u) {
+  const auto root = [](double d) { return d > 1e-15 ? std::sqrt(d) : 0.0; };
+  const auto share = [](double c, double l) { return l > 0 ? c / l : 0.0; };
+  const double l00 = root(C(0, 0));
+  const double l10 = share(C(1, 0), l00), l20 = share(C(2, 0), l00);
+  const double l11 = root(C(1, 1) - l10 * l10);
+  const double l21 = share(C(2, 1) - l20 * l10, l11);
+  const double l22 = root(C(2, 2) - l20 * l20 - l21 * l21);
+  return {l00 * u.x() + l10 * u.y() + l20 * u.z(), l11 * u.y() + l21 * u.z(), l22 * u.z()};
 }
 
 /// Sum of logarithms, taken once in a while.
@@ -73,7 +67,7 @@ EvidenceCost::EvidenceCost(const std::vector<MutualRange>& ranges,
 Mat3 EvidenceCost::positionCovariance(std::size_t k, const Mat3& R) const {
   const MutualRange& m = ranges_[k];
   Mat3 C = Mat3::Zero();
-  if (!steps_[k].exact) C = m.cov_A + R * m.cov_B * R.transpose();
+  if (!steps_[k].exact) C.noalias() = m.cov_A + R * (m.cov_B * R.transpose());
   // The worlds slide against each other; the answer is meant for now, so the past is less sure.
   const double age = steps_[k].age_s;
   const double slid = options_.drift_m_per_sqrt_s * options_.drift_m_per_sqrt_s * age;
@@ -151,7 +145,7 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
     const double distance = v.norm();
     const Vec3 u = distance > kMinDistance ? Vec3(v / distance) : Vec3(Vec3::Zero());
     Vec4 h;
-    h.head<3>() = rootOf(positionCovariance(k, R)).transpose() * u;
+    h.head<3>() = rootTimes(positionCovariance(k, R), u);
     h[3] = options_.slow_share * m.sigma_m;
     const Vec4 Ph = P * h;
     const double variance = m.sigma_m * m.sigma_m;
@@ -206,14 +200,14 @@ std::vector<Innovation> EvidenceCost::innovations(const Vec4& x) const {
   return out;
 }
 
-double descend(const EvidenceCost& cost, Vec4* x, int iterations, const Vec4* held) {
+double descend(const EvidenceCost& cost, Vec4* x, const Descent& how) {
   Mat4 H;
   Vec4 g;
   double now = cost.linearise(*x, &H, &g);
   double lambda = 1e-4;
-  for (int i = 0; i < iterations; ++i) {
-    if (held != nullptr) {
-      const Mat4 along = *held * held->transpose(), rest = Mat4::Identity() - along;
+  for (int i = 0; i < how.iterations; ++i) {
+    if (how.held != nullptr) {
+      const Mat4 along = *how.held * how.held->transpose(), rest = Mat4::Identity() - along;
       H = rest * H * rest + H.trace() * along;
       g = rest * g;
     }
@@ -224,7 +218,8 @@ double descend(const EvidenceCost& cost, Vec4* x, int iterations, const Vec4* he
     if (!step.allFinite()) break;
     const Vec4 next = *x + step;
     const double then = cost(next);
-    const bool small = step.squaredNorm() < 1e-20;
+    const bool small =
+        step.squaredNorm() < 1e-20 || std::abs(now - then) < how.tolerance * (1 + std::abs(now));
     if (then <= now) {
       *x = next;
       lambda = std::max(lambda * 0.1, 1e-12);

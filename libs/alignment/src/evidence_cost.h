@@ -62,8 +62,13 @@ class EvidenceCost {
   std::vector<Step> steps_;
 };
 
-/// Levenberg-Marquardt from `x`; returns the cost. The component along `held` (unit length, may be
-/// null) stays.
-double descend(const EvidenceCost& cost, Vec4* x, int iterations = 40, const Vec4* held = nullptr);
+struct Descent {
+  int iterations = 40;
+  double tolerance = 1e-10;    ///< ends when the cost changes by less than this share
+  const Vec4* held = nullptr;  ///< the component along this (unit length) stays
+};
+
+/// Levenberg-Marquardt from `x`; returns the cost.
+double descend(const EvidenceCost& cost, Vec4* x, const Descent& how = {});
 
 }  // namespace vir::alignment

@@ -10,8 +10,8 @@ namespace {
 constexpr double kFarthest = 50;     // [m] of a walk
 constexpr double kMostRise = 14;     // what is less likely adds nothing
 constexpr double kFirstStep = 0.05;  // [m]
-constexpr double kGrowth = 0.35;     // of the way so far, a step
-constexpr int kIterations = 25;
+constexpr double kGrowth = 0.5;      // of the way so far, a step
+constexpr int kIterations = 12;
 
 /// Second moments about `x` along one walk out and one back.
 Mat4 momentsOf(const EvidenceCost& cost, const Vec4& x, int coordinate, double sigma,
@@ -32,7 +32,7 @@ Mat4 momentsOf(const EvidenceCost& cost, const Vec4& x, int coordinate, double s
         moved.tail<3>() += rotZ(moved[0]) * middle_B - rotZ(moved[0] + sign * step) * middle_B;
       }
       moved[coordinate] += sign * step;
-      const double rise = descend(cost, &moved, kIterations, &axis) - here;
+      const double rise = descend(cost, &moved, {kIterations, 1e-3, &axis}) - here;
       const double weight = step * std::exp(-0.5 * std::clamp(rise, 0.0, 100.0));
       const Vec4 d = moved - x;
       sum += weight * d * d.transpose();

@@ -24,6 +24,7 @@ using alignment::Vec4;
 constexpr double kSameMinimum = 1e-3;  // [m], of B's path: one minimum reached twice
 constexpr std::size_t kMostSolutions = 4;
 constexpr double kLookedAt = 0.1;  // [m], a standard deviation above which it is not taken as given
+constexpr double kExact = 1e-12, kRough = 1e-5;  // changes of the cost that end a refinement
 constexpr int kMinForScatter = 20;
 
 struct Mode {
@@ -120,8 +121,9 @@ class Finder {
   }
 
   void refine(const EvidenceCost& cost, const std::vector<Vec4>& starts) {
+    const bool last = cost.size() == ranges_.size();
     for (Vec4 x : starts) {
-      const double value = descend(cost, &x);
+      const double value = descend(cost, &x, {40, last ? kExact : kRough});
       keep({value, x});
     }
   }
@@ -150,13 +152,15 @@ class Finder {
     const std::vector<Mode> coarse = std::exchange(modes_, {});
     for (const Mode& m : coarse) {
       // Those that a part of the ranges rules out need not be looked at again.
-      if (m.cost > coarse.front().cost + 3 * answer_.needed_margin) break;
+      if (m.cost > coarse.front().cost + 2 * answer_.needed_margin) break;
       Vec4 x = m.x;
-      const double value = descend(all, &x);
+      const double value = descend(all, &x, {20, kRough});
       keep({value, x});
       if (modes_.size() >= kMostSolutions) break;
     }
     sort();
+    if (modes_.empty()) return;
+    modes_.front().cost = descend(all, &modes_.front().x, {20, kExact});
   }
 
   struct Fit {
