@@ -54,28 +54,17 @@ Mat3x4 pointJacobian(const Vec3& rotated_p) {
 EvidenceCost::EvidenceCost(const std::vector<MutualRange>& ranges,
                            const std::vector<SharedAnchor>& anchors,
                            const TransformOptions& options)
-    : ranges_(ranges), anchors_(anchors), options_(options) {
+    : ranges_(ranges),
+      anchors_(anchors),
+      options_(options),
+      drift_(options.drift_m_per_sqrt_s > 0 || options.drift_rad_per_sqrt_s > 0) {
   steps_.reserve(ranges.size());
   for (std::size_t k = 0; k < ranges.size(); ++k) {
-    const double dt = k == 0 ? 0 : std::max(0.0, toSeconds(ranges[k].t - ranges[k - 1].t));
+    const bool newest = k + 1 == ranges.size();
+    const double dt = newest ? 0 : std::max(0.0, toSeconds(ranges[k + 1].t - ranges[k].t));
     steps_.push_back({std::exp(-dt / options.position_time_s), std::exp(-dt / options.slow_time_s),
-                      toSeconds(ranges.back().t - ranges[k].t),
-                      ranges[k].cov_A.isZero(0) && ranges[k].cov_B.isZero(0)});
+                      dt, ranges[k].cov_A.isZero(0) && ranges[k].cov_B.isZero(0)});
   }
-}
-
-Mat3 EvidenceCost::positionCovariance(std::size_t k, const Mat3& R) const {
-  const MutualRange& m = ranges_[k];
-  Mat3 C = Mat3::Zero();
-  if (!steps_[k].exact) C.noalias() = m.cov_A + R * (m.cov_B * R.transpose());
-  // The worlds slide against each other; the answer is meant for now, so the past is less sure.
-  const double age = steps_[k].age_s;
-  const double slid = options_.drift_m_per_sqrt_s * options_.drift_m_per_sqrt_s * age;
-  const Vec3 arm = m.p_B - ranges_.back().p_B;
-  const double turned = options_.drift_rad_per_sqrt_s * options_.drift_rad_per_sqrt_s * age *
-                        arm.head<2>().squaredNorm();
-  C.diagonal() += Vec3(slid + turned, slid + turned, slid);
-  return C;
 }
 
 double EvidenceCost::anchorChi2(const SharedAnchor& a, const Vec4& x) const {
@@ -115,10 +104,11 @@ double EvidenceCost::addAnchors(const Vec4& x, const Mat3& R, Mat4* H, Vec4* g) 
   return cost;
 }
 
-template <int kColumns>
+template <int kStates, int kColumns>
 double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
                           std::vector<Innovation>* innovations) const {
-  constexpr bool kLinear = kColumns > 1;
+  constexpr bool kLinear = kColumns > 1, kDrift = kStates > 4;
+  using State = Eigen::Matrix<double, kStates, 1>;
   const Mat3 R = rotZ(x[0]);
   const Vec3 t = x.tail<3>();
   if (kLinear) {
@@ -126,28 +116,42 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
     g->setZero();
   }
   double cost = addAnchors(x, R, H, g);
+  if (ranges_.empty()) return cost;
   LogSum variances, tails;
   const double huber = options_.robust.huber_delta, nlos = options_.robust.nlos_delta;
-  // Filter: covariance of (position error in its own units, slow error in sigmas), and the means
-  // of residual and Jacobian.
-  Mat4 P = Mat4::Identity();
-  Eigen::Matrix<double, 4, kColumns> mean = Eigen::Matrix<double, 4, kColumns>::Zero();
-  for (std::size_t k = 0; k < ranges_.size(); ++k) {
+  // Filter: covariance of the state (position error in its own units, slow error in sigmas, drift
+  // since then in its own), and the means of residual and Jacobian.
+  Eigen::Matrix<double, kStates, kStates> P = Eigen::Matrix<double, kStates, kStates>::Zero();
+  P.template topLeftCorner<4, 4>().setIdentity();
+  Eigen::Matrix<double, kStates, kColumns> mean = Eigen::Matrix<double, kStates, kColumns>::Zero();
+  State phi = State::Ones(), h;
+  for (std::size_t k = ranges_.size(); k-- > 0;) {
     const MutualRange& m = ranges_[k];
     const Step& step = steps_[k];
-    const Vec4 phi(step.phi_position, step.phi_position, step.phi_position, step.phi_range);
+    phi.template head<4>() << step.phi_position, step.phi_position, step.phi_position,
+        step.phi_range;
     P.array() *= (phi * phi.transpose()).array();
-    P.diagonal() += Vec4::Ones() - phi.cwiseProduct(phi);
+    P.diagonal() += State::Ones() - phi.cwiseProduct(phi);
     mean.array().colwise() *= phi.array();
 
     const Vec3 rotated = R * m.p_B;
     const Vec3 v = m.p_A - rotated - t;
     const double distance = v.norm();
     const Vec3 u = distance > kMinDistance ? Vec3(v / distance) : Vec3(Vec3::Zero());
-    Vec4 h;
-    h.head<3>() = rootTimes(positionCovariance(k, R), u);
+    h.template head<3>().setZero();
+    if (!step.exact) {
+      Mat3 C = m.cov_A;
+      C.noalias() += R * (m.cov_B * R.transpose());
+      h.template head<3>() = rootTimes(C, u);
+    }
     h[3] = options_.slow_share * m.sigma_m;
-    const Vec4 Ph = P * h;
+    if constexpr (kDrift) {
+      P.diagonal().template tail<4>().array() += step.dt_s;
+      const Vec3 arm = rotated - R * ranges_.back().p_B;
+      h.template tail<4>() << options_.drift_m_per_sqrt_s * u,
+          options_.drift_rad_per_sqrt_s * (u.y() * arm.x() - u.x() * arm.y());
+    }
+    const State Ph = P * h;
     const double variance = m.sigma_m * m.sigma_m;
     const double S = h.dot(Ph) + variance;
     Eigen::Matrix<double, 1, kColumns> row;
@@ -186,17 +190,18 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
 }
 
 double EvidenceCost::operator()(const Vec4& x) const {
-  return pass<1>(x, nullptr, nullptr, nullptr);
+  return drift_ ? pass<8, 1>(x, nullptr, nullptr, nullptr)
+                : pass<4, 1>(x, nullptr, nullptr, nullptr);
 }
 
 double EvidenceCost::linearise(const Vec4& x, Mat4* H, Vec4* g) const {
-  return pass<5>(x, H, g, nullptr);
+  return drift_ ? pass<8, 5>(x, H, g, nullptr) : pass<4, 5>(x, H, g, nullptr);
 }
 
 std::vector<Innovation> EvidenceCost::innovations(const Vec4& x) const {
   std::vector<Innovation> out;
   out.reserve(ranges_.size());
-  pass<1>(x, nullptr, nullptr, &out);
+  drift_ ? pass<8, 1>(x, nullptr, nullptr, &out) : pass<4, 1>(x, nullptr, nullptr, &out);
   return out;
 }
 

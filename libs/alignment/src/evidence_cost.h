@@ -23,9 +23,10 @@ struct Innovation {
   double residual_m = 0;
 };
 
-/// The errors of a range are white noise, a slow error of its own (an Ornstein-Uhlenbeck process)
-/// and the errors of both positions, which change slowly too. A Kalman filter over these four
-/// (three of position, one of the range) whitens residuals and Jacobians alike in one pass.
+/// The errors of a range are white noise, a slow error of its own and the errors of both positions
+/// (Ornstein-Uhlenbeck processes), and what the two worlds have drifted against each other from
+/// then to the newest range (a random walk of yaw and offset). A Kalman filter over these, from the
+/// newest range back to the oldest, whitens residuals and Jacobians alike in one pass.
 class EvidenceCost {
  public:
   /// Keeps references to all three.
@@ -47,19 +48,19 @@ class EvidenceCost {
 
  private:
   /// Columns: the residual, and where `kColumns` is 5 its Jacobian.
-  template <int kColumns>
+  template <int kStates, int kColumns>
   double pass(const Vec4& x, Mat4* H, Vec4* g, std::vector<Innovation>* innovations) const;
   double addAnchors(const Vec4& x, const Mat3& R, Mat4* H, Vec4* g) const;
-  Mat3 positionCovariance(std::size_t k, const Mat3& R) const;
 
   const std::vector<MutualRange>& ranges_;
   const std::vector<SharedAnchor>& anchors_;
   const TransformOptions& options_;
   struct Step {
-    double phi_position, phi_range, age_s;
-    bool exact;  ///< positions without covariance
+    double phi_position, phi_range, dt_s;  ///< to the range after it
+    bool exact;                            ///< positions without covariance
   };
   std::vector<Step> steps_;
+  bool drift_;
 };
 
 struct Descent {

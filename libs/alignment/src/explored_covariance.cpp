@@ -8,9 +8,9 @@ namespace vir::alignment {
 namespace {
 
 constexpr double kFarthest = 50;     // [m] of a walk
-constexpr double kMostRise = 14;     // what is less likely adds nothing
+constexpr double kMostRise = 10;     // what is less likely adds nothing
 constexpr double kFirstStep = 0.05;  // [m]
-constexpr double kGrowth = 0.5;      // of the way so far, a step
+constexpr double kGrowth = 0.6;      // of the way so far, a step
 constexpr int kIterations = 12;
 
 /// Second moments about `x` along one walk out and one back.

@@ -25,6 +25,8 @@ constexpr double kSameMinimum = 1e-3;  // [m], of B's path: one minimum reached 
 constexpr std::size_t kMostSolutions = 4;
 constexpr double kLookedAt = 0.1;  // [m], a standard deviation above which it is not taken as given
 constexpr double kExact = 1e-12, kRough = 1e-5;  // changes of the cost that end a refinement
+constexpr double kRidge = 9;  // rise of the cost between two solutions that are not told apart
+constexpr double kHighestRidge = 3;  // [m]
 constexpr int kMinForScatter = 20;
 
 struct Mode {
@@ -252,7 +254,7 @@ class Finder {
       s.covariance *= factor;
       answer_.solutions.push_back(s);
     }
-    mergeNear();
+    mergeNear(cost);
     for (std::size_t i = 1; i < answer_.solutions.size(); ++i) {
       answer_.margin =
           std::min(answer_.margin, answer_.solutions[i].cost - answer_.solutions.front().cost);
@@ -260,27 +262,66 @@ class Finder {
     decide(cost);
   }
 
-  /// Solutions that mean the same in practice become one, with a covariance that covers both.
-  void mergeNear() {
+  /// Solutions that mean the same in practice become one, with a covariance that covers both; so
+  /// do mirror images in height with hardly a barrier between them (motion in a plane): then their
+  /// middle is the best that can be said.
+  void mergeNear(const EvidenceCost& cost) {
     std::vector<TransformSolution> kept;
     for (const TransformSolution& s : answer_.solutions) {
-      TransformSolution* same = nullptr;
+      bool merged = false;
       for (TransformSolution& k : kept) {
-        if (apart(toVector(k.T_A_B), toVector(s.T_A_B)) < options_.same_solution_m) {
-          same = &k;
-          break;
+        const double distance = apart(toVector(k.T_A_B), toVector(s.T_A_B));
+        const bool same = distance < options_.same_solution_m;
+        if (!same && !oneRidge(cost, k, s)) continue;
+        TransformSolution other = s;
+        if (!same) {
+          settle(cost, &k);
+          settle(cost, &other);
         }
+        mergeInto(other, !same, &k);
+        merged = true;
+        break;
       }
-      if (same == nullptr) {
-        kept.push_back(s);
-        continue;
-      }
-      Vec4 d = toVector(s.T_A_B) - toVector(same->T_A_B);
-      d[0] = wrapAngle(d[0]);
-      const double odds = std::exp(-0.5 * (s.cost - same->cost));
-      same->covariance += odds / (1 + odds) * d * d.transpose();
+      if (!merged) kept.push_back(s);
     }
     answer_.solutions = kept;
+  }
+
+  /// To the very minimum, as the middle is taken.
+  void settle(const EvidenceCost& cost, TransformSolution* s) const {
+    Vec4 x = toVector(s->T_A_B);
+    s->cost = descend(cost, &x, {40, kExact}) / answer_.variance_factor;
+    s->T_A_B = fromVector(x);
+  }
+
+  void mergeInto(const TransformSolution& s, bool move, TransformSolution* kept) const {
+    Vec4 d = toVector(s.T_A_B) - toVector(kept->T_A_B);
+    d[0] = wrapAngle(d[0]);
+    const double odds = std::exp(-0.5 * (s.cost - kept->cost)), share = odds / (1 + odds);
+    if (move) {
+      kept->T_A_B = fromVector(toVector(kept->T_A_B) + share * d);
+      // The walks that explored the covariance started from one end of the ridge.
+      kept->covariance(3, 3) = std::max(kept->covariance(3, 3) - share * share * d[3] * d[3],
+                                        share * (1 - share) * d[3] * d[3]);
+    } else {
+      kept->covariance += share * d * d.transpose();
+    }
+  }
+
+  /// Apart in height only, and the cost in the middle is hardly higher.
+  bool oneRidge(const EvidenceCost& cost, const TransformSolution& a,
+                const TransformSolution& b) const {
+    Vec4 d = toVector(b.T_A_B) - toVector(a.T_A_B);
+    d[0] = wrapAngle(d[0]);
+    const double height = std::abs(d[3]);
+    d[3] = 0;
+    Vec4 level = toVector(a.T_A_B);
+    if (apart(level, level + d) > options_.same_solution_m || height > kHighestRidge) return false;
+    Vec4 middle = level + 0.5 * d;
+    middle[3] = 0.5 * (a.T_A_B.t_m.z() + b.T_A_B.t_m.z());
+    const Vec4 up = Vec4::Unit(3);
+    const double barrier = descend(cost, &middle, {20, 1e-4, &up}) / answer_.variance_factor;
+    return barrier - a.cost < kRidge;
   }
 
   void decide(const EvidenceCost& cost) {
