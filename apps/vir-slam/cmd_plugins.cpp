@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "rendezvous_options.h"
 #include "run_options.h"
+#include "vir/alignment/joint_solution.h"
 #include "vir/core/ini_writer.h"
 #include "vir/pipeline/estimator_registry.h"
 #include "vir/pipeline/plugin_loader.h"
@@ -50,9 +51,11 @@ std::string reference(const std::string& name) {
   for (const auto& r : registeredRendezvous()) {
     if (r.name != name) continue;
     RendezvousRunOptions run;
+    JointOptions joint;
     run.driver = name;
     describe(writer, run);
     createRendezvous(name)->describe(writer);
+    vir::describe(writer, joint);
     return head + writer.text();
   }
   const auto sensor = createSensor(name);

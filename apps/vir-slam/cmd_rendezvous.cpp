@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "joint_merge.h"
 #include "rendezvous_options.h"
 #include "rendezvous_output.h"
 #include "rendezvous_robots.h"
@@ -114,6 +115,7 @@ nlohmann::ordered_json errorJson(const MergeError& e) {
   return {{"from", e.from},
           {"to", e.to},
           {"merged_rmse_m", e.merged_rmse_m},
+          {"own_merged_rmse_m", e.own_merged_rmse_m},
           {"offset_error_m", e.offset_error_m},
           {"yaw_error_deg", e.yaw_error_deg}};
 }
@@ -143,7 +145,7 @@ void run(const Arguments& arguments, Common& common) {
   }
   bar.clear();
 
-  const std::vector<PairResult> pairs = findPairs(prepared, robots, log);
+  std::vector<PairResult> pairs = findPairs(prepared, robots, log);
   const std::vector<TransformEdge> edges = edgesOf(pairs);
   const std::vector<TransformLoop> loops = checkLoops(edges);
   for (const TransformLoop& loop : loops) {
@@ -151,7 +153,12 @@ void run(const Arguments& arguments, Common& common) {
       log(LogLevel::warning, "the transforms between " + loop.robots + " contradict each other");
     }
   }
-  const MergedMap map = merge(robots, edges);
+  MergedMap map = merge(robots, edges);
+  JointSolution joint;
+  if (prepared.rendezvous.joint && !edges.empty()) {
+    const std::string problem = mergeJointly(robots, prepared.joint, &map, &pairs, &joint);
+    if (!problem.empty()) log(LogLevel::info, problem);
+  }
   std::vector<PairTransform> transforms;
   nlohmann::ordered_json summary;
   summary["robots"] = nlohmann::ordered_json::array();
@@ -163,12 +170,8 @@ void run(const Arguments& arguments, Common& common) {
     std::optional<MergeError> error;
     const auto& a = pair.transform.answer;
     if (a.status == TransformStatus::unique) {
-      const RobotRecord& b = named(robots, pair.transform.from);
-      Trajectory b_in_A;
-      for (const KnownPose& p : b.poses) {
-        b_in_A.push_back({p.t, a.solutions[0].T_A_B.pose() * p.T_W_B});
-      }
-      error = mergeError(named(robots, pair.transform.to), b, a.solutions[0].T_A_B, b_in_A);
+      error = mergeError(named(robots, pair.transform.to), named(robots, pair.transform.from),
+                         a.solutions[0].T_A_B, map);
       if (error) summary["merge_errors"].push_back(errorJson(*error));
     }
     const auto more = rowsOf(pair, error);

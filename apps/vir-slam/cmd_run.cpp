@@ -84,6 +84,7 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   // An ini of several robots will do for one of them.
   reader.ignoreSection("Rendezvous");
   reader.ignoreSection("Robots");
+  reader.ignoreSection("Joint");
   RunOptions again;
   describe(reader, again);
   run.estimator->describe(reader);

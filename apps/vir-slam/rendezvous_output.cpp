@@ -34,6 +34,19 @@ std::optional<Pose> truthFrom(const Trajectory& truth, const Trajectory& estimat
   }
 }
 
+/// Of a trajectory that T lays onto the truth.
+std::optional<double> rmseIn(const Trajectory& truth, const Pose& T, const Trajectory& estimate) {
+  Trajectory in_truth;
+  for (const StampedPose& p : estimate) in_truth.push_back({p.t, T * p.T_W_B});
+  EvaluationOptions options;
+  options.alignment = Alignment::none;
+  try {
+    return evaluate(truth, in_truth, options).ate_position_m.rmse;
+  } catch (const EvaluationError&) {
+    return std::nullopt;
+  }
+}
+
 /// Words in tables hold no commas.
 std::string word(std::string text) {
   for (char& c : text) {
@@ -45,25 +58,27 @@ std::string word(std::string text) {
 }  // namespace
 
 std::optional<MergeError> mergeError(const RobotRecord& a, const RobotRecord& b,
-                                     const WorldTransform& T_A_B, const Trajectory& b_in_A) {
-  const auto T_G_A = truthFrom(a.truth, trajectoryOf(a));
-  const auto T_G_B = truthFrom(b.truth, trajectoryOf(b));
-  if (!T_G_A || !T_G_B) return std::nullopt;
+                                     const WorldTransform& T_A_B, const MergedMap& map) {
+  const Trajectory own_a = trajectoryOf(a), own_b = trajectoryOf(b);
+  const auto T_G_A = truthFrom(a.truth, own_a);
+  const auto T_G_B = truthFrom(b.truth, own_b);
+  const auto merged_a = map.trajectories.find(a.name), merged_b = map.trajectories.find(b.name);
+  if (!T_G_A || !T_G_B || merged_a == map.trajectories.end() ||
+      merged_b == map.trajectories.end()) {
+    return std::nullopt;
+  }
+  const auto T_G_root = truthFrom(a.truth, merged_a->second);
+  const auto merged = rmseIn(b.truth, *T_G_root, merged_b->second);
+  const auto own = rmseIn(b.truth, *T_G_A * T_A_B.pose(), own_b);
+  if (!merged || !own) return std::nullopt;
+  const Pose truth = T_G_A->inverse() * *T_G_B;
   MergeError out;
   out.from = b.name;
   out.to = a.name;
-  const Pose truth = T_G_A->inverse() * *T_G_B;
+  out.merged_rmse_m = *merged;
+  out.own_merged_rmse_m = *own;
   out.offset_error_m = (T_A_B.t_m - truth.p).norm();
   out.yaw_error_deg = std::abs(wrapAngle(T_A_B.yaw_rad - yawOf(truth.R()))) * 180 / M_PI;
-  Trajectory in_truth;
-  for (const StampedPose& p : b_in_A) in_truth.push_back({p.t, *T_G_A * p.T_W_B});
-  EvaluationOptions options;
-  options.alignment = Alignment::none;
-  try {
-    out.merged_rmse_m = evaluate(b.truth, in_truth, options).ate_position_m.rmse;
-  } catch (const EvaluationError&) {
-    return std::nullopt;
-  }
   return out;
 }
 

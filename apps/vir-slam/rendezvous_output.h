@@ -22,12 +22,13 @@ struct MergedMap {
 /// How well robot B lies in A's world, where both have ground truth.
 struct MergeError {
   std::string from, to;
-  double merged_rmse_m = 0;  ///< of B's trajectory, A's own laid onto its truth
+  double merged_rmse_m = 0;      ///< of B's trajectory as written, A's laid onto its truth
+  double own_merged_rmse_m = 0;  ///< the same with what each estimated alone and the transform
   double offset_error_m = 0, yaw_error_deg = 0;
 };
 
 std::optional<MergeError> mergeError(const RobotRecord& a, const RobotRecord& b,
-                                     const WorldTransform& T_A_B, const Trajectory& b_in_A);
+                                     const WorldTransform& T_A_B, const MergedMap& map);
 
 void writeMergedTrajectories(const ResultsFolder& folder, const MergedMap& map);
 void writeMergedLandmarks(const ResultsFolder& folder, const MergedMap& map,

@@ -106,6 +106,8 @@ std::unique_ptr<Estimator> configured(const Prepared& p, const RobotFile& robot,
   describe(reader, rendezvous);
   const auto solver = createRendezvous(p.rendezvous.driver);
   solver->describe(reader);
+  JointOptions joint;
+  vir::describe(reader, joint);
   reader.ignoreUnknownFrom(robot.companion);
   reader.finish();
   if (also != nullptr) {
@@ -113,6 +115,7 @@ std::unique_ptr<Estimator> configured(const Prepared& p, const RobotFile& robot,
     estimator->describe(*also);
     describe(*also, rendezvous);
     solver->describe(*also);
+    vir::describe(*also, joint);
   }
   return estimator;
 }
@@ -148,6 +151,7 @@ Prepared prepareRobots(const std::string& ini, const std::vector<std::string>& r
   SettingsReader own(out.settings);
   describe(own, out.run);
   describe(own, out.rendezvous);
+  vir::describe(own, out.joint);
   out.robots = robotFiles(out.settings, rawlogs);
   loadPlugins(common);
   for (std::size_t i = 0; i < out.robots.size(); ++i) {

@@ -9,6 +9,7 @@
 #include "rendezvous_options.h"
 #include "robot_record.h"
 #include "run_options.h"
+#include "vir/alignment/joint_solution.h"
 #include "vir/core/settings.h"
 #include "vir/pipeline/rendezvous.h"
 #include "vir/pipeline/results_folder.h"
@@ -27,6 +28,7 @@ struct RobotFile {
 struct Prepared {
   RunOptions run;
   RendezvousRunOptions rendezvous;
+  JointOptions joint;
   Settings settings;
   std::vector<RobotFile> robots;
   std::string used_ini;

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "vir/ranging/anchor_initialization.h"
 
@@ -150,22 +151,38 @@ void JointProblem::addRanges(const std::vector<JointRobot>& robots,
   }
 }
 
-/// From all robots' ranges together: what is a straight line for one need not be for all.
+/// From all robots' ranges together (what is a straight line for one need not be for all) and from
+/// each one's alone (its own path may hang together better): whatever fits all best.
 void JointProblem::startAnchors() {
-  std::map<std::uint64_t, std::vector<AntennaRange>> by_anchor;
+  std::map<std::uint64_t, std::map<std::size_t, std::vector<AntennaRange>>> by_anchor;
+  constexpr double kPathError = 0.2;  // [m], before it is corrected
   for (const JointRange& r : ranges_) {
     if (r.second) continue;
-    by_anchor[r.anchor].push_back({position(r.first), r.range_m, r.sigma_m});
+    by_anchor[r.anchor][r.first.robot].push_back(
+        {position(r.first), r.range_m, std::hypot(r.sigma_m, kPathError)});
   }
-  AnchorInitOptions options;
-  options.drift_ratio = 0;
-  for (const auto& [id, list] : by_anchor) {
-    const AnchorInitialization found = initializeAnchor(list, options);
-    if (found.solutions.empty() || found.geometry == AnchorGeometry::inconsistent ||
-        found.geometry == AnchorGeometry::too_short) {
-      continue;
+  for (auto& [id, lists] : by_anchor) {
+    std::vector<AntennaRange> all;
+    for (const auto& item : lists) all.insert(all.end(), item.second.begin(), item.second.end());
+    std::vector<std::vector<AntennaRange>> tries{all};
+    if (lists.size() > 1) {
+      for (const auto& item : lists) tries.push_back(item.second);
     }
-    anchors_[id] = found.solutions.front().p_W;
+    double best = std::numeric_limits<double>::infinity();
+    for (const auto& list : tries) {
+      AnchorInitOptions options;
+      options.drift_ratio = 0;
+      options.correlation = false;
+      for (const AnchorSolution& s : initializeAnchor(list, options).solutions) {
+        double cost = 0;
+        for (const AntennaRange& r : all) {
+          cost += options_.robust.loss((r.range_m - (r.p_W - s.p_W).norm()) / r.sigma_m);
+        }
+        if (!(cost < best) || !s.p_W.allFinite()) continue;
+        best = cost;
+        anchors_[id] = s.p_W;
+      }
+    }
   }
   ranges_.erase(std::remove_if(ranges_.begin(), ranges_.end(),
                                [&](const JointRange& r) {

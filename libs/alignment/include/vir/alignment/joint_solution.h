@@ -47,7 +47,7 @@ struct JointOptions {
   double yaw_per_sqrt_m = 0.01, yaw_per_sqrt_rad = 0.01, yaw_per_sqrt_s = 0.001;
   double vertical_share = 0.1;
   double scale_sigma = 0.1, scale_walk_per_sqrt_m = 0.01;
-  double range_worth = 0.3;  ///< of a range among many: their errors are correlated
+  double range_worth = 0.15;  ///< of a range among many: their errors are correlated
   int iterations = 30;
   RobustRange robust;
 };
