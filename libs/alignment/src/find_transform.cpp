@@ -9,6 +9,7 @@
 
 #include "explored_covariance.h"
 #include "geometry_check.h"
+#include "nlopt_polish.h"
 #include "starts.h"
 
 namespace vir {
@@ -25,6 +26,9 @@ constexpr double kSameMinimum = 1e-3;  // [m], of B's path: one minimum reached 
 constexpr std::size_t kMostSolutions = 4;
 constexpr double kLookedAt = 0.1;  // [m], a standard deviation above which it is not taken as given
 constexpr double kExact = 1e-12, kRough = 1e-5;  // changes of the cost that end a refinement
+constexpr int kFirstIterations = 6;
+constexpr double kFirstChange = 1e-2;
+constexpr int kFewForPolish = 10;
 constexpr double kRidge = 9;  // rise of the cost between two solutions that are not told apart
 constexpr double kHighestRidge = 3;  // [m]
 constexpr int kMinForScatter = 20;
@@ -124,9 +128,20 @@ class Finder {
 
   void refine(const EvidenceCost& cost, const std::vector<Vec4>& starts) {
     const bool last = cost.size() == ranges_.size();
-    for (Vec4 x : starts) {
-      const double value = descend(cost, &x, {40, last ? kExact : kRough});
-      keep({value, x});
+    std::vector<Mode> roughly;
+    double lowest = modes_.empty() ? std::numeric_limits<double>::infinity() : modes_[0].cost;
+    for (const Mode& m : modes_) lowest = std::min(lowest, m.cost);
+    for (const Vec4& start : starts) {
+      Mode mode{0, start};
+      mode.cost = descend(cost, &mode.x, {kFirstIterations, kFirstChange});
+      lowest = std::min(lowest, mode.cost);
+      roughly.push_back(mode);
+    }
+    for (Mode& mode : roughly) {
+      // A few steps tell which are worth more.
+      if (mode.cost > lowest + 4 * answer_.needed_margin) continue;
+      mode.cost = descend(cost, &mode.x, {40, last ? kExact : kRough});
+      keep(mode);
     }
   }
 
@@ -145,24 +160,46 @@ class Finder {
       refine(cost, startsFromGlobalSearch(cost, options_.max_global_evaluations));
       sort();
     }
-    if (few.size() == ranges_.size()) return;
-    polishOnAll();
+    if (!modes_.empty()) {
+      refine(cost, {mirrored(modes_.front().x)});
+      sort();
+    }
+    if (few.size() < ranges_.size()) descendOnAll();
+    polishBest();
   }
 
-  void polishOnAll() {
+  /// At the level at which both robots would move in one plane.
+  Vec4 mirrored(Vec4 x) const {
+    double level = 0;
+    for (const MutualRange& m : ranges_) level += m.p_A.z() - m.p_B.z();
+    x[3] = 2 * level / static_cast<double>(ranges_.size()) - x[3];
+    return x;
+  }
+
+  void descendOnAll() {
     const EvidenceCost all(ranges_, anchors_, options_);
     const std::vector<Mode> coarse = std::exchange(modes_, {});
     for (const Mode& m : coarse) {
       // Those that a part of the ranges rules out need not be looked at again.
       if (m.cost > coarse.front().cost + 2 * answer_.needed_margin) break;
       Vec4 x = m.x;
-      const double value = descend(all, &x, {20, kRough});
+      const double value = descend(all, &x, {modes_.empty() ? 8 : 2, kRough});
       keep({value, x});
       if (modes_.size() >= kMostSolutions) break;
     }
     sort();
     if (modes_.empty()) return;
     modes_.front().cost = descend(all, &modes_.front().x, {20, kExact});
+  }
+
+  void polishBest() {
+    const auto n = static_cast<int>(ranges_.size());
+    if (modes_.empty() || n < kFewForPolish || n > options_.max_polish_ranges) return;
+    const EvidenceCost all(ranges_, anchors_, options_);
+    Mode& best = modes_.front();
+    const Vec4 sigma = covarianceOf(all, best.x).diagonal().cwiseSqrt();
+    best.cost = alignment::polish(all, &best.x, 0.2 * sigma.cwiseMin(kLookedAt),
+                                  options_.polish_evaluations);
   }
 
   struct Fit {
@@ -271,14 +308,14 @@ class Finder {
       bool merged = false;
       for (TransformSolution& k : kept) {
         const double distance = apart(toVector(k.T_A_B), toVector(s.T_A_B));
-        const bool same = distance < options_.same_solution_m;
-        if (!same && !oneRidge(cost, k, s)) continue;
+        const bool ridge = oneRidge(cost, k, s);
+        if (distance > options_.same_solution_m && !ridge) continue;
         TransformSolution other = s;
-        if (!same) {
+        if (ridge) {
           settle(cost, &k);
           settle(cost, &other);
         }
-        mergeInto(other, !same, &k);
+        mergeInto(other, ridge, &k);
         merged = true;
         break;
       }
@@ -315,8 +352,11 @@ class Finder {
     d[0] = wrapAngle(d[0]);
     const double height = std::abs(d[3]);
     d[3] = 0;
-    Vec4 level = toVector(a.T_A_B);
-    if (apart(level, level + d) > options_.same_solution_m || height > kHighestRidge) return false;
+    const Vec4 level = toVector(a.T_A_B);
+    const double sideways = apart(level, level + d);
+    if (sideways > options_.same_solution_m || sideways > height || height > kHighestRidge) {
+      return false;
+    }
     Vec4 middle = level + 0.5 * d;
     middle[3] = 0.5 * (a.T_A_B.t_m.z() + b.T_A_B.t_m.z());
     const Vec4 up = Vec4::Unit(3);

@@ -37,6 +37,10 @@ void describe(OptionVisitor& v, TransformOptions& o) {
           "of all ranges, so many are used for finding where to start");
   v.value("max_global_evaluations", o.max_global_evaluations, {30, 10000000},
           "of the global search, where closed forms give nothing to start from");
+  v.value("polish_evaluations", o.polish_evaluations, {6, 1000000},
+          "of the last refinement (NLopt BOBYQA)");
+  v.value("max_polish_ranges", o.max_polish_ranges, {0, 1000000},
+          "with more ranges than this it is left out: it gains less than it takes");
   v.value("huber_delta", o.robust.huber_delta, {0.0, 1e6},
           "sigmas at which a range that is too short starts to count less; 0 = never");
   v.value("nlos_delta", o.robust.nlos_delta, {0.0, 1e6},

@@ -61,14 +61,17 @@ struct TransformOptions {
   double anchor_chi2 = 30;       ///< an anchor that is farther off is taken as wrong
   int max_search_ranges = 80;    ///< of all ranges, for finding where to start
   int max_global_evaluations = 3000;
+  int polish_evaluations = 40;
+  int max_polish_ranges = 200;  ///< with more, what it gains is not worth its time
   RobustRange robust;
 };
 /// Section [Rendezvous].
 void describe(OptionVisitor& v, TransformOptions& o);
 
 /// Closed form with a common anchor, scan over the yaw with linear trilateration without one,
-/// global search (DIRECT) where these give nothing to start from; then refinement of the full
-/// robust cost. Ranges in order of time. Results are finite for any input. Deterministic.
+/// global search (NLopt's DIRECT) where these give nothing to start from; Levenberg-Marquardt, and
+/// NLopt's BOBYQA on the full robust cost in the end. Ranges in order of time. Results are finite
+/// for any input. Deterministic.
 ///
 /// `unique` is a likelihood-ratio test: the best solution must be 1/false_alarm times as likely as
 /// any other. This bounds the rate of wrong decisions even when the question is asked again after
