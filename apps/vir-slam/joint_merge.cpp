@@ -69,7 +69,10 @@ void takeOver(const JointSolution& solution, const std::vector<Member>& members,
     TransformSolution& s = pair.transform.answer.solutions[0];
     s.T_A_B = solution.between(a->place, b->place);
     s.T_A_B.yaw_rad = wrapAngle(s.T_A_B.yaw_rad);
+    const double height = s.covariance(3, 3);
     s.covariance = solution.covarianceBetween(a->place, b->place);
+    // Level robots kept the height that was found before.
+    if (solution.heights_held) s.covariance(3, 3) += height;
     pair.transform.joint = true;
   }
 }

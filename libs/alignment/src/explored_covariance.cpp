@@ -45,6 +45,15 @@ Mat4 momentsOf(const EvidenceCost& cost, const Vec4& x, int coordinate, double s
 
 }  // namespace
 
+Mat4 gaussNewtonCovariance(const EvidenceCost& cost, const Vec4& x) {
+  Mat4 H;
+  Vec4 g;
+  cost.linearise(x, &H, &g);
+  H.diagonal().array() += 1 / kUnknownVariance;
+  const Mat4 C = H.inverse();
+  return 0.5 * (C + C.transpose());
+}
+
 Mat4 exploredCovariance(const EvidenceCost& cost, const Vec4& x, const Mat4& C,
                         const Vec3& middle_B, double lever) {
   Vec4 centre = x;

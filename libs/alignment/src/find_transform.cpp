@@ -9,7 +9,7 @@
 
 #include "explored_covariance.h"
 #include "geometry_check.h"
-#include "nlopt_polish.h"
+#include "mode_search.h"
 #include "starts.h"
 
 namespace vir {
@@ -22,59 +22,30 @@ using alignment::Mat4;
 using alignment::toVector;
 using alignment::Vec4;
 
-constexpr double kSameMinimum = 1e-3;  // [m], of B's path: one minimum reached twice
-constexpr std::size_t kMostSolutions = 4;
-constexpr double kLookedAt = 0.1;  // [m], a standard deviation above which it is not taken as given
-constexpr double kExact = 1e-12, kRough = 1e-5;  // changes of the cost that end a refinement
-constexpr int kFirstIterations = 6;
-constexpr double kFirstChange = 1e-2;
-constexpr int kFewForPolish = 10;
 constexpr double kRidge = 9;  // rise of the cost between two solutions that are not told apart
 constexpr double kHighestRidge = 3;  // [m]
 constexpr int kMinForScatter = 20;
-
-struct Mode {
-  double cost = 0;
-  Vec4 x = Vec4::Zero();
-};
-
-bool usable(const MutualRange& m) {
-  return std::isfinite(m.range_m) && m.range_m > 0 && std::isfinite(m.sigma_m) && m.sigma_m > 0 &&
-         m.p_A.allFinite() && m.p_B.allFinite() && m.cov_A.allFinite() && m.cov_B.allFinite();
-}
-
-bool usable(const SharedAnchor& a) {
-  return a.p_A.allFinite() && a.p_B.allFinite() && a.cov_A.allFinite() && a.cov_B.allFinite();
-}
 
 class Finder {
  public:
   Finder(const std::vector<MutualRange>& ranges, const std::vector<SharedAnchor>& anchors,
          const TransformOptions& options)
-      : options_(options) {
-    for (const MutualRange& m : ranges) {
-      if (usable(m)) ranges_.push_back(m);
-    }
-    std::stable_sort(ranges_.begin(), ranges_.end(),
-                     [](const MutualRange& a, const MutualRange& b) { return a.t < b.t; });
-    for (const SharedAnchor& a : anchors) {
-      if (usable(a)) anchors_.push_back(a);
-    }
-    answer_.ranges = static_cast<int>(ranges_.size());
-    answer_.ignored = static_cast<int>(ranges.size() - ranges_.size());
+      : options_(options), evidence_(ranges, anchors, options) {
+    answer_.ranges = static_cast<int>(evidence_.ranges.size());
+    answer_.ignored = static_cast<int>(ranges.size() - evidence_.ranges.size());
     answer_.needed_margin = -2 * std::log(options.false_alarm);
     answer_.margin = std::numeric_limits<double>::infinity();
   }
 
   TransformAnswer run(const std::vector<WorldTransform>& hints) {
-    if (ranges_.empty()) return refuse("no mutual range yet");
-    const int n = static_cast<int>(ranges_.size());
-    if (anchors_.empty() && n < options_.min_ranges_without_anchor) {
+    if (evidence_.ranges.empty()) return refuse("no mutual range yet");
+    const int n = static_cast<int>(evidence_.ranges.size());
+    if (evidence_.anchors.empty() && n < options_.min_ranges_without_anchor) {
       return refuse(std::to_string(n) + " of the " +
                     std::to_string(options_.min_ranges_without_anchor) +
                     " mutual ranges that are needed without a common anchor");
     }
-    search(hints);
+    modes_ = alignment::searchModes(evidence_, hints, answer_.needed_margin);
     if (modes_.empty()) return refuse("nothing to start from");
     judge();
     return answer_;
@@ -85,143 +56,6 @@ class Finder {
     answer_.status = TransformStatus::degenerate;
     answer_.reason = reason;
     return answer_;
-  }
-
-  /// How far apart two transforms place B's path [m].
-  double apart(const Vec4& a, const Vec4& b) const {
-    const WorldTransform Ta = fromVector(a), Tb = fromVector(b);
-    double most = 0;
-    for (const std::size_t k : {std::size_t{0}, ranges_.size() / 2, ranges_.size() - 1}) {
-      most = std::max(most, (Ta * ranges_[k].p_B - Tb * ranges_[k].p_B).norm());
-    }
-    return std::max(most, std::abs(wrapAngle(a[0] - b[0])) * options_.same_solution_m);
-  }
-
-  /// Of B's path, in its world.
-  Vec3 middle() const {
-    Vec3 sum = Vec3::Zero();
-    for (const MutualRange& m : ranges_) sum += m.p_B;
-    return sum / static_cast<double>(ranges_.size());
-  }
-
-  double spreadOfB() const {
-    const Vec3 centre = middle();
-    double sum = 0;
-    for (const MutualRange& m : ranges_) sum += (m.p_B - centre).squaredNorm();
-    return std::sqrt(sum / static_cast<double>(ranges_.size()));
-  }
-
-  void keep(const Mode& mode) {
-    if (!std::isfinite(mode.cost) || !mode.x.allFinite()) return;
-    for (Mode& m : modes_) {
-      if (apart(m.x, mode.x) > kSameMinimum) continue;
-      if (mode.cost < m.cost) m = mode;
-      return;
-    }
-    modes_.push_back(mode);
-  }
-
-  void sort() {
-    std::stable_sort(modes_.begin(), modes_.end(),
-                     [](const Mode& a, const Mode& b) { return a.cost < b.cost; });
-  }
-
-  void refine(const EvidenceCost& cost, const std::vector<Vec4>& starts) {
-    const bool last = cost.size() == ranges_.size();
-    std::vector<Mode> roughly;
-    double lowest = modes_.empty() ? std::numeric_limits<double>::infinity() : modes_[0].cost;
-    for (const Mode& m : modes_) lowest = std::min(lowest, m.cost);
-    for (const Vec4& start : starts) {
-      Mode mode{0, start};
-      mode.cost = descend(cost, &mode.x, {kFirstIterations, kFirstChange});
-      lowest = std::min(lowest, mode.cost);
-      roughly.push_back(mode);
-    }
-    for (Mode& mode : roughly) {
-      // A few steps tell which are worth more.
-      if (mode.cost > lowest + 4 * answer_.needed_margin) continue;
-      mode.cost = descend(cost, &mode.x, {40, last ? kExact : kRough});
-      keep(mode);
-    }
-  }
-
-  void search(const std::vector<WorldTransform>& hints) {
-    const std::vector<MutualRange> few = alignment::thinned(ranges_, options_.max_search_ranges);
-    const EvidenceCost cost(few, anchors_, options_);
-    std::vector<Vec4> starts;
-    for (const WorldTransform& hint : hints) starts.push_back(toVector(hint));
-    refine(cost, starts);
-    if (!anchors_.empty()) refine(cost, startsThroughAnchors(cost));
-    if (static_cast<int>(few.size()) >= options_.min_ranges_without_anchor) {
-      refine(cost, startsFromRanges(cost));
-    }
-    sort();
-    if (modes_.empty() || !fits(cost, modes_.front().x)) {
-      refine(cost, startsFromGlobalSearch(cost, options_.max_global_evaluations));
-      sort();
-    }
-    if (!modes_.empty()) {
-      refine(cost, {mirrored(modes_.front().x)});
-      sort();
-    }
-    if (few.size() < ranges_.size()) descendOnAll();
-    polishBest();
-  }
-
-  /// At the level at which both robots would move in one plane.
-  Vec4 mirrored(Vec4 x) const {
-    double level = 0;
-    for (const MutualRange& m : ranges_) level += m.p_A.z() - m.p_B.z();
-    x[3] = 2 * level / static_cast<double>(ranges_.size()) - x[3];
-    return x;
-  }
-
-  void descendOnAll() {
-    const EvidenceCost all(ranges_, anchors_, options_);
-    const std::vector<Mode> coarse = std::exchange(modes_, {});
-    for (const Mode& m : coarse) {
-      // Those that a part of the ranges rules out need not be looked at again.
-      if (m.cost > coarse.front().cost + 2 * answer_.needed_margin) break;
-      Vec4 x = m.x;
-      const double value = descend(all, &x, {modes_.empty() ? 8 : 2, kRough});
-      keep({value, x});
-      if (modes_.size() >= kMostSolutions) break;
-    }
-    sort();
-    if (modes_.empty()) return;
-    modes_.front().cost = descend(all, &modes_.front().x, {20, kExact});
-  }
-
-  void polishBest() {
-    const auto n = static_cast<int>(ranges_.size());
-    if (modes_.empty() || n < kFewForPolish || n > options_.max_polish_ranges) return;
-    const EvidenceCost all(ranges_, anchors_, options_);
-    Mode& best = modes_.front();
-    const Vec4 sigma = covarianceOf(all, best.x).diagonal().cwiseSqrt();
-    best.cost = alignment::polish(all, &best.x, 0.2 * sigma.cwiseMin(kLookedAt),
-                                  options_.polish_evaluations);
-  }
-
-  struct Fit {
-    int used = 0, rejected = 0, too_short = 0;
-  };
-  Fit fitOf(const std::vector<alignment::Innovation>& innovations) const {
-    Fit fit;
-    for (const auto& i : innovations) {
-      const bool off = !(std::abs(i.whitened) <= options_.gate_sigma);
-      if (off && i.whitened < 0) ++fit.too_short;
-      ++(off ? fit.rejected : fit.used);
-    }
-    return fit;
-  }
-  bool plausible(const Fit& fit) const {
-    const int n = fit.used + fit.rejected;
-    if (fit.used < options_.min_inlier_share * n) return false;
-    return fit.too_short <= std::max(1.0, options_.max_short_share * n) &&
-           !(n <= 2 && fit.rejected > 0);
-  }
-  bool fits(const EvidenceCost& cost, const Vec4& x) const {
-    return plausible(fitOf(cost.innovations(x)));
   }
 
   /// What the scatter and the correlation of the whitened residuals say that the model does not.
@@ -250,43 +84,35 @@ class Finder {
     return std::max(1.0, variance * grown);
   }
 
-  Mat4 covarianceOf(const EvidenceCost& cost, const Vec4& x) const {
-    Mat4 H;
-    Vec4 g;
-    cost.linearise(x, &H, &g);
-    H.diagonal().array() += 1 / alignment::kUnknownVariance;
-    Mat4 C = H.inverse();
-    return 0.5 * (C + C.transpose());
-  }
-
   /// Where the Gauss-Newton covariance is wide it need not be right.
   Mat4 explored(const Mat4& C, const Vec4& x) const {
-    const double lever = std::max(0.1, spreadOfB());
-    if (C.diagonal().tail<3>().maxCoeff() < kLookedAt * kLookedAt &&
-        C(0, 0) * lever * lever < kLookedAt * kLookedAt) {
+    const double lever = std::max(0.1, evidence_.spreadOfB());
+    if (C.diagonal().tail<3>().maxCoeff() < alignment::kLookedAt * alignment::kLookedAt &&
+        C(0, 0) * lever * lever < alignment::kLookedAt * alignment::kLookedAt) {
       return C;
     }
-    const std::vector<MutualRange> few = alignment::thinned(ranges_, options_.max_search_ranges);
-    return alignment::exploredCovariance(EvidenceCost(few, anchors_, options_), x, C, middle(),
-                                         lever);
+    const std::vector<MutualRange> few =
+        alignment::thinned(evidence_.ranges, options_.max_search_ranges);
+    return alignment::exploredCovariance(EvidenceCost(few, evidence_.anchors, options_), x, C,
+                                         evidence_.middleOfB(), lever);
   }
 
   void judge() {
-    const EvidenceCost cost(ranges_, anchors_, options_);
+    const EvidenceCost cost = evidence_.cost();
     const auto innovations = cost.innovations(modes_.front().x);
     const double factor = scatterOf(innovations);
     answer_.variance_factor = factor;
-    for (const Mode& m : modes_) {
-      if (answer_.solutions.size() >= kMostSolutions) break;
+    for (const alignment::Mode& m : modes_) {
+      if (answer_.solutions.size() >= alignment::kMostModes) break;
       TransformSolution s;
       s.T_A_B = fromVector(m.x);
       s.cost = m.cost / factor;
-      const Fit fit = fitOf(cost.innovations(m.x));
+      const alignment::Fit fit = fitOf(cost.innovations(m.x), options_);
       s.used = fit.used;
       s.rejected = fit.rejected;
       s.too_short = fit.too_short;
       s.anchors_used = cost.anchorsUsed(m.x);
-      s.covariance = covarianceOf(cost, m.x);
+      s.covariance = alignment::gaussNewtonCovariance(cost, m.x);
       if (answer_.solutions.empty()) s.covariance = explored(s.covariance, m.x);
       s.covariance *= factor;
       answer_.solutions.push_back(s);
@@ -307,7 +133,7 @@ class Finder {
     for (const TransformSolution& s : answer_.solutions) {
       bool merged = false;
       for (TransformSolution& k : kept) {
-        const double distance = apart(toVector(k.T_A_B), toVector(s.T_A_B));
+        const double distance = evidence_.apart(toVector(k.T_A_B), toVector(s.T_A_B));
         const bool ridge = oneRidge(cost, k, s);
         if (distance > options_.same_solution_m && !ridge) continue;
         TransformSolution other = s;
@@ -327,7 +153,7 @@ class Finder {
   /// To the very minimum, as the middle is taken.
   void settle(const EvidenceCost& cost, TransformSolution* s) const {
     Vec4 x = toVector(s->T_A_B);
-    s->cost = descend(cost, &x, {40, kExact}) / answer_.variance_factor;
+    s->cost = descend(cost, &x, {40, alignment::kExact}) / answer_.variance_factor;
     s->T_A_B = fromVector(x);
   }
 
@@ -353,7 +179,7 @@ class Finder {
     const double height = std::abs(d[3]);
     d[3] = 0;
     const Vec4 level = toVector(a.T_A_B);
-    const double sideways = apart(level, level + d);
+    const double sideways = evidence_.apart(level, level + d);
     if (sideways > options_.same_solution_m || sideways > height || height > kHighestRidge) {
       return false;
     }
@@ -366,7 +192,7 @@ class Finder {
 
   void decide(const EvidenceCost& cost) {
     const TransformSolution& best = answer_.solutions.front();
-    if (!plausible({best.used, best.rejected, best.too_short})) {
+    if (!alignment::plausible({best.used, best.rejected, best.too_short}, options_)) {
       answer_.status = TransformStatus::inconsistent;
       answer_.reason = std::to_string(best.rejected) + " of " + std::to_string(answer_.ranges) +
                        " ranges fit no transform (" + std::to_string(best.too_short) +
@@ -374,7 +200,8 @@ class Finder {
       return;
     }
     const bool anchored = best.anchors_used > 0;
-    if (!anchored && !anchors_.empty() && answer_.ranges < options_.min_ranges_without_anchor) {
+    if (!anchored && !evidence_.anchors.empty() &&
+        answer_.ranges < options_.min_ranges_without_anchor) {
       answer_.status = TransformStatus::inconsistent;
       answer_.reason = "the ranges contradict the common anchor";
       return;
@@ -406,17 +233,17 @@ class Finder {
                                         const EvidenceCost& cost) const {
     if (best.anchors_used > 1) return {};  // a baseline of their own
     alignment::GeometryProblem problem;
-    for (const SharedAnchor& a : anchors_) {
+    for (const SharedAnchor& a : evidence_.anchors) {
       const bool used = cost.anchorChi2(a, toVector(best.T_A_B)) < options_.anchor_chi2;
-      problem = alignment::geometryProblem(ranges_, &a);
+      problem = alignment::geometryProblem(evidence_.ranges, &a);
       if (used || !problem.reason.empty()) return problem;
     }
-    return alignment::geometryProblem(ranges_, nullptr);
+    return alignment::geometryProblem(evidence_.ranges, nullptr);
   }
 
   /// Sets a general reason when it is.
   bool tooUncertain(const TransformSolution& s) {
-    const Mat3x4 J = alignment::pointJacobian(rotZ(s.T_A_B.yaw_rad) * middle());
+    const Mat3x4 J = alignment::pointJacobian(rotZ(s.T_A_B.yaw_rad) * evidence_.middleOfB());
     const Mat3 C = J * s.covariance * J.transpose();
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(C.topLeftCorner<2, 2>(),
                                                          Eigen::EigenvaluesOnly);
@@ -434,9 +261,8 @@ class Finder {
   }
 
   const TransformOptions& options_;
-  std::vector<MutualRange> ranges_;
-  std::vector<SharedAnchor> anchors_;
-  std::vector<Mode> modes_;
+  alignment::Evidence evidence_;
+  std::vector<alignment::Mode> modes_;
   TransformAnswer answer_;
 };
 

@@ -42,6 +42,12 @@ class JointProblem {
   void solve();
 
   double cost() const { return cost_; }
+  bool heightsHeld() const {
+    for (const bool level : level_) {
+      if (level) return true;
+    }
+    return false;
+  }
   int iterations() const { return iterations_; }
   const std::vector<std::vector<JointNode>>& nodes() const { return nodes_; }
   const std::map<std::uint64_t, Vec3>& anchors() const { return anchors_; }

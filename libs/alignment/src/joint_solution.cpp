@@ -136,6 +136,7 @@ JointSolution solveJointly(const std::vector<JointRobot>& robots,
   }
   problem.solve();
   out.solved = true;
+  out.heights_held = problem.heightsHeld();
   out.cost = problem.cost();
   out.iterations = problem.iterations();
   std::tie(out.ranges_used, out.ranges_rejected) = problem.usedAndRejected();

@@ -71,6 +71,7 @@ struct JointSolution {
   Eigen::MatrixXd covariance;
   std::map<std::uint64_t, JointAnchor> anchors;
   int ranges_used = 0, ranges_rejected = 0, iterations = 0;
+  bool heights_held = false;  ///< a robot that moves in a plane keeps the height of its start
   double cost = 0;
 
   /// T between robot `to`'s and robot `from`'s own worlds, with its covariance.
