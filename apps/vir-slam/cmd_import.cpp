@@ -1,17 +1,12 @@
 /// vir-slam import DRIVER SOURCE --out FILE.rawlog: a recorded sensor at full speed into a rawlog.
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <map>
 #include <memory>
 
 #include "commands.h"
 #include "console.h"
-#include "image_folder.h"
+#include "rawlog_recorder.h"
 #include "vir/core/settings.h"
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/rawlog_writer.h"
 #include "vir/pipeline/recorded_source.h"
 #include "vir/pipeline/sensor_registry.h"
 
@@ -25,20 +20,6 @@ struct ImportArguments {
   int compression = 1;
 };
 
-/// What went into the rawlog under one label.
-struct LabelStatistics {
-  long count = 0;
-  TimeNs first = 0, last = 0, longest_gap = 0;
-
-  void add(TimeNs t) {
-    if (count > 0) longest_gap = std::max(longest_gap, t - last);
-    if (count == 0) first = t;
-    last = t;
-    ++count;
-  }
-};
-using Statistics = std::map<std::string, LabelStatistics>;
-
 /// Configures the sensor as its section [alias] and --set say.
 void configure(const ImportArguments& a, RecordedSource& source) {
   Settings settings;
@@ -49,132 +30,20 @@ void configure(const ImportArguments& a, RecordedSource& source) {
   reader.finish();
 }
 
-/// Runs the sensor to its end.
-Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, RecordedSource& source,
-                RawlogWriter& writer) {
-  Statistics statistics;
-  ProgressBar bar;
-  bool more = true;
-  while (more) {
-    if (interrupted()) throw std::runtime_error("interrupted; no rawlog was written");
-    more = !source.finished();
-    if (more) sensor.doProcess();
-    for (const auto& [stamp, object] : sensor.getObservations()) {
-      const auto* obs = dynamic_cast<const mrpt::obs::CObservation*>(object.get());
-      if (obs == nullptr) continue;
-      writer.write(*obs);
-      statistics[obs->sensorLabel].add(fromMrptTime(obs->timestamp));
-    }
-    bar.show(source.progress());
-  }
-  return statistics;
-}
-
-/// `x` of `x.rawlog`. Throws UsageError for a name that is not one of a rawlog: the other files
-/// that import writes would otherwise have the same name.
-std::string stemOf(const std::string& rawlog) {
-  for (const std::string suffix : {".rawlog", ".rawlog.gz"}) {
-    const std::size_t n = suffix.size();
-    if (rawlog.size() > n && rawlog.compare(rawlog.size() - n, n, suffix) == 0) {
-      return rawlog.substr(0, rawlog.size() - n);
-    }
-  }
-  throw UsageError("--out " + rawlog + ": must end in .rawlog");
-}
-
-constexpr const char* kIniMark = "// Written by vir-slam import";
-constexpr const char* kAnchorsMark = "#id,x,y,z";
-
-/// Writes a file that goes with the recording beside its rawlog, or removes what an older import
-/// left there if there is nothing to say. A file that does not begin with `mark` is not ours and is
-/// left alone. Returns a line for the report.
-std::string writeCompanion(const std::string& path, const std::string& mark,
-                           const std::string& text) {
-  if (fs::exists(path)) {
-    std::string first;
-    std::ifstream old(path);
-    std::getline(old, first);
-    if (first.rfind(mark, 0) != 0) {
-      return text.empty() ? ""
-                          : path +
-                                " is not from an import and was left as it is; what goes with "
-                                "this recording was not written\n";
-    }
-    fs::remove(path);
-  }
-  if (text.empty()) return "";
-  const std::string part = path + ".part";
-  std::ofstream file(part, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) throw std::runtime_error("cannot write " + part);
-  fs::rename(part, path);
-  return "wrote " + path + "\n";
-}
-
-std::string iniText(const RecordedSource& source, const std::string& rawlog) {
-  const std::string text = source.companionIni();
-  if (text.empty()) return "";
-  return std::string(kIniMark) + " beside " + fs::path(rawlog).filename().string() +
-         "; `vir-slam run` takes from here what its own ini does not set.\n" + text;
-}
-
-std::string anchorsText(const RecordedSource& source) {
-  std::string text;
-  for (const TrueAnchor& a : source.trueAnchors()) {
-    char line[128];
-    std::snprintf(line, sizeof line, "%d,%.9g,%.9g,%.9g\n", a.id, a.x_m, a.y_m, a.z_m);
-    text += line;
-  }
-  return text.empty() ? ""
-                      : std::string(kAnchorsMark) + " in the ground truth's frame [m]\n" + text;
-}
-
-void report(const RecordedSource& source, const Statistics& statistics, const std::string& out,
-            const std::string& companions) {
-  for (const std::string& w : source.warnings()) std::printf("note: %s\n", w.c_str());
-  std::printf("%-8s %10s %10s %10s %14s\n", "label", "count", "rate [Hz]", "span [s]",
-              "longest gap [s]");
-  for (const auto& [label, s] : statistics) {
-    const double span = toSeconds(s.last - s.first);
-    std::printf("%-8s %10ld %10.2f %10.2f %14.3f\n", label.c_str(), s.count,
-                span > 0 ? static_cast<double>(s.count - 1) / span : 0.0, span,
-                toSeconds(s.longest_gap));
-  }
-  std::printf("\nread, and what was skipped or changed:\n");
-  for (const auto& [name, n] : source.counters()) std::printf("  %-34s %10ld\n", name.c_str(), n);
-  std::printf("\nwrote %s\n", out.c_str());
-  std::printf("%s", companions.c_str());
-  // MRPT 2.5.8 finds the image folder for a bare file name only.
-  const fs::path path(out);
-  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
-  std::printf("look at it: (cd %s && RawLogViewer %s)\n", folder.c_str(), path.filename().c_str());
-}
-
 void run(const ImportArguments& a, const Common& common) {
+  if (a.driver == "simulator") {
+    throw UsageError("'simulator' has no recording to import; use `vir-slam simulate INI`");
+  }
   loadPlugins(common);
   const auto sensor = createSensor(a.driver);
   auto* source = dynamic_cast<RecordedSource*>(sensor.get());
   if (source == nullptr) {
     throw UsageError("'" + a.driver + "' is a live sensor; use `vir-slam record`");
   }
-  stemOf(a.out);
+  requireRawlogName(a.out);
   if (!fs::exists(a.source)) throw UsageError("there is no such file or folder: " + a.source);
   configure(a, *source);
-
-  ImageFolder images(RawlogWriter::imageFolderOf(a.out));
-  sensor->setPathForExternalImages(images.workingFolder());
-  sensor->initialize();
-  RawlogWriter writer(a.out, a.compression);
-  const Statistics statistics = pump(*sensor, *source, writer);
-  images.swap();
-  writer.finish();
-  images.commit();
-  const std::string stem = stemOf(a.out);
-  const std::string companions =
-      writeCompanion(stem + ".ini", kIniMark, iniText(*source, a.out)) +
-      writeCompanion(stem + "_anchors_truth.csv", kAnchorsMark, anchorsText(*source));
-  report(*source, statistics, a.out, companions);
+  recordToRawlog({sensor.get(), source, a.out, a.compression, "import"});
 }
 
 }  // namespace

@@ -40,5 +40,6 @@ void addExport(CLI::App& app, Common& common);
 void addPlugins(CLI::App& app, Common& common);
 void addRendezvous(CLI::App& app, Common& common);
 void addRun(CLI::App& app, Common& common);
+void addSimulate(CLI::App& app, Common& common);
 
 }  // namespace vir::app

@@ -33,7 +33,7 @@ std::string companionOf(const std::string& rawlog) {
   std::ifstream in(path);
   std::string first;
   std::getline(in, first);
-  return first.rfind("// Written by vir-slam import", 0) == 0 ? path : "";
+  return first.rfind("// Written by vir-slam ", 0) == 0 ? path : "";
 }
 
 AnchorTable anchorsTruthOf(const std::string& rawlog) {

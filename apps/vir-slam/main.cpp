@@ -12,6 +12,7 @@ namespace {
 constexpr const char* kExamples = R"(Examples:
   vir-slam import euroc MH_01_easy --out mh01.rawlog
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01
+  vir-slam simulate ini/simulate_two_robots.ini --out two.rawlog
   vir-slam evaluate --reference groundtruth.tum results/mh01/trajectory.tum
   vir-slam plugins
 
@@ -19,7 +20,7 @@ Visual-inertial(-ranging) SLAM on MRPT rawlogs.)";
 
 /// One line per subcommand.
 constexpr void (*kCommands[])(CLI::App&, Common&) = {
-    addRun, addRendezvous, addImport, addEvaluate, addCalibrate, addExport, addPlugins,
+    addRun, addRendezvous, addImport, addSimulate, addEvaluate, addCalibrate, addExport, addPlugins,
 };
 
 int fail(int code, const std::string& text) {

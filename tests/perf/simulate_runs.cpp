@@ -21,6 +21,7 @@ struct Arguments {
   std::string trajectory, seeds = "1", csv, plot, camera, ranges = "off", tum, errors = "usual";
   double start_s = 0, duration_s = 0, nlos = -1, bias = 0;
   int jobs = 1;
+  bool log = false;
   std::vector<std::string> set, anchors, outages, blackouts;
 };
 
@@ -32,7 +33,7 @@ const char* const kExamples =
     "and their mean.\n";
 
 void parse(int argc, char** argv, CLI::App* app, Arguments* a) {
-  app->add_option("--trajectory", a->trajectory, "TUM file, or eight, corridor, route, standing")
+  app->add_option("--trajectory", a->trajectory, "TUM file, or a flight: eight, corridor, route ...")
       ->required();
   app->add_option("--seeds", a->seeds, "one seed, or FIRST..LAST");
   app->add_option("--start", a->start_s, "leave out this much of the file [s]");
@@ -52,6 +53,7 @@ void parse(int argc, char** argv, CLI::App* app, Arguments* a) {
   app->add_option("--csv", a->csv, "errors per second to this file");
   app->add_option("--tum", a->tum, "PREFIX: writes PREFIX_<seed>.tum and PREFIX_truth.tum");
   app->add_option("--plot", a->plot, "svg file of the first seed's path and errors");
+  app->add_flag("--log", a->log, "what the estimator says to standard error");
   app->add_option("--jobs", a->jobs, "runs at a time");
   app->parse(argc, argv);
 }
@@ -132,6 +134,7 @@ RunSettings readSettings(const Arguments& a, FlightOptions* flight_options) {
       a.camera.empty() ? (isFlight(a.trajectory) ? "forward" : "euroc") : a.camera;
   camera == "forward" ? mountForward(&s) : mountEuroc(&s);
   s.use_ranges = a.ranges == "on";
+  s.log = a.log ? stderr : nullptr;
   if (a.nlos >= 0) s.ranges.nlos_share = a.nlos;
   s.ranges.bias_m += a.bias;
   for (const std::string& t : a.outages) {

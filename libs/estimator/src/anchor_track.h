@@ -1,5 +1,6 @@
 #pragma once
 /// Internal: what is known of one anchor besides its state in the window.
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 
@@ -22,6 +23,12 @@ struct AnchorTrack {
   std::size_t tried_with = 0;  ///< ranges at the last attempt to find it
   long used = 0, rejected = 0, collected = 0;
   TimeNs found_at = 0;
+  /// Until the anchor has settled: what a fresh search says of (position, bias) [m^2]. The window's
+  /// covariance, taken where the search landed, is too sure of itself on a ring or between mirror
+  /// images.
+  Eigen::Matrix4d search_covariance = Eigen::Matrix4d::Zero();
+  bool settled = false;
+  int next_search = 0;         ///< keyframes until the next fresh search
   bool mirror_closed = false;  ///< the mirror image has been ruled out for good
   int next_check = 0;          ///< keyframes until the mirror image is looked at again
 

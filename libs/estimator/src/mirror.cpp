@@ -30,8 +30,9 @@ MirrorComparison compareMirror(const LongWindow& window, std::uint64_t key,
   out.chi2 =
       window.costWithAnchorAt(key, out.mirror_p_W, kIterations, front_ranges, &out.mirror_p_W) -
       cost_here;
+  out.here_p_W = here;
   out.distinct = (out.mirror_p_W - here).norm() > kSame;
-  out.valid = out.mirror_p_W.allFinite() && std::isfinite(out.chi2);
+  out.valid = here.allFinite() && out.mirror_p_W.allFinite() && std::isfinite(out.chi2);
   return out;
 }
 

@@ -9,6 +9,8 @@ namespace vir {
 struct MirrorComparison {
   bool valid = false;     ///< enough ranges for a plane of motion
   bool distinct = false;  ///< the two positions do not end up as one
+  Vec3 here_p_W =
+      Vec3::Zero();  ///< where the present position settles when the long window is solved
   Vec3 mirror_p_W = Vec3::Zero();
   double chi2 = 0;  ///< twice the loss there less twice the loss here: positive = here is better
 };

@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "vir/core/markup.h"
 #include "vir/evaluation/figure.h"
 
 namespace vir {
@@ -15,26 +16,6 @@ std::string hex(Color c) {
   char text[16];
   std::snprintf(text, sizeof text, "#%02x%02x%02x", c.r & 255, c.g & 255, c.b & 255);
   return text;
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return out;
 }
 
 class SvgCanvas : public Canvas {
@@ -69,7 +50,7 @@ class SvgCanvas : public Canvas {
     body_ += "<text x=\"" + x + "\" y=\"" + y + "\" font-size=\"" + number(size) + "\" fill=\"" +
              hex(color) + "\" text-anchor=\"" + anchors[static_cast<int>(anchor)] + "\"";
     if (upward) body_ += " transform=\"rotate(-90 " + x + " " + y + ")\"";
-    body_ += ">" + escaped(text) + "</text>\n";
+    body_ += ">" + escapedMarkup(text) + "</text>\n";
   }
 
   const std::string& body() const { return body_; }

@@ -2,6 +2,7 @@
 
 #include <mrpt/obs/CObservationImage.h>
 #include <mrpt/obs/CObservationRobotPose.h>
+#include <mrpt/obs/CObservationStereoImagesFeatures.h>
 
 #include <algorithm>
 #include <map>
@@ -99,10 +100,13 @@ class OfflineRun {
     }
     const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
     const bool odometry = !image && observation->sensorLabel == kOdometryLabel;
-    if ((image || odometry) && !first_recorded_) first_recorded_ = t;
+    // Feature tracks stand for the image they were found in.
+    using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
+    const bool seen = image || std::dynamic_pointer_cast<Tracks>(observation) != nullptr;
+    if ((seen || odometry) && !first_recorded_) first_recorded_ = t;
     if (beforeStart(t)) return;
     if (image && !decode(*image)) return;
-    if (image) images_.add(t);
+    if (seen) images_.add(t);
     if (odometry) odometry_.add(t);
     timed([&] { estimator_.add(*observation); });
     if (image) image->image.unload();

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "csv_text.h"
+#include "vir/core/markup.h"
 
 namespace vir {
 namespace {
@@ -22,29 +23,6 @@ svg { max-width: 100%; height: auto; display: block; margin: 12px 0; }
 </style></head><body>
 )";
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return out;
-}
-
 std::string number(double v, int decimals) {
   return std::isfinite(v) ? format("%.*f", decimals, v) : std::string("-");
 }
@@ -54,8 +32,8 @@ std::string number(const std::optional<double>& v, int decimals) {
 }
 
 std::string row(const std::string& name, const std::string& value, const char* unit = "") {
-  return "<tr><td>" + escaped(name) + "</td><td class=\"n\">" + escaped(value) + "</td><td>" +
-         unit + "</td></tr>\n";
+  return "<tr><td>" + escapedMarkup(name) + "</td><td class=\"n\">" + escapedMarkup(value) +
+         "</td><td>" + unit + "</td></tr>\n";
 }
 
 std::string summaryTable(const RunSummary& s) {
@@ -86,7 +64,7 @@ std::string summaryTable(const RunSummary& s) {
 }
 
 std::string cell(const std::string& text, bool numeric = true) {
-  return (numeric ? "<td class=\"n\">" : "<td>") + escaped(text) + "</td>";
+  return (numeric ? "<td class=\"n\">" : "<td>") + escapedMarkup(text) + "</td>";
 }
 
 std::string vectorText(const Vec3& v) {
@@ -121,7 +99,7 @@ std::string anchorTable(const std::vector<AnchorResult>& anchors) {
 
 std::string list(const std::vector<std::string>& lines) {
   std::string t = "<ul>\n";
-  for (const std::string& line : lines) t += "<li>" + escaped(line) + "</li>\n";
+  for (const std::string& line : lines) t += "<li>" + escapedMarkup(line) + "</li>\n";
   return t + "</ul>\n";
 }
 
@@ -133,13 +111,13 @@ std::string picture(const Figure& figure) {
 
 std::string reportHtml(const RunSummary& s, const RunPictures& pictures) {
   std::string page = kHead;
-  page +=
-      "<h1>" + escaped(s.rawlog) + "</h1>\n<p>Estimator <b>" + escaped(s.estimator) + "</b></p>\n";
+  page += "<h1>" + escapedMarkup(s.rawlog) + "</h1>\n<p>Estimator <b>" +
+          escapedMarkup(s.estimator) + "</b></p>\n";
   if (!s.error.empty())
-    page += "<p class=\"bad\">The run ended early: " + escaped(s.error) + "</p>\n";
+    page += "<p class=\"bad\">The run ended early: " + escapedMarkup(s.error) + "</p>\n";
   if (s.interrupted) page += "<p class=\"bad\">The run was interrupted.</p>\n";
   if (s.poses == 0) {
-    page += "<p class=\"bad\">No pose at all. " + escaped(s.longest_wait_reason) + "</p>\n";
+    page += "<p class=\"bad\">No pose at all. " + escapedMarkup(s.longest_wait_reason) + "</p>\n";
   }
   page += "<h2>Summary</h2>\n" + summaryTable(s);
   if (!s.anchors.empty()) page += "<h2>Anchors</h2>\n" + anchorTable(s.anchors);

@@ -2,6 +2,7 @@
 
 #include <mrpt/obs/CObservationIMU.h>
 #include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationStereoImagesFeatures.h>
 
 #include <algorithm>
 #include <utility>
@@ -13,7 +14,9 @@ namespace {
 
 /// Ranges to several anchors rightly share label and stamp; a second image or IMU reading cannot.
 bool oneAtATime(const mrpt::obs::CObservation& observation) {
+  using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
   return dynamic_cast<const mrpt::obs::CObservationImage*>(&observation) != nullptr ||
+         dynamic_cast<const Tracks*>(&observation) != nullptr ||
          dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation) != nullptr;
 }
 

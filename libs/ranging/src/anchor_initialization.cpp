@@ -21,6 +21,8 @@ constexpr double kPriorContradicted = 25;
 constexpr double kNewestShare = 0.3;
 /// Path lengths below this add nothing to a sigma, but keep it positive [m].
 constexpr double kLeastSigma = 1e-6;
+/// Nearer than this [m] the curvature of the range is no help.
+constexpr double kLeastDistance = 0.1;
 
 std::string format(const char* pattern, double a, double b = 0, double c = 0) {
   char text[256];
@@ -75,8 +77,8 @@ struct Uncertainty {
   }
   /// Across the line of sight an offset s changes the range by s^2/(2 distance) only, so that the
   /// longest axis may be long without doing harm.
-  bool usable(double max_sigma) const {
-    return second <= max_sigma && largest * largest <= distance * max_sigma;
+  double neededSigma() const {
+    return std::max(second, largest * largest / std::max(distance, kLeastDistance));
   }
 };
 
@@ -88,11 +90,15 @@ void judge(const AnchorInitOptions& options, const AnchorSearch& search,
            const std::vector<Optimum>& optima, AnchorInitialization* result) {
   const std::vector<AnchorSolution>& s = result->solutions;
   const Uncertainty best(s.front(), search.shape().centre);
-  const bool usable = std::all_of(s.begin(), s.end(), [&](const AnchorSolution& a) {
-    return Uncertainty(a, search.shape().centre).usable(options.max_sigma_m);
-  });
+  result->needed_sigma_m = 0;
+  for (const AnchorSolution& a : s) {
+    const Uncertainty u(a, search.shape().centre);
+    result->needed_sigma_m = std::max(result->needed_sigma_m, u.neededSigma());
+  }
+  const bool usable = result->needed_sigma_m <= options.max_sigma_m;
   const double extent = search.shape().extent[0];
-  if (optima.size() == 1 && usable) {
+  const bool ring = search.ringFits(optima.front());
+  if (optima.size() == 1 && usable && !ring) {
     result->geometry = AnchorGeometry::good;
     if (best.largest > options.max_sigma_m) {
       result->advice =
@@ -101,7 +107,7 @@ void judge(const AnchorInitOptions& options, const AnchorSearch& search,
     return;
   }
   // Two points mirrored at the line of a straight path are as much part of a ring as any other.
-  if (search.ringFits(optima.front())) {
+  if (ring) {
     const double ratio = extent / std::max(best.distance, 1e-9);
     const bool line = search.shape().deviation[1] < 0.2 * search.shape().deviation[0];
     result->geometry = line ? AnchorGeometry::straight_line : AnchorGeometry::too_short;

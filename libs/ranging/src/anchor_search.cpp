@@ -41,10 +41,12 @@ double robustScale(std::vector<double> r) {
   return scale > 1.2 ? scale : 1.0;
 }
 
-Mat4 inverseOf(const Mat4& information) {
-  const Eigen::SelfAdjointEigenSolver<Mat4> eigen(information);
-  const Vec4 inverse = eigen.eigenvalues().cwiseMax(1e-10).cwiseInverse();
-  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+/// Covariance of position and bias, the path's scale being as uncertain as it is.
+Mat4 covarianceOf(const Mat5& information) {
+  const Eigen::SelfAdjointEigenSolver<Mat5> eigen(information);
+  const Vec5 inverse = eigen.eigenvalues().cwiseMax(1e-10).cwiseInverse();
+  const Mat5 all = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  return all.topLeftCorner<4, 4>();
 }
 
 }  // namespace
@@ -94,11 +96,12 @@ std::vector<FitState> AnchorSearch::withMirrors(const std::vector<Optimum>& opti
     const Vec3 local = shape_.axes.transpose() * (x.a - shape_.centre);
     // On the plane the mirror image is the same point, and a saddle: leave it to both sides.
     const double lift = std::max(std::abs(local[2]), 0.05 * local.norm());
-    starts.push_back({shape_.centre + shape_.axes * Vec3(local[0], local[1], -local[2]), x.b});
-    starts.push_back({shape_.centre + shape_.axes * Vec3(local[0], local[1], lift), x.b});
-    starts.push_back({shape_.centre + shape_.axes * Vec3(local[0], local[1], -lift), x.b});
+    starts.push_back({shape_.centre + shape_.axes * Vec3(local[0], local[1], -local[2]), x.b, x.s});
+    starts.push_back({shape_.centre + shape_.axes * Vec3(local[0], local[1], lift), x.b, x.s});
+    starts.push_back({shape_.centre + shape_.axes * Vec3(local[0], local[1], -lift), x.b, x.s});
     if (i == 0) {
-      starts.push_back({shape_.centre + shape_.axes * Vec3(local[0], -local[1], local[2]), x.b});
+      starts.push_back(
+          {shape_.centre + shape_.axes * Vec3(local[0], -local[1], local[2]), x.b, x.s});
     }
   }
   return starts;
@@ -130,7 +133,7 @@ void AnchorSearch::fixFactors(const FitState& best) {
 
 std::vector<Optimum> AnchorSearch::run() {
   std::vector<FitState> starts = startPositions(coarse_, shape_, kStarts);
-  if (prior_) starts.push_back({prior_->p_W, 0});
+  if (prior_) starts.push_back({prior_->p_W, 0, 0});
   std::vector<Optimum> optima = refined(starts, coarse_, 12);
   if (optima.empty()) return optima;
   optima = refined(withMirrors(optima), coarse_, 12);
@@ -193,7 +196,7 @@ bool AnchorSearch::separated(const Optimum& a, const Optimum& b, Optimum* middle
   probe_.minimise(a.x, 5, &direction, &at_a);
   probe_.minimise(b.x, 5, &direction, &at_b);
   const FitState x =
-      probe_.minimise({0.5 * (a.x.a + b.x.a), 0.5 * (a.x.b + b.x.b)}, 12, &direction, &cost);
+      probe_.minimise({0.5 * (a.x.a + b.x.a), 0.5 * (a.x.b + b.x.b), a.x.s}, 12, &direction, &cost);
   if (2 * (cost - std::max(at_a, at_b)) > kSeparate) return true;
   middle->x = full_.minimise(x, 8, &direction);
   return false;
@@ -212,7 +215,7 @@ bool AnchorSearch::ringFits(const Optimum& best) const {
     const Vec3 tangent = (std::cos(angle) * side - std::sin(angle) * radial).normalized();
     double cost = 0;
     const Vec3 p = foot + std::cos(angle) * radial + std::sin(angle) * side;
-    probe_.minimise({p, best.x.b}, 10, &tangent, &cost);
+    probe_.minimise({p, best.x.b, best.x.s}, 10, &tangent, &cost);
     if (2 * (cost - least) > options_.mirror_chi2) return false;
   }
   return true;
@@ -227,7 +230,7 @@ double AnchorSearch::profileSigma(const FitState& x, double cost, const Vec3& di
   for (const double sign : {-1.0, 1.0}) {
     const auto rise = [&](double step) {
       double there = 0;
-      probe_.minimise({x.a + sign * step * direction, x.b}, 6, &direction, &there);
+      probe_.minimise({x.a + sign * step * direction, x.b, x.s}, 6, &direction, &there);
       return 2 * (there - cost);
     };
     double inside = 0, outside = std::min(guess, farthest);
@@ -283,12 +286,12 @@ AnchorSolution AnchorSearch::solution(const Optimum& optimum) {
   // A point between two mirror images is held there: least squares would fall to either side.
   Vec3 held = Vec3::Zero();
   if (optimum.merged) {
-    const Mat4 C = inverseOf(full_.information(optimum.x));
+    const Mat4 C = covarianceOf(full_.information(optimum.x));
     held = Eigen::SelfAdjointEigenSolver<Mat3>(C.topLeftCorner<3, 3>()).eigenvectors().col(2);
   }
   const FitState x = full_.minimise(optimum.x, 20, optimum.merged ? &held : nullptr);
   AnchorSolution solution;
-  solution.covariance = inverseOf(full_.information(x));
+  solution.covariance = covarianceOf(full_.information(x));
   full_.setInliers(nullptr);
   widenAlongWeakAxes(optimum, x, &solution.covariance);
   solution.covariance.topLeftCorner<3, 3>() += commonDrift(in) * Mat3::Identity();

@@ -6,6 +6,9 @@
 namespace vir {
 namespace {
 
+/// Ranges a mean is taken of, at least.
+constexpr double kFewestForMean = 10;
+
 struct Whitened {
   TimeNs t;
   double w;
@@ -82,6 +85,28 @@ RangeCorrelation rangeCorrelation(const std::vector<RangeResidual>& residuals,
       std::clamp(result.correlation_factor * std::max(1.0, result.rms_ratio * result.rms_ratio),
                  1.0, options.max_total_factor);
   return result;
+}
+
+std::vector<RangeResidual> withoutSlowPart(std::vector<RangeResidual> residuals, double span_s) {
+  std::stable_sort(residuals.begin(), residuals.end(),
+                   [](const RangeResidual& a, const RangeResidual& b) { return a.t < b.t; });
+  const TimeNs half = fromSeconds(span_s / 2);
+  std::vector<RangeResidual> out;
+  out.reserve(residuals.size());
+  std::size_t first = 0, last = 0;  // [first, last) lies within `half` of the present one
+  double sum = 0;
+  for (const RangeResidual& r : residuals) {
+    while (last < residuals.size() && residuals[last].t <= r.t + half) {
+      sum += residuals[last++].residual_m;
+    }
+    while (residuals[first].t < r.t - half) sum -= residuals[first++].residual_m;
+    const double n = static_cast<double>(last - first);
+    if (n < kFewestForMean) continue;
+    RangeResidual high = r;
+    high.residual_m = (r.residual_m - sum / n) * std::sqrt(n / (n - 1));
+    out.push_back(high);
+  }
+  return out;
 }
 
 }  // namespace vir

@@ -1,5 +1,5 @@
 #pragma once
-/// Least squares for one anchor and its bias, robust or on chosen ranges.
+/// Least squares for one anchor, its bias and the scale of the path, robust or on chosen ranges.
 #include <Eigen/Core>
 #include <optional>
 #include <vector>
@@ -10,6 +10,9 @@ namespace vir::ranging {
 
 using Vec4 = Eigen::Vector4d;
 using Mat4 = Eigen::Matrix4d;
+/// Position, bias, log of the path's scale.
+using Vec5 = Eigen::Matrix<double, 5, 1>;
+using Mat5 = Eigen::Matrix<double, 5, 5>;
 
 /// What the fit is made from; sigma includes the path's drift.
 struct FitData {
@@ -21,10 +24,11 @@ struct FitData {
   FitData thinned(std::size_t count) const;
 };
 
-/// Position and bias.
+/// Position, bias, and the log of the factor by which the path is too short, seen from its end.
 struct FitState {
   Vec3 a = Vec3::Zero();
   double b = 0;
+  double s = 0;
 };
 
 class RangeFit {
@@ -44,14 +48,15 @@ class RangeFit {
   /// Levenberg-Marquardt from `x`; the coordinate along `fixed` (unit, may be null) stays.
   FitState minimise(FitState x, int iterations, const Vec3* fixed = nullptr,
                     double* cost = nullptr) const;
-  /// Gauss-Newton information of position and bias, priors included.
-  Mat4 information(const FitState& x) const;
+  /// Gauss-Newton information of position, bias and scale, priors included.
+  Mat5 information(const FitState& x) const;
   /// (measured - predicted) / sigma as claimed.
   std::vector<double> residuals(const FitState& x) const;
   const FitData& data() const { return *data_; }
 
  private:
-  double build(const FitState& x, Mat4* H, Vec4* g) const;
+  double build(const FitState& x, Mat5* H, Vec5* g) const;
+  void addPriors(const FitState& x, double* cost, Mat5* H, Vec5* g) const;
 
   const FitData* data_;
   const AnchorInitOptions* options_;

@@ -5,6 +5,7 @@
 #include "vir/simulation/simulate_imu.h"
 #include "vir/simulation/simulate_odometry.h"
 #include "vir/simulation/simulate_ranges.h"
+#include "vir/simulation/simulate_team_ranges.h"
 #include "vir/simulation/track_simulator.h"
 
 namespace vir {
@@ -36,6 +37,12 @@ void describe(OptionVisitor& v, FlightOptions& o) {
   v.value("sway_m", o.sway_m, kNotNegative, "standard deviation of the sway in position");
   v.value("sway_deg", o.sway_deg, {0.0, 45.0}, "standard deviation of the sway in attitude");
   v.value("height_m", o.height_m, kNotNegative, "amplitude of a slow change of height");
+  v.value("stop_every_m", o.stop_every_m, kNotNegative,
+          "standing still after every so much of the way; 0 = never");
+  v.value("stop_s", o.stop_s, {0.0, 1000.0}, "for how long");
+  v.value("start_m", o.start_m, 3, "where the path begins in the world");
+  v.value("start_heading_deg", o.start_heading_deg, {-360.0, 360.0},
+          "the whole path is turned about its beginning");
   v.value("seed", o.seed, kSeed, "of the sway");
 }
 
@@ -108,8 +115,19 @@ void describe(OptionVisitor& v, RangeSimulationOptions& o) {
   v.value("outage_s", o.outage_s, 0, "from to, from to ...: no ranges");
   v.value("dropped_share", o.dropped_share, kShare, "share of the ranges that are lost");
   v.value("max_distance_m", o.max_distance_m, kNotNegative, "no ranges beyond");
+  v.value("max_solid_m", o.max_solid_m, kNotNegative,
+          "no ranges through more of the scene's boxes");
   v.value("jump", o.jump, 0, "anchor's index, time [s], x y z: the anchor is moved there");
   v.value("seed", o.seed, kSeed, "of all these errors");
+}
+
+void describe(OptionVisitor& v, TeamRangeOptions& o) {
+  v.section("SimulatedTeam", "Ranges between robots, and what each tells the other with them");
+  v.value("peer_rate_hz", o.peer_rate_hz, {0.0, 1000.0}, "ranges per second and pair; 0 = none");
+  v.value("anchor_known_s", o.anchor_known_s, kNotNegative,
+          "a robot tells of anchors from then on");
+  v.value("anchor_sigma_m", o.anchor_sigma_m, kNotNegative,
+          "how well it knows their positions, per axis");
 }
 
 void describe(OptionVisitor& v, OdometrySimulationOptions& o) {

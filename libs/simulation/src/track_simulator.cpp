@@ -54,6 +54,7 @@ struct Track {
 struct View {
   explicit View(const Pose& T_C_W) : T(T_C_W), R(T_C_W.R()) {}
   Vec3 operator*(const Vec3& p_W) const { return R * p_W + T.p; }
+  Vec3 eye() const { return -(R.transpose() * T.p); }
   Pose T;
   Mat3 R;
 };
@@ -62,13 +63,15 @@ struct View {
 
 struct TrackSimulator::Impl {
   Impl(const TrackSimulationOptions& o, std::shared_ptr<const Motion> m,
-       std::shared_ptr<const CameraModel> c, const Pose& extrinsics)
+       std::shared_ptr<const CameraModel> c, const Pose& extrinsics,
+       std::shared_ptr<const Scene> place)
       : options(o),
         motion(std::move(m)),
         camera(std::move(c)),
         T_B_C(extrinsics),
+        scene(std::move(place)),
         slopes(widestSlopes()),
-        world(o, *motion),
+        world(o, *motion, scene.get()),
         births(static_cast<std::uint64_t>(o.seed), 410),
         noise(static_cast<std::uint64_t>(o.seed), 411),
         losses(static_cast<std::uint64_t>(o.seed), 412) {}
@@ -76,6 +79,8 @@ struct TrackSimulator::Impl {
   /// Pixel of a point of the world; false when it is not in the image.
   Vec2 widestSlopes() const;
   bool see(std::size_t point, const View& view, Vec2* px) const;
+  /// Does something stand before it?
+  bool hidden(std::size_t point, const View& view) const;
   bool mayShow(const TrackWorld::Block& block, const View& view) const;
   bool observe(const Vec2& px, FeatureObservation* out) const;
   /// Projects the points of all tracks; returns the median motion of the image [px].
@@ -90,6 +95,7 @@ struct TrackSimulator::Impl {
   std::shared_ptr<const Motion> motion;
   std::shared_ptr<const CameraModel> camera;
   Pose T_B_C;
+  std::shared_ptr<const Scene> scene;  // may be null
   Vec2 slopes;
   TrackWorld world;
   Random births, noise, losses;
@@ -133,6 +139,10 @@ bool TrackSimulator::Impl::see(std::size_t point, const View& view, Vec2* px) co
          px->y() < c.height - kRim_px;
 }
 
+bool TrackSimulator::Impl::hidden(std::size_t point, const View& view) const {
+  return scene && scene->hidden(view.eye(), world.points()[point]);
+}
+
 bool TrackSimulator::Impl::mayShow(const TrackWorld::Block& block, const View& view) const {
   const Vec3 c = view * block.centre;
   const double r = block.radius;
@@ -167,7 +177,7 @@ double TrackSimulator::Impl::lookAgain(const View& view) {
   std::vector<double> flow;
   for (Track& k : tracks) {
     const Vec2 before = k.clean;
-    k.in_sight = see(k.point, view, &k.clean);
+    k.in_sight = see(k.point, view, &k.clean) && !hidden(k.point, view);
     if (k.in_sight) flow.push_back((k.clean - before).norm());
   }
   return median(flow);
@@ -250,7 +260,7 @@ std::vector<std::pair<std::size_t, Vec2>> TrackSimulator::Impl::candidates(const
       const std::uint64_t score = mixBits(salt + k);
       Best& best = cells[static_cast<std::size_t>(px.y() / cell) * columns +
                          static_cast<std::size_t>(px.x() / cell)];
-      if (score > best.score) best = {score, k, px};
+      if (score > best.score && !hidden(k, view)) best = {score, k, px};
     }
   }
   std::sort(cells.begin(), cells.end(), [](const Best& a, const Best& b) {
@@ -285,14 +295,16 @@ void TrackSimulator::Impl::start(const View& view, double wanted_share, TrackedF
 
 TrackSimulator::TrackSimulator(const TrackSimulationOptions& options,
                                std::shared_ptr<const Motion> motion,
-                               std::shared_ptr<const CameraModel> camera, const Pose& T_B_C) {
+                               std::shared_ptr<const CameraModel> camera, const Pose& T_B_C,
+                               std::shared_ptr<const Scene> scene) {
   if (!motion || !camera) throw std::invalid_argument("TrackSimulator: no motion or no camera");
   if (!(options.rate_hz > 0) || !(options.min_distance_px > 0)) {
     throw std::invalid_argument("TrackSimulator: rate_hz and min_distance_px must be positive");
   }
   insideAny(options.blackout_s, 0);  // throws now rather than at the first image
   insideAny(options.blind_s, 0);
-  impl_ = std::make_unique<Impl>(options, std::move(motion), std::move(camera), T_B_C);
+  impl_ = std::make_unique<Impl>(options, std::move(motion), std::move(camera), T_B_C,
+                                 std::move(scene));
 }
 TrackSimulator::~TrackSimulator() = default;
 

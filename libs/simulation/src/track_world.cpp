@@ -24,7 +24,12 @@ Vec3 direction(Random* random) {
 
 }  // namespace
 
-TrackWorld::TrackWorld(const TrackSimulationOptions& o, const Motion& motion) {
+TrackWorld::TrackWorld(const TrackSimulationOptions& o, const Motion& motion, const Scene* scene) {
+  if (scene != nullptr) {
+    addSurfaces(o, *scene);
+    sortIntoBlocks();
+    return;
+  }
   Vec3 low = motion.poseAt(motion.begin()).p, high = low;
   for (const StampedPose& s : motion.sampled(10)) {
     low = low.cwiseMin(s.T_W_B.p);
@@ -71,6 +76,34 @@ void TrackWorld::addFree(const TrackSimulationOptions& o, const Motion& motion, 
     bool clear = true;
     for (const StampedPose& s : path) clear = clear && (s.T_W_B.p - p).norm() > kClearance_m;
     if (clear) points_.push_back(p);
+  }
+}
+
+void TrackWorld::addSurfaces(const TrackSimulationOptions& o, const Scene& scene) {
+  Random random(static_cast<std::uint64_t>(o.seed), 402);
+  double area = 0;
+  const auto areaOf = [](const Vec3& size, int axis) {
+    return size[(axis + 1) % 3] * size[(axis + 2) % 3];
+  };
+  std::vector<Box> all{scene.interior()};
+  all.insert(all.end(), scene.boxes().begin(), scene.boxes().end());
+  for (const Box& b : all) {
+    for (int axis = 0; axis < 3; ++axis) area += 2 * areaOf(b.high - b.low, axis);
+  }
+  const double density = std::min(o.wall_density, kMaxWallPoints / area);
+  for (const Box& b : all) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double side : {b.low[axis], b.high[axis]}) {
+        // A face too small for one point has one now and then.
+        const double wanted = density * areaOf(b.high - b.low, axis) + random.uniform();
+        for (int k = 0; k < static_cast<int>(wanted); ++k) {
+          Vec3 p;
+          for (int d = 0; d < 3; ++d) p[d] = random.uniform(b.low[d], b.high[d]);
+          p[axis] = side;
+          points_.push_back(p);
+        }
+      }
+    }
   }
 }
 

@@ -14,7 +14,9 @@ class TrackWorld {
     double radius = 0;
     std::size_t begin = 0, end = 0;  ///< of points()
   };
-  TrackWorld(const TrackSimulationOptions& options, const Motion& motion);
+  /// Points on the surfaces of `scene`; without one, on the walls of a room around the motion and
+  /// standing free in it.
+  TrackWorld(const TrackSimulationOptions& options, const Motion& motion, const Scene* scene);
 
   const std::vector<Vec3>& points() const { return points_; }
   const std::vector<Block>& blocks() const { return blocks_; }
@@ -23,6 +25,7 @@ class TrackWorld {
   void addWalls(const TrackSimulationOptions& o, const Vec3& low, const Vec3& high);
   void addFree(const TrackSimulationOptions& o, const Motion& motion, const Vec3& low,
                const Vec3& high);
+  void addSurfaces(const TrackSimulationOptions& o, const Scene& scene);
   void sortIntoBlocks();
 
   std::vector<Vec3> points_;

@@ -137,6 +137,23 @@ NormalEquations informationOf(WindowState& w) {
   return eliminateLandmarks(set.terms(), frameBlocks(w, 0, w.frames.size()));
 }
 
+namespace {
+
+/// Factor on the covariance of camera and IMU. Below 1 only while the newest frame sees enough: in
+/// the dark the IMU is as uncertain as it always was.
+double varianceFactor(const WindowState& w) {
+  constexpr double kLeast = 0.1, kMost = 4;
+  constexpr int kSeeing = 20;
+  if (!w.long_window || !w.long_window->options().noise_from_residuals) return 1;
+  int seen = 0;
+  for (const auto& [id, l] : w.landmarks) {
+    seen += l.has_depth && l.sights.back().frame == w.frames.back().get();
+  }
+  return std::clamp(w.sight_fit.mean_square, seen < kSeeing ? 1.0 : kLeast, kMost);
+}
+
+}  // namespace
+
 void updateCovariance(WindowState& w) {
   const int n = static_cast<int>(w.frames.size());
   if (n < 2) return;
@@ -155,6 +172,10 @@ void updateCovariance(WindowState& w) {
                      gaugeOf(cov.relative(relativeTo(second, newest), 2, 1), newest),
                      newest.T_W_B().p - second.T_W_B().p);
   }
+  const double factor = varianceFactor(w);
+  w.covariance.newest *= factor;
+  w.covariance.edge *= factor;
+  w.covariance.claim *= factor;
   if (!w.long_window || w.long_window->empty()) return;
   NormalEquations joint = w.long_window->eliminate();
   if (w.ranging()) addRangeInformation(w, &joint);

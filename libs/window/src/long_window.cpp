@@ -30,6 +30,8 @@ void describe(OptionVisitor& v, LongWindowOptions& o) {
           "false: the odometry's claim to absolute position and yaw resists the ranges");
   v.value("ranges_at_own_time", o.ranges_at_own_time,
           "false: a range acts at its keyframe's position, whatever its own time");
+  v.value("noise_from_residuals", o.noise_from_residuals,
+          "the odometry is as uncertain as its sights fit well or badly, not as sigma_px says");
   v.value("edge_noise_scale", o.edge_noise_scale, {0.01, 100.0},
           "factor on the standard deviation of the odometry between keyframes");
   v.value("edge_sigma_m", o.edge_sigma_m, {1e-6, 10.0}, "position noise of an edge, if not known");

@@ -96,7 +96,11 @@ void TermSet::addRanges() {
       if (!a) continue;
       const RangeTerm term = lw.termOf(r.anchor, r.range_m, r.sigma_m);
       const Vec3 offset = lw.options().ranges_at_own_time ? Vec3(r.motion + r.lever) : r.lever;
-      if (frame->pose == host) {
+      if (!a->settled) {
+        const Vec3 offset_O = frame->T_W_B() * offset - w_.frames.front()->T_W_B().p;
+        rigid_ranges_.emplace_back(term, Vec3::Zero(), offset_O);
+        terms_.push_back({&rigid_ranges_.back(), {lw.frontParameters(), a->x}, 0, false, nullptr});
+      } else if (frame->pose == host) {
         front_ranges_.emplace_back(term, offset);
         terms_.push_back(
             {&front_ranges_.back(), {host, lw.frontParameters(), a->x}, 0, false, nullptr});

@@ -76,6 +76,14 @@ struct WindowCovariance {
   Eigen::Matrix4d claim = Eigen::Matrix4d::Identity();  ///< oldest frame in O: position, yaw
 };
 
+/// How the sights fit against what sigma_px promises: mean square of whitened residuals over the
+/// last solutions. The same camera may be three times better or worse than a fixed sigma.
+struct SightFit {
+  double mean_square = 1;
+  int solutions = 0;
+  void add(double rms, int sights);
+};
+
 struct WindowState {
   WindowOptions options;
   ImuNoise noise;
@@ -91,6 +99,7 @@ struct WindowState {
   PoseManifold pose_manifold;
   LongWindow* long_window = nullptr;  ///< not owned; nullptr: no ranges, no covariance in W
   WindowCovariance covariance;
+  SightFit sight_fit;
 
   bool ranging() const { return long_window && !long_window->anchors().empty(); }
 
@@ -134,6 +143,7 @@ class TermSet {
   std::deque<PointSightFactor> point_sights_;
   std::deque<WindowRangeFactor> window_ranges_;
   std::deque<FrontRangeFactor> front_ranges_;
+  std::deque<NodeRangeFactor> rigid_ranges_;
   LinearPrior message_;
   std::vector<std::unique_ptr<ceres::CostFunction>> others_;
   int sights_ = 0;

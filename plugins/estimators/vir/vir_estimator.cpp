@@ -3,6 +3,7 @@
 #include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/obs/CObservationIMU.h>
 #include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationStereoImagesFeatures.h>
 #include <mrpt/poses/CPose3DQuat.h>
 
 #include <Eigen/Dense>
@@ -58,6 +59,8 @@ cv::Mat grayOf(const mrpt::obs::CObservationImage& image) {
 void VirEstimator::describe(OptionVisitor& v) {
   v.section("Estimator", "The estimator and which sensors of the recording it reads");
   v.value("camera_label", camera_label_, "sensor label of the images");
+  v.value("tracks_label", tracks_label_,
+          "sensor label of feature tracks, for a recording without images");
   v.value("imu_label", imu_label_, "sensor label of the IMU");
   v.value("range_label", range_label_, "sensor label of the ranges to anchors");
   v.value("use_ranges", config_.ranges.use, "use the ranges, if the recording has any");
@@ -83,6 +86,9 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
     if (const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation)) {
       addImage(*image);
     }
+  } else if (observation.sensorLabel == tracks_label_) {
+    using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
+    if (const auto* tracks = dynamic_cast<const Tracks*>(&observation)) addTracks(*tracks);
   } else if (observation.sensorLabel == imu_label_) {
     if (const auto* imu = dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation)) {
       addImu(*imu);
@@ -112,20 +118,26 @@ void VirEstimator::addImu(const mrpt::obs::CObservationIMU& o) {
   estimator_->addImu(s);
 }
 
+bool VirEstimator::knowsCamera(const mrpt::img::TCamera& camera,
+                               const mrpt::poses::CPose3D& T_B_C) {
+  if (estimator_->hasCamera()) return true;
+  calibration_ = calibrationOf(camera);
+  try {
+    estimator_->setCamera(calibration_, poseOf(T_B_C));
+  } catch (const std::invalid_argument& e) {
+    ++images_without_calibration_;
+    warnOnce("calibration", std::string("images without a usable calibration are skipped (") +
+                                e.what() +
+                                "); set it with rawlog-edit --camera-params or import again");
+    return false;
+  }
+  return true;
+}
+
 void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
   const TimeNs t = fromMrptTime(o.timestamp);
-  if (!estimator_->hasCamera()) {
-    calibration_ = calibrationOf(o.cameraParams);
-    try {
-      estimator_->setCamera(calibration_, poseOf(o.cameraPose));
-    } catch (const std::invalid_argument& e) {
-      ++images_without_calibration_;
-      warnOnce("calibration", std::string("images without a usable calibration are skipped (") +
-                                  e.what() +
-                                  "); set it with rawlog-edit --camera-params or import again");
-      return;
-    }
-  }
+  if (!knowsCamera(o.cameraParams, o.cameraPose)) return;
+  any_image_ = true;
   cv::Mat gray;
   try {
     gray = grayOf(o);
@@ -135,6 +147,17 @@ void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
                            " ns: " + std::string(e.what()).substr(0, 200));
   }
   estimator_->addImage(t, gray);
+}
+
+void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& o) {
+  if (any_image_) {
+    warnOnce("tracks", "the recording holds images (" + camera_label_ + ") and feature tracks (" +
+                           tracks_label_ + "): the tracks are not used");
+    return;
+  }
+  if (!knowsCamera(o.cameraLeft, mrpt::poses::CPose3D(o.cameraPoseOnRobot))) return;
+  if (!camera_) camera_ = makeCamera(calibration_);
+  estimator_->addTracks(track_reader_.read(o, *camera_));
 }
 
 void VirEstimator::finish() { estimator_->finish(); }
@@ -193,6 +216,7 @@ EstimatorReport VirEstimator::report() const {
                 {"images_unusable", c.images_unusable},
                 {"images_undecodable", images_undecodable_},
                 {"images_without_calibration", images_without_calibration_},
+                {"features_unusable", track_reader_.unusable()},
                 {"images_out_of_order", c.images_out_of_order},
                 {"images_without_imu", c.images_without_imu},
                 {"image_gaps", c.image_gaps},

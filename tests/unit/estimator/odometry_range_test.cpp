@@ -69,7 +69,7 @@ TEST(OdometryRange, AMovedAnchorIsNoticedAndFoundAgain) {
         if (lost && !found && a.has_position) found = now.t;
       });
   EXPECT_TRUE(run.warned("moved"));
-  EXPECT_EQ(run.count("ranges_anchors_found_anew"), 1);
+  EXPECT_EQ(run.count("anchors_found_anew"), 1);
   ASSERT_GT(lost, 0);
   EXPECT_GT(lost, world.time(70));
   EXPECT_LT(lost, world.time(90));

@@ -231,9 +231,8 @@ TEST(RangeLayer, AStraightLineAsksToMoveSideways) {
   EXPECT_GT(run.count("ranges_collected"), 50);
 }
 
-/// Fails: with the defaults of the odometry mode (max_anchor_sigma_m = 3) an anchor seen from a
-/// straight line is taken into use as one of two mirror images, instead of as a ring.
-TEST(RangeLayer, DISABLED_AStraightLineWithTheDefaultsOfTheOdometryMode) {
+/// So is a ring for a device of unknown scale, which takes an anchor known to a few metres.
+TEST(RangeLayer, AStraightLineIsARingForTheOdometryModeToo) {
   FlightOptions straight;
   straight.sway_m = straight.sway_deg = straight.height_m = 0;
   auto gentle = drifting();
@@ -242,12 +241,9 @@ TEST(RangeLayer, DISABLED_AStraightLineWithTheDefaultsOfTheOdometryMode) {
                          rangesTo({Vec3(10, 4, 1)}));
   const RangeRun run = fly(world);
   ASSERT_EQ(run.anchors.size(), 1u);
-  const AnchorReport& a = run.anchors[0];
-  const Vec3 error = a.p_W - world.anchor(0);
-  EXPECT_FALSE(a.has_position) << "off by " << error.transpose() << ", sigma "
-                               << a.covariance.diagonal().cwiseSqrt().transpose() << ", " << a.state
-                               << ": " << a.advice;
-  EXPECT_LT(error.dot(a.covariance.ldlt().solve(error)), 16.3);
+  EXPECT_FALSE(run.anchors[0].has_position);
+  EXPECT_NE(run.anchors[0].advice.find("move sideways"), std::string::npos)
+      << run.anchors[0].advice;
 }
 
 TEST(RangeLayer, ADroppedAnchorStartsFromItsPrior) {

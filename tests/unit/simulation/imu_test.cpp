@@ -52,21 +52,27 @@ double allan(const std::vector<double>& x, std::size_t n) {
 
 TEST(SimulatedImu, AllanDeviationFitsTheDensities) {
   const auto motion = vir_test::standing(1000);
-  ImuSimulationOptions o = perfect();
-  o.gyro_noise_density = 2e-4;
-  o.acc_random_walk = 3e-3;
-  const SimulatedImu imu = simulateImu(*motion, o);
+  ImuSimulationOptions noise = perfect(), walk = perfect();
+  noise.gyro_noise_density = 2e-4;
+  noise.acc_noise_density = 1.5e-3;
+  walk.gyro_random_walk = 3e-5;
+  walk.acc_random_walk = 3e-3;
+  const SimulatedImu white = simulateImu(*motion, noise), walking = simulateImu(*motion, walk);
+  const auto column = [](const SimulatedImu& imu, bool gyro, int axis) {
+    std::vector<double> out;
+    for (const ImuSample& s : imu.samples) out.push_back(gyro ? s.gyro[axis] : s.acc[axis]);
+    return out;
+  };
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> gyro, acc;
-    for (const ImuSample& s : imu.samples) {
-      gyro.push_back(s.gyro[axis]);
-      acc.push_back(s.acc[axis]);
+    for (const bool gyro : {true, false}) {
+      // White noise: density / sqrt(tau). Random walk: density * sqrt(tau / 3).
+      const double n = gyro ? 2e-4 : 1.5e-3, k = gyro ? 3e-5 : 3e-3;
+      const std::vector<double> x = column(white, gyro, axis), y = column(walking, gyro, axis);
+      EXPECT_NEAR(allan(x, 20) / (n / std::sqrt(0.1)), 1, 0.05) << axis << gyro;
+      EXPECT_NEAR(allan(x, 200) / (n / std::sqrt(1.0)), 1, 0.12) << axis << gyro;
+      EXPECT_NEAR(allan(y, 200) / (k * std::sqrt(1.0 / 3)), 1, 0.12) << axis << gyro;
+      EXPECT_NEAR(allan(y, 1000) / (k * std::sqrt(5.0 / 3)), 1, 0.25) << axis << gyro;
     }
-    // White noise: density / sqrt(tau). Random walk: density * sqrt(tau / 3).
-    EXPECT_NEAR(allan(gyro, 20) / (2e-4 / std::sqrt(0.1)), 1, 0.05);
-    EXPECT_NEAR(allan(gyro, 200) / (2e-4 / std::sqrt(1.0)), 1, 0.12);
-    EXPECT_NEAR(allan(acc, 200) / (3e-3 * std::sqrt(1.0 / 3)), 1, 0.12);
-    EXPECT_NEAR(allan(acc, 1000) / (3e-3 * std::sqrt(5.0 / 3)), 1, 0.25);
   }
 }
 

@@ -183,4 +183,29 @@ TEST(SimulatedRanges, RefuseListsOfTheWrongLength) {
   }
 }
 
+TEST(SimulatedRanges, TheScenesBoxesStandInTheWay) {
+  const auto motion = vir_test::briskFlight();
+  RangeSimulationOptions o = perfect();
+  const Box room{Vec3(-20, -20, -5), Vec3(20, 20, 5)};
+  // A thin board before the anchor, a thick block elsewhere.
+  const Scene scene(room, {{Vec3(3, 0, -5), Vec3(3.2, 2, 5)}, {Vec3(3, -8, -5), Vec3(6, 0, 5)}});
+  const auto ranges = simulateRanges(*motion, o, &scene);
+  const auto all = simulateRanges(*motion, o);
+  long blocked = 0;
+  for (const SimulatedRange& r : ranges) {
+    const double solid = scene.solidBetween(motion->poseAt(r.t).p, Vec3(5, 2, 1));
+    EXPECT_EQ(r.line_of_sight, solid == 0);
+    EXPECT_LE(solid, o.max_solid_m);
+    if (r.line_of_sight) {
+      EXPECT_NEAR(r.range_m, r.true_m, 1e-12);
+    } else {
+      ++blocked;
+      EXPECT_GE(r.range_m - r.true_m, o.nlos_min_m);
+      EXPECT_LE(r.range_m - r.true_m, o.nlos_max_m);
+    }
+  }
+  EXPECT_GT(blocked, 50);
+  EXPECT_LT(ranges.size(), all.size() - 50);
+}
+
 }  // namespace

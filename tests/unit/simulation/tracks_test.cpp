@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "made_motions.h"
+#include "vir/rendering/make_scene.h"
 #include "vir/simulation/track_simulator.h"
 
 namespace {
@@ -238,6 +239,27 @@ TEST(SimulatedTracks, RefusesWhatCannotBe) {
   TrackSimulator s = simulator({}, motion);
   s.at(motion->begin() + 10);
   EXPECT_THROW(s.at(motion->begin() + 10), std::invalid_argument);
+}
+
+TEST(SimulatedTracks, HideBehindTheScenesBoxes) {
+  const auto motion = vir_test::briskFlight();
+  std::vector<Vec3> path;
+  for (const StampedPose& p : motion->sampled(4)) path.push_back(p.T_W_B.p);
+  const auto scene = std::make_shared<Scene>(makeScene({}, path, {}));
+  const auto camera = makeCamera(calibration());
+  TrackSimulator s(perfect(), motion, camera, forward(), scene);
+  std::size_t fewest = 1000;
+  for (const TimeNs t : s.times()) {
+    const TrackedFrame frame = s.at(t);
+    const Vec3 eye = (motion->poseAt(t) * forward()).p;
+    fewest = std::min(fewest, frame.features.size());
+    for (const FeatureObservation& f : frame.features) {
+      Vec3 p_W;
+      ASSERT_TRUE(s.pointOf(f.id, &p_W));
+      EXPECT_FALSE(scene->hidden(eye, p_W));
+    }
+  }
+  EXPECT_GT(fewest, 100u);
 }
 
 }  // namespace

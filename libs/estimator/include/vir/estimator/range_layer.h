@@ -24,6 +24,7 @@ struct RangeOptions {
   int min_ranges = 20;
   double max_anchor_sigma_m = 1.0;
   double drift_ratio = 0.01;
+  double path_scale_sigma = 0.02;
   double restart_s = 3.0;
   std::vector<double> anchor_prior;
   std::string bias_model_file;  ///< for the caller, who reads it into:

@@ -2,6 +2,7 @@
 /// Where is an anchor of unknown position? From antenna positions and ranges, any time in a
 /// mission.
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,8 +11,6 @@
 #include "vir/ranging/robust_range.h"
 
 namespace vir {
-
-class OptionVisitor;
 
 /// A range and where the antenna was in W at its time. In order of time.
 struct AntennaRange {
@@ -49,6 +48,8 @@ struct AnchorInitialization {
   /// Best first. `good`: one; `mirror`: two that the data cannot tell apart. Otherwise at most two,
   /// for information only; may be empty.
   std::vector<AnchorSolution> solutions;
+  /// `max_sigma_m` that these solutions would just pass; infinite without a solution [m].
+  double needed_sigma_m = std::numeric_limits<double>::infinity();
   int used = 0;                ///< ranges the solution rests on
   int outliers = 0;            ///< valid ranges that do not fit
   int ignored = 0;             ///< not finite, not positive, without a sigma
@@ -61,6 +62,8 @@ struct AnchorInitOptions {
   double min_extent_m = 0.3;  ///< of the path along its main direction, without a prior
   double bias_sigma_m = 0.1;  ///< of the constant bias, mean 0; 0: no bias is estimated
   double drift_ratio = 0.01;  ///< growth of the path's error from its end, metre per metre
+  double scale_sigma = 0.02;  ///< of the path's length: what comes straight at an anchor looks
+                              ///< alike for a scale and for a distance beside the path; 0: none
   double max_sigma_m = 0.5;   ///< the second-largest axis of the position's ellipsoid may be so
                               ///< long; the largest as long as the curvature of the range allows
   double mirror_chi2 = 12;    ///< a second solution worse by more than this is rejected
@@ -70,8 +73,6 @@ struct AnchorInitOptions {
   bool correlation = true;       ///< let the ranges' autocorrelation widen the covariance
   RobustRange robust;
 };
-/// Section [AnchorInit].
-void describe(OptionVisitor& v, AnchorInitOptions& o);
 
 /// Closed form from squared ranges in the principal axes of the path (so that motion in a plane or
 /// on a line is no special case), refinement from several starts, second solutions kept while the

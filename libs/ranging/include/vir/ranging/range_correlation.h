@@ -38,4 +38,9 @@ struct RangeCorrelation {
 RangeCorrelation rangeCorrelation(const std::vector<RangeResidual>& residuals,
                                   const RangeCorrelationOptions& options = {});
 
+/// Residuals less their mean over `span_s` around, in order of time: what changes more slowly is
+/// the error of a trajectory (or a bias), and taking it for the ranges' own would make them count
+/// for less and less. Those with fewer than 10 within the span are left out.
+std::vector<RangeResidual> withoutSlowPart(std::vector<RangeResidual> residuals, double span_s);
+
 }  // namespace vir

@@ -6,8 +6,6 @@
 
 namespace vir {
 
-class OptionVisitor;
-
 /// The gate rejects what the predicted covariance makes improbable. That alone would lock a good
 /// anchor out for ever once the covariance is too small, so it looks back: when more than half of
 /// the ranges of the recent past disagree, it is the covariance that is wrong and the gate widens.
@@ -26,8 +24,6 @@ struct GateOptions {
   double max_widening = 5;     ///< limit of the widening, as a factor on sigma
   double fallback_sigma_m = 1;  ///< used when the variance is no positive number
 };
-/// Section [Ranges].
-void describe(OptionVisitor& v, GateOptions& o);
 
 /// What became of a range: the sign is that of the residual measured - predicted.
 enum class GateDecision { accepted, too_long, too_short, invalid };

@@ -4,8 +4,6 @@
 
 namespace vir {
 
-class OptionVisitor;
-
 /// Loss of a whitened residual r = (measured - predicted) / sigma. For r < 0 the pseudo-Huber loss
 /// of the paper, rho(q) = delta^2 (sqrt(1 + (q/delta)^2) - 1) (section "UWB Factor"); for r > 0 the
 /// Cauchy loss, whose influence dies out. Both behave as r^2/2 at 0, where they join smoothly.
@@ -30,7 +28,5 @@ struct RobustRange {
   /// rho(r) alone.
   double loss(double r) const;
 };
-/// Section [Ranges].
-void describe(OptionVisitor& v, RobustRange& o);
 
 }  // namespace vir

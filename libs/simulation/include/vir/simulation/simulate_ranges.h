@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "vir/core/options.h"
+#include "vir/rendering/scene.h"
 #include "vir/simulation/motion.h"
 
 namespace vir {
@@ -24,6 +25,7 @@ struct RangeSimulationOptions {
   std::vector<double> outage_s;  ///< from to, from to ...: no ranges
   double dropped_share = 0;
   double max_distance_m = 1000;
+  double max_solid_m = 1.0;  ///< through more of the scene's boxes nothing gets
   std::vector<double> jump;  ///< anchor's index, time [s], x y z: it is moved there
   int seed = 1;
 };
@@ -38,11 +40,13 @@ struct SimulatedRange {
   bool line_of_sight = true;
 };
 
-/// In time order. Every anchor answers `rate_hz` times a second at jittered times of its own.
-/// Throws std::invalid_argument for settings that make no sense together (a list of the wrong
-/// length).
+/// In time order. Every anchor answers `rate_hz` times a second at jittered times of its own. What
+/// the boxes of `scene` (may be null) stand in the way of comes by another way, nlos_min_m to
+/// nlos_max_m longer, or not at all. Throws std::invalid_argument for settings that make no sense
+/// together (a list of the wrong length).
 std::vector<SimulatedRange> simulateRanges(const Motion& motion,
-                                           const RangeSimulationOptions& options);
+                                           const RangeSimulationOptions& options,
+                                           const Scene* scene = nullptr);
 
 /// Where anchor `index` is at a time [s after the motion's begin].
 Vec3 anchorAt(const RangeSimulationOptions& options, std::size_t index, double s);

@@ -6,6 +6,7 @@
 
 #include "vir/camera/camera_model.h"
 #include "vir/core/options.h"
+#include "vir/rendering/scene.h"
 #include "vir/simulation/motion.h"
 #include "vir/vision/feature_tracker.h"
 
@@ -41,10 +42,13 @@ void describe(OptionVisitor& v, TrackSimulationOptions& o);
 /// Everything is a function of the settings and the times asked for.
 class TrackSimulator {
  public:
-  /// `motion` and `camera` are shared with the caller. `T_B_C`: camera in the body. Throws
+  /// `motion` and `camera` are shared with the caller. `T_B_C`: camera in the body. With a `scene`
+  /// the points are on its surfaces and hide behind its boxes; without, they are on the walls of a
+  /// room around the path and standing free in it, and nothing hides them. Throws
   /// std::invalid_argument.
   TrackSimulator(const TrackSimulationOptions& options, std::shared_ptr<const Motion> motion,
-                 std::shared_ptr<const CameraModel> camera, const Pose& T_B_C);
+                 std::shared_ptr<const CameraModel> camera, const Pose& T_B_C,
+                 std::shared_ptr<const Scene> scene = nullptr);
   ~TrackSimulator();
 
   /// Stamps of the images of the whole motion.

@@ -32,7 +32,8 @@ struct LongWindowOptions {
   bool heading = true;
   bool gauge_free_prior = true;
   bool ranges_at_own_time = true;
-  double edge_noise_scale = 0.7;
+  bool noise_from_residuals = true;
+  double edge_noise_scale = 0.85;
   double edge_sigma_m = 0.01;
   double edge_sigma_rad = 0.002;
   double gamma_r = 1.0;
@@ -71,6 +72,7 @@ struct AnchorState {
   Eigen::Matrix4d prior_information = Eigen::Matrix4d::Zero();
   double variance_factor = 1;  ///< correlated ranges carry less: their variance times this
   bool fixed = false;
+  bool settled = true;  ///< false: its ranges move the short window as a whole, but do not bend it
   Vec3 position() const { return {x[0], x[1], x[2]}; }
 };
 

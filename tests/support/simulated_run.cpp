@@ -17,14 +17,22 @@ Pose gauge(const Pose& truth, const Pose& estimate) {
   return {Quat(R), truth.p - R * estimate.p};
 }
 
+/// Lines of the estimator, with the seed before them, to the file that is asked for.
+LogSink sinkOf(const RunSettings& s, int seed) {
+  if (!s.log) return {};
+  return [file = s.log, seed](LogLevel, const std::string& line) {
+    std::fprintf(file, "seed %d: %s\n", seed, line.c_str());
+  };
+}
+
 /// Feeds what the sensors saw in the order of time, images after the readings that they need.
 class Feeder {
  public:
-  Feeder(const std::shared_ptr<const Motion>& motion, const RunSettings& s)
+  Feeder(const std::shared_ptr<const Motion>& motion, const RunSettings& s, int seed)
       : settings_(s),
         imu_(simulateImu(*motion, s.imu)),
         tracks_(s.tracks, motion, makeCamera(s.camera), s.T_B_C),
-        estimator_(s.estimator) {
+        estimator_(s.estimator, sinkOf(s, seed)) {
     estimator_.setCamera(s.camera, s.T_B_C);
     if (s.use_ranges) ranges_ = simulateRanges(*motion, s.ranges);
   }
@@ -128,7 +136,7 @@ double smoothedError(const Motion& motion, const std::vector<NavState>& keyframe
 
 RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s, int seed) {
   s.imu.seed = s.tracks.seed = s.ranges.seed = seed;
-  Feeder feeder(motion, s);
+  Feeder feeder(motion, s, seed);
   feeder.run();
   RunResult out;
   out.seed = seed;

@@ -1,6 +1,7 @@
 #pragma once
 /// One run of the estimator on simulated tracks, readings and ranges, and how good it was.
 #include <Eigen/Dense>
+#include <cstdio>
 #include <map>
 #include <memory>
 #include <optional>
@@ -23,6 +24,7 @@ struct RunSettings {
   CameraCalibration camera;
   Pose T_B_C;
   bool use_ranges = false;
+  std::FILE* log = nullptr;  ///< what the estimator says goes there
 };
 
 /// The estimate at one image against the truth, in the truth's world after the estimate has been

@@ -1,0 +1,11 @@
+#pragma once
+/// Text inside HTML and SVG.
+#include <string>
+
+namespace vir {
+
+/// `text` with the characters that mean something in markup replaced, fit for element contents and
+/// quoted attributes; control characters become spaces.
+std::string escapedMarkup(const std::string& text);
+
+}  // namespace vir

@@ -1,0 +1,247 @@
+/// How anchors are found, watched, moved to where they fit better, and given up.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "mirror.h"
+#include "range_layer_impl.h"
+#include "vir/ranging/range_correlation.h"
+
+namespace vir {
+namespace {
+
+/// Keyframes between two looks at an open mirror image, and between two estimates of correlation.
+constexpr int kMirrorPeriod = 15, kOpenMirrorPeriod = 3;
+constexpr int kCorrelationPeriod = 10;
+/// Twice the difference in loss between the mirror image and the present position that closes the
+/// question, and that decides against the present one.
+constexpr double kMirrorClosed = 30, kMirrorSwitch = 2;
+/// An anchor has settled once a fresh search knows it so well [m], or after so long [s]; until then
+/// a search every few keyframes.
+constexpr double kSettledSigma = 0.3, kLongestYouthS = 30;
+constexpr int kSearchPeriod = 3;
+/// Farther from where the long window's own solution ends [m], a young anchor is stuck.
+constexpr double kStuck = 0.1;
+/// Share of ranges an anchor must have explained before a contradiction means that it was moved;
+/// below, its start was wrong.
+constexpr double kTrusted = 0.7;
+/// Span of the mean taken off residuals before their correlation is estimated [s].
+constexpr double kSlowPartS = 6.0;
+/// A claimed sigma may turn out too large; its square is not cut below this share.
+constexpr double kLeastFactor = 0.2;
+
+std::string seconds(TimeNs t) { return std::to_string(toSeconds(t)) + " s"; }
+
+std::string text(const Vec3& p) {
+  char out[80];
+  std::snprintf(out, sizeof out, "(%.2f, %.2f, %.2f)", p.x(), p.y(), p.z());
+  return out;
+}
+
+}  // namespace
+
+AnchorInitialization RangeLayer::Impl::solve(const AnchorTrack& a,
+                                             const std::vector<HeldRange>& held) const {
+  std::vector<AntennaRange> samples;
+  samples.reserve(held.size());
+  for (const HeldRange& r : held) samples.push_back({r.motion, r.range_m, r.sigma_m});
+  AnchorInitOptions o;
+  o.min_ranges = options.min_ranges;
+  o.bias_sigma_m = options.bias_sigma_m;
+  o.max_sigma_m = options.max_anchor_sigma_m;
+  o.drift_ratio = options.drift_ratio;
+  o.scale_sigma = options.path_scale_sigma;
+  o.correlation = options.correlation;
+  return initializeAnchor(samples, o, a.prior);
+}
+
+void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const AnchorInitialization& found) {
+  const AnchorSolution& best = found.solutions.front();
+  // The ranges themselves stay factors of the window: the start's covariance must not count too.
+  const double far = 20 + best.p_W.norm();
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity() * far * far;
+  covariance(3, 3) = options.bias_sigma_m * options.bias_sigma_m;
+  Eigen::Vector4d mean;
+  mean << best.p_W, 0;
+  if (a->prior) {
+    covariance.topLeftCorner<3, 3>() = a->prior->covariance;
+    mean.head<3>() = a->prior->p_W;
+  }
+  AnchorState& state = window->addAnchor(a->key(), mean, covariance);
+  for (int i = 0; i < 3; ++i) state.x[i] = best.p_W[i];
+  state.x[3] = best.bias_m;
+  a->phase = found.solutions.size() > 1 ? AnchorPhase::mirror_open : AnchorPhase::estimated;
+  if (found.solutions.size() > 1) a->mirror_p_W = found.solutions[1].p_W;
+  a->advice = found.advice;
+  a->search_covariance = best.covariance;
+  a->next_search = kSearchPeriod;
+  settle(a, found.needed_sigma_m < kSettledSigma);
+  a->found_at = t;
+  a->moved = false;
+  a->mirror_closed = false;
+  a->gate.reset();
+  a->next_check = kOpenMirrorPeriod;
+  log(log_sink, LogLevel::info,
+      "anchor " + std::to_string(a->id) + " found at " + text(best.p_W) + " m, " + seconds(t) +
+          (found.solutions.size() > 1 ? ", or its mirror image at " + text(a->mirror_p_W) : ""));
+}
+
+bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, const Held& held) {
+  const std::vector<HeldRange> ranges = held(a->key());
+  std::size_t n = 0;
+  for (const HeldRange& r : ranges) n += static_cast<std::size_t>(r.merged);
+  if (static_cast<int>(n) < options.min_ranges || n < a->tried_with + a->tried_with / 20 + 3) {
+    return false;
+  }
+  a->tried_with = n;
+  const AnchorInitialization found = solve(*a, ranges);
+  a->advice = found.advice;
+  const bool usable =
+      found.geometry == AnchorGeometry::good || found.geometry == AnchorGeometry::mirror;
+  if (!usable || found.solutions.empty()) return false;
+  adopt(t, a, found);
+  return true;
+}
+
+void RangeLayer::Impl::settle(AnchorTrack* a, bool settled) {
+  a->settled = settled;
+  window->anchor(a->key())->settled = settled;
+}
+
+void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W) {
+  AnchorState& state = *window->anchor(a->key());
+  for (int i = 0; i < 3; ++i) state.x[i] = p_W[i];
+  // Its mirror image is another one now: settleMirror() looks for it.
+  a->phase = AnchorPhase::estimated;
+  a->mirror_closed = false;
+  a->next_check = 1;
+  a->gate.reset();
+  log(log_sink, LogLevel::info,
+      "anchor " + std::to_string(a->id) + " is rather at " + text(p_W) + " m, " + seconds(t));
+}
+
+/// The first ranges of an anchor leave a ring or a valley of positions, and what the window makes
+/// of the point the search landed on may stay behind a ridge. So a young anchor is searched for
+/// again and again, and goes where the long window, path and all, is better explained.
+bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
+                                   const std::vector<HeldRange>& front) {
+  if (a->settled || --a->next_search > 0) return false;
+  a->next_search = kSearchPeriod;
+  AnchorState& state = *window->anchor(a->key());
+  const std::vector<HeldRange> ranges = held(a->key());
+  const AnchorInitialization found = solve(*a, ranges);
+  const bool old = t - a->found_at > fromSeconds(kLongestYouthS);
+  const bool usable =
+      found.geometry == AnchorGeometry::good || found.geometry == AnchorGeometry::mirror;
+  if (usable) a->search_covariance = found.solutions.front().covariance;
+  bool moved = false;
+  if (usable && !state.fixed) {
+    const Vec3 there = found.solutions.front().p_W;
+    const MirrorComparison m = compareMirror(*window, a->key(), ranges, front, &there);
+    const bool better_there = m.distinct && m.chi2 < -kMirrorSwitch;
+    const Vec3 target = better_there ? m.mirror_p_W : m.here_p_W;
+    moved = m.valid && (target - state.position()).norm() > kStuck;
+    if (moved) moveTo(t, a, target);
+  }
+  if (old || (usable && !moved && found.needed_sigma_m < kSettledSigma)) settle(a, true);
+  return moved;
+}
+
+bool RangeLayer::Impl::settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
+                                    const std::vector<HeldRange>& front) {
+  if (a->mirror_closed || --a->next_check > 0) return false;
+  a->next_check = a->phase == AnchorPhase::mirror_open ? kOpenMirrorPeriod : kMirrorPeriod;
+  AnchorState& state = *window->anchor(a->key());
+  if (state.fixed) return false;
+  const MirrorComparison m =
+      compareMirror(*window, a->key(), held(a->key()), front,
+                    a->phase == AnchorPhase::mirror_open ? &a->mirror_p_W : nullptr);
+  if (!m.valid) return false;
+  a->mirror_p_W = m.mirror_p_W;
+  if (!m.distinct || m.chi2 > kMirrorClosed) {
+    a->mirror_closed = m.distinct;
+    a->phase = AnchorPhase::estimated;
+    a->advice.clear();
+    return false;
+  }
+  a->phase = AnchorPhase::mirror_open;
+  a->advice = "change height: two positions " +
+              std::to_string((m.mirror_p_W - state.position()).norm()).substr(0, 4) +
+              " m apart fit, mirrored at the plane of motion";
+  if (m.chi2 > -kMirrorSwitch) return false;
+  a->mirror_p_W = state.position();
+  for (int i = 0; i < 3; ++i) state.x[i] = m.mirror_p_W[i];
+  a->gate.reset();
+  log(log_sink, LogLevel::info,
+      "anchor " + std::to_string(a->id) + ": its mirror image at " + text(m.mirror_p_W) +
+          " m fits better, " + seconds(t));
+  return true;
+}
+
+bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
+  if (!a->gate.suspicious()) return false;
+  const bool trusted =
+      a->used > kTrusted * static_cast<double>(a->used + a->rejected) && a->used > 50;
+  warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges contradict " +
+       (trusted ? "its position, it has been moved" : "its first position, which was wrong") +
+       "; being found anew");
+  // What it measured before it was moved stays true of the anchor it was then.
+  if (!trusted) window->removeAnchor(a->key());
+  ++a->generation;
+  a->phase = AnchorPhase::collecting;
+  a->moved = true;
+  a->tried_with = 0;
+  a->prior.reset();
+  a->used = a->rejected = 0;
+  a->gate.reset();
+  a->settled = false;
+  ++found_anew;
+  return true;
+}
+
+void RangeLayer::Impl::reweigh(AnchorTrack* a, const Held& held) {
+  AnchorState& state = *window->anchor(a->key());
+  std::vector<RangeResidual> residuals;
+  for (const HeldRange& r : held(a->key())) {
+    if (r.merged > 1) continue;
+    const RangePrediction e = predictRange(r.motion, state.position(), state.x[3], r.range_m);
+    residuals.push_back({r.t, -e.value_m, r.sigma_m});
+  }
+  const RangeCorrelation c = rangeCorrelation(withoutSlowPart(residuals, kSlowPartS));
+  // A claimed sigma above the scatter already covers some of the correlation.
+  const double now = c.correlation_factor * c.rms_ratio * c.rms_ratio;
+  // Slowly: the residuals themselves depend on the weights.
+  state.variance_factor = std::clamp(0.5 * (state.variance_factor + now), kLeastFactor, 30.0);
+}
+
+bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<HeldRange>& front) {
+  Impl& s = *impl_;
+  ++s.keyframes;
+  bool changed = false;
+  for (auto& [id, a] : s.tracks) {
+    if (a.phase == AnchorPhase::collecting) {
+      changed = s.tryToFind(t, &a, held) || changed;
+      continue;
+    }
+    if (s.giveUpIfElsewhere(t, &a)) {
+      changed = true;
+      continue;
+    }
+    changed = s.searchAgain(t, &a, held, front) || changed;
+    changed = s.settleMirror(t, &a, held, front) || changed;
+    if (s.window->options().anchor_fixed_after_init && t - a.found_at > fromSeconds(1.0)) {
+      s.window->anchor(a.key())->fixed = true;
+    }
+    if (s.options.correlation && s.keyframes % kCorrelationPeriod == 0) s.reweigh(&a, held);
+  }
+  // Earlier generations go when no keyframe holds their ranges any more.
+  std::vector<std::uint64_t> gone;
+  for (const auto& [key, state] : s.window->anchors()) {
+    const AnchorTrack& a = s.tracks.at(key & ((1ull << 48) - 1));
+    if (key != a.key() && held(key).empty()) gone.push_back(key);
+  }
+  for (std::uint64_t key : gone) s.window->removeAnchor(key);
+  return changed;
+}
+
+}  // namespace vir

@@ -1,0 +1,62 @@
+#pragma once
+/// Internal: ranges on their way in (range_layer.cpp) and the anchors' lives (anchor_life.cpp).
+#include <map>
+
+#include "anchor_track.h"
+#include "vir/estimator/range_layer.h"
+#include "vir/ranging/range_check.h"
+
+namespace vir {
+
+struct RangeLayer::Impl {
+  Impl(const RangeOptions& o, LongWindow* w, LogSink l)
+      : options(o), window(w), log_sink(std::move(l)), check(checkOptions(o)) {
+    for (std::size_t i = 0; i + 4 < o.anchor_prior.size(); i += 5) {
+      const double* v = &o.anchor_prior[i];
+      setPrior(static_cast<std::uint64_t>(v[0]), Vec3(v[1], v[2], v[3]), v[4]);
+    }
+  }
+  static RangeCheckOptions checkOptions(const RangeOptions& o) {
+    RangeCheckOptions c;
+    c.max_range_m = o.max_range_m;
+    return c;
+  }
+
+  AnchorTrack& track(std::uint64_t id);
+  void setPrior(std::uint64_t id, const Vec3& p_W, double sigma_m);
+  void record(const RangeMeasurement& r, const std::string& decision);
+  double sigmaOf(const RangeMeasurement& r) const {
+    return r.sigma_m > 0 ? r.sigma_m * options.sigma_scale : options.sigma_m;
+  }
+  AnchorInitialization solve(const AnchorTrack& a, const std::vector<HeldRange>& held) const;
+  bool tryToFind(TimeNs t, AnchorTrack* a, const Held& held);
+  void adopt(TimeNs t, AnchorTrack* a, const AnchorInitialization& found);
+  bool settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
+                    const std::vector<HeldRange>& front);
+  bool searchAgain(TimeNs t, AnchorTrack* a, const Held& held, const std::vector<HeldRange>& front);
+  void moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W);
+  void settle(AnchorTrack* a, bool settled);
+  bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a);
+  void reweigh(AnchorTrack* a, const Held& held);
+  void warn(const std::string& text) {
+    log(log_sink, LogLevel::warning, text);
+    warnings.push_back(text);
+  }
+
+  RangeOptions options;
+  LongWindow* window;
+  LogSink log_sink;
+  RangeCheck check;
+  std::map<std::uint64_t, AnchorTrack> tracks;
+  std::vector<RangeMeasurement> pending;  ///< ordered by time
+  std::vector<RangeDecision> decisions;
+  std::vector<std::string> warnings;
+  std::map<std::string, long> counts;
+  long found_anew = 0;  ///< anchors given up and looked for again
+  double travelled_m = 0;
+  Vec3 last_antenna = Vec3::Zero();
+  bool any_antenna = false;
+  int keyframes = 0;
+};
+
+}  // namespace vir
