@@ -4,11 +4,14 @@
 #include <memory>
 
 #include "commands.h"
+#include "rendezvous_options.h"
 #include "run_options.h"
+#include "vir/alignment/joint_solution.h"
 #include "vir/core/ini_writer.h"
 #include "vir/pipeline/estimator_registry.h"
 #include "vir/pipeline/plugin_loader.h"
 #include "vir/pipeline/recorded_source.h"
+#include "vir/pipeline/rendezvous_registry.h"
 #include "vir/pipeline/sensor_registry.h"
 
 namespace vir::app {
@@ -24,12 +27,15 @@ void list() {
   for (const auto& e : registeredEstimators()) {
     printRow("estimator", e.name, e.description, e.plugin_file);
   }
+  for (const auto& r : registeredRendezvous()) {
+    printRow("rendezvous", r.name, r.description, r.plugin_file);
+  }
   for (const auto& s : registeredSensors()) {
     printRow("sensor", s.alias, s.description + " (class " + s.class_name + ")", s.plugin_file);
   }
 }
 
-/// The settings of the estimator or recorded sensor `name` as a commented ini.
+/// The settings of the estimator, rendezvous solver or recorded sensor `name` as a commented ini.
 std::string reference(const std::string& name) {
   IniWriter writer(IniWriter::Style::reference);
   const std::string head =
@@ -40,6 +46,16 @@ std::string reference(const std::string& name) {
     run.driver = name;
     describe(writer, run);
     createEstimator(name)->describe(writer);
+    return head + writer.text();
+  }
+  for (const auto& r : registeredRendezvous()) {
+    if (r.name != name) continue;
+    RendezvousRunOptions run;
+    JointOptions joint;
+    run.driver = name;
+    describe(writer, run);
+    createRendezvous(name)->describe(writer);
+    vir::describe(writer, joint);
     return head + writer.text();
   }
   const auto sensor = createSensor(name);
@@ -56,7 +72,8 @@ void addPlugins(CLI::App& app, Common& common) {
                                          "Examples:\n"
                                          "  vir-slam plugins\n"
                                          "  vir-slam plugins vir > ini/reference.ini");
-  command->add_option("NAME", *name, "Estimator or sensor: print its settings as an ini");
+  command->add_option("NAME", *name,
+                      "Estimator, rendezvous solver or sensor: print its settings as an ini");
   command->callback([name, &common] {
     loadPlugins(common);
     if (name->empty()) {

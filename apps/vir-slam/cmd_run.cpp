@@ -81,6 +81,10 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   loadPlugins(common);
   run.estimator = createEstimator(run.options.driver);
   SettingsReader reader(settings);
+  // An ini of several robots will do for one of them.
+  reader.ignoreSection("Rendezvous");
+  reader.ignoreSection("Robots");
+  reader.ignoreSection("Joint");
   RunOptions again;
   describe(reader, again);
   run.estimator->describe(reader);

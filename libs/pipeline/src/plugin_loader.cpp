@@ -64,7 +64,8 @@ void loadPlugin(const std::string& file) {
   if (!problems.empty()) throw PluginError("plugin " + path + ": " + problems);
   if (registry::size() == before) {
     throw PluginError("plugin " + path +
-                      " registers nothing: it needs VIR_REGISTER_SENSOR or VIR_REGISTER_ESTIMATOR");
+                      " registers nothing: it needs VIR_REGISTER_SENSOR, VIR_REGISTER_ESTIMATOR "
+                      "or VIR_REGISTER_RENDEZVOUS");
   }
   loadedFiles().insert(path);
 }

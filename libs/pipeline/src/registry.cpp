@@ -8,6 +8,7 @@
 
 #include "vir/pipeline/estimator_registry.h"
 #include "vir/pipeline/plugin_loader.h"
+#include "vir/pipeline/rendezvous_registry.h"
 #include "vir/pipeline/sensor_registry.h"
 
 namespace vir {
@@ -18,9 +19,15 @@ struct EstimatorRecord {
   EstimatorFactory factory;
 };
 
+struct RendezvousRecord {
+  RendezvousEntry entry;
+  RendezvousFactory factory;
+};
+
 struct Registries {
   std::mutex mutex;
   std::map<std::string, EstimatorRecord> estimators;
+  std::map<std::string, RendezvousRecord> rendezvous;
   std::map<std::string, SensorEntry> sensors;  // by alias
   std::string current_plugin;
   std::vector<std::string> problems;
@@ -70,7 +77,7 @@ std::vector<std::string> takeProblems() {
 
 std::size_t size() {
   const std::lock_guard<std::mutex> lock(all().mutex);
-  return all().estimators.size() + all().sensors.size();
+  return all().estimators.size() + all().rendezvous.size() + all().sensors.size();
 }
 
 }  // namespace registry
@@ -87,6 +94,20 @@ void registerEstimator(const std::string& name, EstimatorFactory factory,
     return;
   }
   r.estimators[lower(name)] = {{name, description, r.current_plugin}, std::move(factory)};
+}
+
+void registerRendezvous(const std::string& name, RendezvousFactory factory,
+                        const std::string& description) {
+  Registries& r = all();
+  const std::lock_guard<std::mutex> lock(r.mutex);
+  const auto known = r.rendezvous.find(lower(name));
+  if (known != r.rendezvous.end()) {
+    r.problems.push_back("rendezvous '" + name + "' is registered twice: by " +
+                         origin(known->second.entry.plugin_file) + " and by " +
+                         origin(r.current_plugin));
+    return;
+  }
+  r.rendezvous[lower(name)] = {{name, description, r.current_plugin}, std::move(factory)};
 }
 
 void registerSensor(const mrpt::hwdrivers::TSensorClassId* id, const std::string& alias,
@@ -116,6 +137,13 @@ std::vector<EstimatorEntry> registeredEstimators() {
   return entries;
 }
 
+std::vector<RendezvousEntry> registeredRendezvous() {
+  const std::lock_guard<std::mutex> lock(all().mutex);
+  std::vector<RendezvousEntry> entries;
+  for (const auto& item : all().rendezvous) entries.push_back(item.second.entry);
+  return entries;
+}
+
 std::vector<SensorEntry> registeredSensors() {
   const std::lock_guard<std::mutex> lock(all().mutex);
   std::vector<SensorEntry> entries;
@@ -132,6 +160,21 @@ std::unique_ptr<Estimator> createEstimator(const std::string& name) {
     if (found == r.estimators.end()) {
       throw PluginError("unknown estimator '" + name + "'; available: " +
                         listed(r.estimators, [](auto& e) { return e.second.entry.name; }));
+    }
+    factory = found->second.factory;
+  }
+  return factory();
+}
+
+std::unique_ptr<Rendezvous> createRendezvous(const std::string& name) {
+  Registries& r = all();
+  RendezvousFactory factory;
+  {
+    const std::lock_guard<std::mutex> lock(r.mutex);
+    const auto found = r.rendezvous.find(lower(name));
+    if (found == r.rendezvous.end()) {
+      throw PluginError("unknown rendezvous solver '" + name + "'; available: " +
+                        listed(r.rendezvous, [](auto& e) { return e.second.entry.name; }));
     }
     factory = found->second.factory;
   }

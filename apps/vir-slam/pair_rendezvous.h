@@ -1,0 +1,46 @@
+#pragma once
+/// Two robots that met: their mutual ranges, played to a rendezvous plugin as they came in.
+#include <string>
+#include <vector>
+
+#include "robot_record.h"
+#include "vir/pipeline/rendezvous.h"
+#include "vir/pipeline/transforms_json.h"
+
+namespace vir::app {
+
+/// A mutual range with both robots' states; A is the robot that is named first.
+struct MutualObservation {
+  MutualRange range;
+  int segment_A = 0, segment_B = 0;
+};
+
+struct MutualRanges {
+  std::vector<MutualObservation> list;  ///< in order of time
+  long without_state = 0;               ///< one of the two had no pose then: not used
+  long doubled = 0;                     ///< in both recordings, used once
+};
+
+/// From both recordings. The peer's position is what it broadcast where that was recorded, else
+/// its own estimate at the range's time. A range found in both recordings counts once.
+MutualRanges mutualRanges(const RobotRecord& a, const RobotRecord& b);
+
+/// Anchors that both believed in at `t`.
+std::vector<SharedAnchor> sharedAnchors(const RobotRecord& a, const RobotRecord& b, TimeNs t);
+
+/// The answer at one time.
+struct PairMoment {
+  double since_first_s = 0;
+  TransformAnswer answer;
+};
+
+struct PairResult {
+  PairTransform transform;  ///< p_A = T p_B
+  std::vector<PairMoment> history;
+  MutualRanges ranges;
+};
+
+PairResult playPair(const RobotRecord& a, const RobotRecord& b, Rendezvous* solver,
+                    double interval_s, bool use_anchors);
+
+}  // namespace vir::app

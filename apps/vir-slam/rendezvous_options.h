@@ -1,0 +1,19 @@
+#pragma once
+#include <string>
+
+#include "vir/core/options.h"
+
+namespace vir::app {
+
+/// What the program itself reads in [Rendezvous]; the plugin declares the rest.
+struct RendezvousRunOptions {
+  std::string driver = "nlopt";
+  std::string peer_label = "PEER";
+  double interval_s = 0.5;
+  bool use_anchors = true;
+  bool joint = true;
+};
+
+void describe(OptionVisitor& v, RendezvousRunOptions& o);
+
+}  // namespace vir::app

@@ -1,0 +1,47 @@
+#pragma once
+/// The robots of a rendezvous: their recordings, settings and runs.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "rendezvous_options.h"
+#include "robot_record.h"
+#include "run_options.h"
+#include "vir/alignment/joint_solution.h"
+#include "vir/core/settings.h"
+#include "vir/pipeline/rendezvous.h"
+#include "vir/pipeline/results_folder.h"
+
+namespace vir::app {
+
+struct RobotFile {
+  std::string name;
+  int id = 0;
+  std::string rawlog;
+  Settings settings;      ///< the ini, and what `import` left beside the recording
+  std::string companion;  ///< the latter's name; may be empty
+};
+
+/// Everything a rendezvous needs, read and checked before any file is written.
+struct Prepared {
+  RunOptions run;
+  RendezvousRunOptions rendezvous;
+  JointOptions joint;
+  Settings settings;
+  std::vector<RobotFile> robots;
+  std::string used_ini;
+
+  std::unique_ptr<Rendezvous> createSolver(const LogSink& log) const;
+};
+
+/// Loads the plugins. Throws UsageError and SettingsError.
+Prepared prepareRobots(const std::string& ini, const std::vector<std::string>& rawlogs,
+                       const std::vector<std::string>& assignments, const Common& common);
+
+/// Estimates robot `i` into the subfolder of its name.
+RobotRecord runRobot(const Prepared& prepared, std::size_t i, const ResultsFolder& folder,
+                     const LogSink& log, const std::function<void(double)>& progress);
+
+}  // namespace vir::app
