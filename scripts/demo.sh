@@ -3,12 +3,13 @@
 # it, and evaluates it where there is ground truth.
 #   scripts/demo.sh [EUROC_FOLDER]
 # EUROC_FOLDER is a folder in EuRoC's layout (the one with mav0, or mav0 itself; TUM-VI's have the
-# same layout). Without it the sample in rawlog/ is used. Results go to results/demo-<stamp>.
+# same layout). Without it the two-robot sample in rawlog/ is used, with its ranges and without, and
+# both errors are shown. Results go to results/demo-<stamp>.
 # Exit code: 0 done, 1 a step failed, 2 wrong usage.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-usage() { sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+usage() { sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 say() { printf '\n== %s\n' "$*"; }
 
 [ $# -le 1 ] || { usage >&2; exit 2; }
@@ -18,7 +19,7 @@ case "${1:-}" in
 esac
 
 source_folder=""
-rawlog=""
+samples=()
 if [ -n "${1:-}" ]; then
   if [ ! -d "$1" ]; then
     echo "demo: '$1' is not a folder" >&2
@@ -31,11 +32,11 @@ if [ -n "${1:-}" ]; then
   fi
 else
   for file in "$root"/rawlog/*.rawlog; do
-    if [ -f "$file" ]; then rawlog=$file; break; fi
+    if [ -f "$file" ]; then samples+=("$file"); fi
   done
-  if [ -z "$rawlog" ]; then
-    echo "demo: there is no sample in rawlog/ yet: give a folder in EuRoC's layout, e.g." >&2
-    echo "  scripts/demo.sh ~/data/MH_01_easy      (the folder that holds mav0/)" >&2
+  if [ ${#samples[@]} -eq 0 ]; then
+    echo "demo: rawlog/ holds no sample (was the checkout complete?); rawlog/README.md says how it is" >&2
+    echo "  made. Or give a folder in EuRoC's layout: scripts/demo.sh ~/data/MH_01_easy" >&2
     exit 2
   fi
 fi
@@ -58,15 +59,41 @@ vir_slam=$root/build/bin/vir-slam
 
 out=$root/results/demo-$(date +%Y%m%d-%H%M%S)
 mkdir -p "$out"
-reference=""
-if [ -n "$source_folder" ]; then
-  say "Importing $source_folder"
-  rawlog=$out/recording.rawlog
-  "$vir_slam" import euroc "$source_folder" --out "$rawlog"
-  reference=$(ground_truth "$source_folder")
-elif [ -f "${rawlog%.rawlog}.gt.tum" ]; then
-  reference=${rawlog%.rawlog}.gt.tum
+
+# Both errors of the sample, with its ranges and without.
+run_samples() {
+  local rawlog name use table=""
+  for rawlog in "${samples[@]}"; do
+    name=$(basename "$rawlog" .rawlog)
+    for use in true false; do
+      say "$name, ranges: $use"
+      "$vir_slam" run "$root/ini/euroc.ini" --rawlog "$rawlog" --out "$out/$name-ranges-$use" \
+        --set Estimator.use_ranges=$use
+      table+=$(sed -n 's/^ *"ate_posyaw_m": *\([0-9.e+-]*\).*/\1/p' \
+        "$out/$name-ranges-$use/summary.json" | head -n 1)" "
+    done
+  done
+  say "Error of the trajectory (ATE, position and yaw aligned) [m]"
+  printf '%-20s %-12s %s\n' robot "with ranges" "without"
+  # shellcheck disable=SC2086 # one word per number
+  set -- $table
+  for rawlog in "${samples[@]}"; do
+    printf '%-20s %-12.4f %.4f\n' "$(basename "$rawlog" .rawlog)" "$1" "$2"
+    shift 2
+  done
+}
+
+if [ -z "$source_folder" ]; then
+  run_samples
+  say "Results are in $out; look at report.html in each folder"
+  ls "$out"
+  exit 0
 fi
+
+say "Importing $source_folder"
+rawlog=$out/recording.rawlog
+"$vir_slam" import euroc "$source_folder" --out "$rawlog"
+reference=$(ground_truth "$source_folder")
 
 say "Running the estimator on $rawlog"
 "$vir_slam" run "$root/ini/euroc.ini" --rawlog "$rawlog" --out "$out"
@@ -75,7 +102,7 @@ if [ -n "$reference" ]; then
   say "Comparing with $reference"
   images=()
   for file in "$source_folder"/{mav0/,}cam0/data.csv; do
-    if [ -n "$source_folder" ] && [ -f "$file" ]; then images=(--images "$file"); fi
+    if [ -f "$file" ]; then images=(--images "$file"); fi
   done
   "$vir_slam" evaluate --reference "$reference" "$out/trajectory.tum" \
     ${images[@]+"${images[@]}"} --json "$out/evaluation.json" --plot "$out/evaluation.svg"
