@@ -10,8 +10,8 @@ namespace vir::app {
 /// `x` of `x.rawlog` and `x.rawlog.gz`; any other name loses its extension.
 std::string stemOfRawlog(const std::string& rawlog);
 
-/// The ini that `import` or `simulate` left beside a rawlog (`x.rawlog` -> `x.ini`), or empty. A file of that
-/// name which somebody else wrote is none of our business.
+/// The ini that `import` or `simulate` left beside a rawlog (`x.rawlog` -> `x.ini`), or empty. A
+/// file of that name which somebody else wrote is none of our business.
 std::string companionOf(const std::string& rawlog);
 
 /// Where anchors truly are, by id.

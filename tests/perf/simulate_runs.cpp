@@ -33,7 +33,8 @@ const char* const kExamples =
     "and their mean.\n";
 
 void parse(int argc, char** argv, CLI::App* app, Arguments* a) {
-  app->add_option("--trajectory", a->trajectory, "TUM file, or a flight: eight, corridor, route ...")
+  app->add_option("--trajectory", a->trajectory,
+                  "TUM file, or a flight: eight, corridor, route ...")
       ->required();
   app->add_option("--seeds", a->seeds, "one seed, or FIRST..LAST");
   app->add_option("--start", a->start_s, "leave out this much of the file [s]");
