@@ -221,12 +221,22 @@ class Finder {
     }
     answer_.status = geometry.mirrored && answer_.ranges > 1 ? TransformStatus::degenerate
                                                              : TransformStatus::ambiguous;
+    dropRuledOut();
     char text[120] = "one range proves nothing";
     if (proved) {
       std::snprintf(text, sizeof text, "two transforms fit (cost differs by %.1f of %.1f)",
                     answer_.margin, answer_.needed_margin);
     }
     answer_.reason = geometry.reason.empty() ? text : geometry.reason;
+  }
+
+  /// What the evidence rules out is no alternative.
+  void dropRuledOut() {
+    auto& list = answer_.solutions;
+    const double limit = list.front().cost + answer_.needed_margin;
+    list.erase(std::remove_if(list.begin(), list.end(),
+                              [&](const TransformSolution& s) { return s.cost > limit; }),
+               list.end());
   }
 
   alignment::GeometryProblem geometryOf(const TransformSolution& best,

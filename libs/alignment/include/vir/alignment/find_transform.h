@@ -33,7 +33,8 @@ struct TransformSolution {
 struct TransformAnswer {
   TransformStatus status = TransformStatus::degenerate;
   std::string reason;  ///< why it is not unique, and what would help; empty if it is
-  /// Best first. `unique`: one; `ambiguous`: at least two; else for information only.
+  /// Best first. `unique`: one; `ambiguous`: those that are not ruled out, one only where two
+  /// nearly coincide; else for information only.
   std::vector<TransformSolution> solutions;
   int ranges = 0;   ///< that could be used at all
   int ignored = 0;  ///< not finite, not positive, without a sigma
