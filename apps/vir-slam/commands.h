@@ -33,6 +33,7 @@ void loadPlugins(const Common& common);
 /// Throws UsageError with `what` and the name if there is no such file.
 void requireFile(const std::string& path, const std::string& what);
 
+void addBatch(CLI::App& app, Common& common);
 void addCalibrate(CLI::App& app, Common& common);
 void addImport(CLI::App& app, Common& common);
 void addEvaluate(CLI::App& app, Common& common);
