@@ -39,6 +39,7 @@ void addImport(CLI::App& app, Common& common);
 void addEvaluate(CLI::App& app, Common& common);
 void addExport(CLI::App& app, Common& common);
 void addPlugins(CLI::App& app, Common& common);
+void addRecord(CLI::App& app, Common& common);
 void addRendezvous(CLI::App& app, Common& common);
 void addRun(CLI::App& app, Common& common);
 void addSimulate(CLI::App& app, Common& common);
