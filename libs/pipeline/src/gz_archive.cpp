@@ -9,6 +9,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include "mrpt_error.h"
+
 namespace vir {
 namespace {
 
@@ -67,9 +69,9 @@ void GzArchive::writeWhole(const mrpt::serialization::CSerializable& object) {
     *this << object;
     unflushed_ += gztell(file_) - before;
     if (unflushed_ > kFlushBytes) flush();
-  } catch (const std::exception&) {
+  } catch (const std::exception& e) {
     cutBack();
-    throw;
+    throw std::runtime_error(shortReason(e));
   }
 }
 
