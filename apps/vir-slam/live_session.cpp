@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "console.h"
+#include "live_view.h"
 #include "pose_stream.h"
 #include "vir/pipeline/acquisition.h"
 #include "vir/pipeline/line_server.h"
@@ -64,6 +65,7 @@ class LiveSession {
     if (options_.stream_port > 0) {
       server_ = std::make_unique<LineServer>(options_.stream_address, options_.stream_port);
     }
+    openView();
     LiveEstimationHooks hooks;
     hooks.log = log_;
     hooks.on_estimate = [this](const StateEstimate& e, const Estimator& estimator) {
@@ -76,8 +78,18 @@ class LiveSession {
                                                    LiveEstimationOptions{}, std::move(hooks));
   }
 
+  void openView() {
+    if (!options_.view) return;
+    try {
+      view_ = std::make_unique<LiveView>();
+    } catch (const std::exception& e) {
+      log_(LogLevel::warning, std::string("no window: ") + e.what());
+    }
+  }
+
   /// In the thread of the estimation.
   void publish(const StateEstimate& estimate, const Estimator& estimator) {
+    if (view_) view_->setEstimate(estimate, estimator);
     if (!server_) return;
     server_->send(estimateLine(estimate));
     if (!estimate.keyframe) return;
@@ -92,6 +104,7 @@ class LiveSession {
       if (options_.duration_s > 0 && toSeconds(now - started_) >= options_.duration_s) break;
       if (!recorder_->problem().empty()) break;
       tellWhoEnded();
+      if (view_) view_->draw();
       if (now < next_status) continue;
       next_status += kStatusEvery;
       showStatus(now);
@@ -100,6 +113,9 @@ class LiveSession {
 
   void pass(const std::vector<Arrival>& arrivals) {
     if (estimation_) estimation_->add(arrivals);
+    if (view_) {
+      for (const Arrival& a : arrivals) view_->setObservation(a.observation);
+    }
     recorder_->add(arrivals);
   }
 
@@ -166,6 +182,7 @@ class LiveSession {
   Acquisition acquisition_;
   std::optional<ResultsFolder> folder_;
   std::unique_ptr<LineServer> server_;
+  std::unique_ptr<LiveView> view_;
   std::unique_ptr<LiveEstimation> estimation_;
   std::unique_ptr<LiveRecorder> recorder_;
   TimeNs started_ = 0;
