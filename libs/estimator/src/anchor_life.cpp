@@ -25,6 +25,9 @@ constexpr double kStuck = 0.1;
 /// Share of ranges an anchor must have explained before a contradiction means that it was moved;
 /// below, its start was wrong.
 constexpr double kTrusted = 0.7;
+/// Ranges in a row, twice the misfits taken off, that fit an anchor's former position [sigma^2].
+constexpr int kFormerFits = 40;
+constexpr double kFormerChi2 = 9;
 /// Span of the mean taken off residuals before their correlation is estimated [s].
 constexpr double kSlowPartS = 6.0;
 /// A claimed sigma may turn out too large; its square is not cut below this share.
@@ -76,6 +79,7 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const AnchorInitializatio
   a->search_covariance = best.covariance;
   a->next_search = kSearchPeriod;
   settle(a, found.needed_sigma_m < kSettledSigma);
+  a->well_known = a->settled;
   a->found_at = t;
   a->moved = false;
   a->mirror_closed = false;
@@ -143,7 +147,9 @@ bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
     moved = m.valid && (target - state.position()).norm() > kStuck;
     if (moved) moveTo(t, a, target);
   }
-  if (old || (usable && !moved && found.needed_sigma_m < kSettledSigma)) settle(a, true);
+  const bool known = usable && !moved && found.needed_sigma_m < kSettledSigma;
+  if (old || known) settle(a, true);
+  a->well_known = a->well_known || known;
   return moved;
 }
 
@@ -181,21 +187,56 @@ bool RangeLayer::Impl::settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
 bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
   if (!a->gate.suspicious()) return false;
   const bool trusted =
-      a->used > kTrusted * static_cast<double>(a->used + a->rejected) && a->used > 50;
+      a->used > 50 &&
+      (a->well_known || a->used > kTrusted * static_cast<double>(a->used + a->rejected));
   warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges contradict " +
        (trusted ? "its position, it has been moved" : "its first position, which was wrong") +
        "; being found anew");
   // What it measured before it was moved stays true of the anchor it was then.
-  if (!trusted) window->removeAnchor(a->key());
-  ++a->generation;
+  if (trusted) {
+    a->former.reset();
+    a->former = std::make_shared<AnchorTrack>(*a);
+  } else {
+    window->removeAnchor(a->key());
+  }
+  a->former_fits = 0;
+  a->generation = ++a->generations;
   a->phase = AnchorPhase::collecting;
   a->moved = true;
   a->tried_with = 0;
   a->prior.reset();
   a->used = a->rejected = 0;
   a->gate.reset();
-  a->settled = false;
+  a->settled = a->well_known = false;
   ++found_anew;
+  return true;
+}
+
+void RangeLayer::Impl::compareWithFormer(AnchorTrack* a, const AntennaPrediction& antenna,
+                                         const HeldRange& held) {
+  if (!a->former) return;
+  const AnchorState* state = window->anchor(a->former->key());
+  if (state == nullptr) {
+    a->former.reset();
+    return;
+  }
+  const Innovation i = innovation(*a->former, *state, antenna, held);
+  const bool fits = i.residual * i.residual < kFormerChi2 * i.variance;
+  a->former_fits = std::max(0, a->former_fits + (fits ? 1 : -2));
+}
+
+bool RangeLayer::Impl::returnIfFormerFits(TimeNs t, AnchorTrack* a) {
+  if (!a->former || a->former_fits < kFormerFits) return false;
+  if (window->anchor(a->former->key()) == nullptr) return false;
+  if (window->anchor(a->key()) != nullptr) window->removeAnchor(a->key());
+  const std::shared_ptr<const AnchorTrack> former = a->former;
+  const int generations = a->generations;
+  *a = *former;
+  a->generations = generations;
+  a->gate.reset();
+  log(log_sink, LogLevel::info,
+      "anchor " + std::to_string(a->id) + ": its ranges agree with its former position again, " +
+          seconds(t));
   return true;
 }
 
@@ -219,6 +260,7 @@ bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<HeldRange>
   ++s.keyframes;
   bool changed = false;
   for (auto& [id, a] : s.tracks) {
+    changed = s.returnIfFormerFits(t, &a) || changed;
     if (a.phase == AnchorPhase::collecting) {
       changed = s.tryToFind(t, &a, held) || changed;
       continue;

@@ -1,6 +1,7 @@
 #pragma once
 /// Internal: what is known of one anchor besides its state in the window.
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -13,7 +14,8 @@ enum class AnchorPhase { collecting, mirror_open, estimated };
 
 struct AnchorTrack {
   std::uint64_t id = 0;
-  int generation = 0;  ///< counts up when the anchor is found to be elsewhere
+  int generation = 0;   ///< counts up when the anchor is found to be elsewhere
+  int generations = 0;  ///< the highest so far
   AnchorPhase phase = AnchorPhase::collecting;
   bool moved = false;  ///< it has been found elsewhere and has no new position yet
   std::string advice = "too few ranges";
@@ -28,6 +30,11 @@ struct AnchorTrack {
   /// images.
   Eigen::Matrix4d search_covariance = Eigen::Matrix4d::Zero();
   bool settled = false;
+  bool well_known = false;  ///< a fresh search has once found it well determined where it is
+  /// What it was before its ranges contradicted it, and how well they fit that again: the number
+  /// that do, twice the others taken off, not below 0.
+  std::shared_ptr<const AnchorTrack> former;
+  int former_fits = 0;
   int next_search = 0;         ///< keyframes until the next fresh search
   bool mirror_closed = false;  ///< the mirror image has been ruled out for good
   int next_check = 0;          ///< keyframes until the mirror image is looked at again

@@ -114,6 +114,31 @@ void RangeLayer::discard(const std::vector<RangeMeasurement>& ranges, const std:
   for (const RangeMeasurement& r : ranges) impl_->record(r, why);
 }
 
+RangeLayer::Impl::Innovation RangeLayer::Impl::innovation(const AnchorTrack& a,
+                                                          const AnchorState& state,
+                                                          const AntennaPrediction& antenna,
+                                                          const HeldRange& held) const {
+  const RangePrediction r = predictRange(antenna.p_W, state.position(), state.x[3], held.range_m);
+  double variance =
+      held.sigma_m * held.sigma_m + r.direction.dot(antenna.inner_covariance * r.direction);
+  const int c = window->columnOf(a.key());
+  if (c >= 0) {
+    const Vec3 arm = antenna.p_W - window->front().position();
+    Eigen::Matrix<double, 9, 1> h;
+    h << r.direction, r.direction.dot(Vec3(-arm.y(), arm.x(), 0)), 0, -r.direction, 1;
+    const Eigen::MatrixXd& J = window->jointCovariance();
+    Eigen::Matrix<double, 9, 9> P;
+    P << J.topLeftCorner<5, 5>(), J.block<5, 4>(0, c), J.block<4, 5>(c, 0), J.block<4, 4>(c, c);
+    variance += std::max(0.0, h.dot(P * h));
+  }
+  if (!a.settled) {
+    Eigen::Vector4d h;
+    h << -r.direction, 1;
+    variance += h.dot(a.search_covariance * h);
+  }
+  return {-r.value_m, variance};
+}
+
 bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& antenna,
                        HeldRange* held) {
   Impl& s = *impl_;
@@ -126,32 +151,14 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
   held->range_m = s.options.bias_model.corrected(range.range_m);
   held->sigma_m = s.sigmaOf(range);
   held->merged = 1;
+  s.compareWithFormer(&a, antenna, *held);
   const AnchorState* state = s.window->anchor(a.key());
   if (!state) {
     s.record(range, "collected");
     ++a.collected;
     return true;
   }
-  const RangePrediction r =
-      predictRange(antenna.p_W, state->position(), state->x[3], held->range_m);
-  double variance =
-      held->sigma_m * held->sigma_m + r.direction.dot(antenna.inner_covariance * r.direction);
-  const int c = s.window->columnOf(a.key());
-  if (c >= 0) {
-    const Vec3 arm = antenna.p_W - s.window->front().position();
-    Eigen::Matrix<double, 9, 1> h;
-    h << r.direction, r.direction.dot(Vec3(-arm.y(), arm.x(), 0)), 0, -r.direction, 1;
-    const Eigen::MatrixXd& J = s.window->jointCovariance();
-    Eigen::Matrix<double, 9, 9> P;
-    P << J.topLeftCorner<5, 5>(), J.block<5, 4>(0, c), J.block<4, 5>(c, 0), J.block<4, 4>(c, c);
-    variance += std::max(0.0, h.dot(P * h));
-  }
-  if (!a.settled) {
-    Eigen::Vector4d h;
-    h << -r.direction, 1;
-    variance += h.dot(a.search_covariance * h);
-  }
-  const double residual = -r.value_m;  // measured - predicted
+  const auto [residual, variance] = s.innovation(a, *state, antenna, *held);
   const GateDecision decision = a.gate.check(range.t, residual, variance, s.travelled_m);
   RangeDecision d;
   d.t = range.t;

@@ -28,6 +28,16 @@ struct RangeLayer::Impl {
   double sigmaOf(const RangeMeasurement& r) const {
     return r.sigma_m > 0 ? r.sigma_m * options.sigma_scale : options.sigma_m;
   }
+  /// Measured - predicted [m], and its variance, the prediction's included [m^2].
+  struct Innovation {
+    double residual = 0, variance = 0;
+  };
+  Innovation innovation(const AnchorTrack& a, const AnchorState& state,
+                        const AntennaPrediction& antenna, const HeldRange& held) const;
+  /// An anchor that was given up may have been right all the time, behind something: when its
+  /// ranges agree with its former position again, that is taken up again.
+  bool returnIfFormerFits(TimeNs t, AnchorTrack* a);
+  void compareWithFormer(AnchorTrack* a, const AntennaPrediction& antenna, const HeldRange& held);
   AnchorInitialization solve(const AnchorTrack& a, const std::vector<HeldRange>& held) const;
   bool tryToFind(TimeNs t, AnchorTrack* a, const Held& held);
   void adopt(TimeNs t, AnchorTrack* a, const AnchorInitialization& found);
