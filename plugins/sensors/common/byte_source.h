@@ -50,8 +50,8 @@ std::unique_ptr<ChannelOpener> udpOpener(const std::string& address, int port);
 struct ByteSourceOptions {
   /// `/dev/ttyUSB0` (any path), `tcp://host:port`, `udp://:port` or `udp://address:port`.
   std::string port;
-  int baud = 115200;         ///< serial ports only
-  double silence_s = 5;      ///< no bytes for so long is reported; 0 = never
+  int baud = 115200;                             ///< serial ports only
+  double silence_s = 5;                          ///< no bytes for so long is reported; 0 = never
   double first_retry_s = 0.2, last_retry_s = 5;  ///< back-off: doubles from the first to the last
 };
 

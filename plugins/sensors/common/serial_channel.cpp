@@ -36,8 +36,8 @@ class SerialChannel : public ByteChannel {
     const ssize_t n = ::read(fd_.get(), buffer, size);
     if (n > 0) return n;
     if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return 0;
-    *why = n == 0 ? "the device is gone" : std::string("the device is gone (") +
-                                               std::strerror(errno) + ")";
+    *why = n == 0 ? "the device is gone"
+                  : std::string("the device is gone (") + std::strerror(errno) + ")";
     return -1;
   }
   bool write(const std::uint8_t* bytes, std::size_t size) override {

@@ -42,9 +42,7 @@ Address resolve(const std::string& host, int port, int type, int flags) {
   return a;
 }
 
-bool wouldBlock(int error) {
-  return error == EAGAIN || error == EWOULDBLOCK || error == EINTR;
-}
+bool wouldBlock(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
 
 class TcpChannel : public ByteChannel {
  public:

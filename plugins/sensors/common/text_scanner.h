@@ -22,7 +22,8 @@ class TextScanner {
   bool integer(std::int64_t* value);
   /// Hexadecimal digits, at least `least`, at most `most` (<= 15) of them, without 0x.
   bool hex(std::size_t least, std::size_t most, std::int64_t* value);
-  /// A decimal number with a point; `digits` behind it, or any number from 1 to 15 where 0 is given.
+  /// A decimal number with a point; `digits` behind it, or any number from 1 to 15 where 0 is
+  /// given.
   bool fixed(std::size_t digits, double* value);
   /// Any finite number: with or without point and exponent.
   bool number(double* value);

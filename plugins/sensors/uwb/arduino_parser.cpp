@@ -32,7 +32,7 @@ LineRangeParser::Verdict ArduinoParser::parseLine(std::string_view line,
   RangeReading reading;
   if (!readLine(line, &reading)) {
     return line.find("from:") != line.npos || line.find("Range:") != line.npos ? Verdict::corrupt
-                                                                              : Verdict::other;
+                                                                               : Verdict::other;
   }
   give(reading, out);
   return Verdict::message;

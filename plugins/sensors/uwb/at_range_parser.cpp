@@ -80,7 +80,7 @@ LineRangeParser::Verdict AtRangeParser::parseLine(std::string_view line,
   Report report;
   if (!readReport(line, &report)) {
     return line.find("RANGE=") != line.npos || line.find("range:") != line.npos ? Verdict::corrupt
-                                                                               : Verdict::other;
+                                                                                : Verdict::other;
   }
   for (std::size_t i = 0; i < report.range_cm.size(); ++i) {
     const bool measured = ((report.mask >> i) & 1) != 0;

@@ -17,8 +17,7 @@ void AutoParser::startSearch() {
 
 std::string AutoParser::name() const { return chosen_ ? chosen_->name() : "auto"; }
 
-void AutoParser::feed(const std::uint8_t* bytes, std::size_t size,
-                      std::vector<RangeReading>* out) {
+void AutoParser::feed(const std::uint8_t* bytes, std::size_t size, std::vector<RangeReading>* out) {
   // Byte by byte: what is chosen, and when, must not depend on the pieces.
   for (std::size_t i = 0; i < size; ++i) {
     if (chosen_ == nullptr) {

@@ -1,7 +1,7 @@
 #pragma once
 /// `protocol = auto`: tries every protocol that a device sends unasked, and stays with the one that
-/// first yields a valid message. Each is strict enough (whole grammar, or lengths and a sum) that one
-/// message tells. When the chosen one yields nothing valid for long, the search begins anew.
+/// first yields a valid message. Each is strict enough (whole grammar, or lengths and a sum) that
+/// one message tells. When the chosen one yields nothing valid for long, the search begins anew.
 #include "range_parser.h"
 
 namespace vir::uwb {

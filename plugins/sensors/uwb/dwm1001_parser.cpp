@@ -12,8 +12,8 @@ constexpr std::size_t kDecimals = 2;
 
 bool position(TextScanner* s) {
   double v = 0;
-  return s->fixed(kDecimals, &v) && s->literal(',') && s->fixed(kDecimals, &v) &&
-         s->literal(',') && s->fixed(kDecimals, &v);
+  return s->fixed(kDecimals, &v) && s->literal(',') && s->fixed(kDecimals, &v) && s->literal(',') &&
+         s->fixed(kDecimals, &v);
 }
 
 bool positionAndQuality(TextScanner* s) {

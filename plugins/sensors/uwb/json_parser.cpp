@@ -56,9 +56,8 @@ LineRangeParser::Verdict JsonParser::parseLine(std::string_view line,
   RangeReading reading;
   std::int64_t own = 0, microseconds = 0;
   std::optional<double> range_m, los;
-  if (!wholeNumber(object, "ouid", &reading.responder) ||
-      !firstNumber(object, "raz", &range_m) || !firstNumber(object, "los", &los) ||
-      !firstNumber(object, "rssi", &reading.rssi_dbm)) {
+  if (!wholeNumber(object, "ouid", &reading.responder) || !firstNumber(object, "raz", &range_m) ||
+      !firstNumber(object, "los", &los) || !firstNumber(object, "rssi", &reading.rssi_dbm)) {
     return Verdict::corrupt;
   }
   if (object.contains("uid")) {

@@ -14,9 +14,8 @@
 namespace vir::uwb {
 
 const std::vector<std::string>& protocolNames() {
-  static const std::vector<std::string> names = {"dwm1001", "dwm1001_tlv", "trek1000",
-                                                 "at_range", "qm33", "nlink", "dw1000_arduino",
-                                                 "json"};
+  static const std::vector<std::string> names = {
+      "dwm1001", "dwm1001_tlv", "trek1000", "at_range", "qm33", "nlink", "dw1000_arduino", "json"};
   return names;
 }
 

@@ -108,7 +108,8 @@ void NlinkParser::parseTagFrame(const std::uint8_t* bytes, std::vector<RangeRead
   }
 }
 
-void NlinkParser::parseFrame(const std::uint8_t* bytes, std::size_t, std::vector<RangeReading>* out) {
+void NlinkParser::parseFrame(const std::uint8_t* bytes, std::size_t,
+                             std::vector<RangeReading>* out) {
   ++counters_.messages;
   if (bytes[1] == kTagFrame0) return parseTagFrame(bytes, out);
   const Layout& l = *layoutOf(bytes[1]);

@@ -15,26 +15,26 @@
 namespace vir::uwb {
 
 struct RangeReading {
-  std::int64_t responder = 0;            ///< the other end's id, as the device numbers it
-  std::optional<std::int64_t> own;       ///< id of the tag that measured, where it is told
-  double range_m = 0;                    ///< as measured: no bias is taken off
-  std::optional<double> rssi_dbm;        ///< received power
-  std::optional<double> fp_rssi_dbm;     ///< power of the first path
-  std::optional<bool> line_of_sight;     ///< a hint at best
-  std::optional<TimeNs> device_time;     ///< on the device's clock, see clockWrap()
+  std::int64_t responder = 0;         ///< the other end's id, as the device numbers it
+  std::optional<std::int64_t> own;    ///< id of the tag that measured, where it is told
+  double range_m = 0;                 ///< as measured: no bias is taken off
+  std::optional<double> rssi_dbm;     ///< received power
+  std::optional<double> fp_rssi_dbm;  ///< power of the first path
+  std::optional<bool> line_of_sight;  ///< a hint at best
+  std::optional<TimeNs> device_time;  ///< on the device's clock, see clockWrap()
 };
 
 /// What became of the input. Every range of a valid message is counted once: in ranges, failed or
 /// implausible.
 struct ParserCounters {
-  long messages = 0;     ///< valid lines or frames, with ranges or without
-  long ranges = 0;       ///< handed out
-  long failed = 0;       ///< the device says that it did not get the range (or it is 0)
-  long implausible = 0;  ///< outside the limits
-  long corrupt = 0;      ///< lines or frames that are not as they must be
-  long fragments = 0;    ///< a first line without its beginning
-  long ignored = 0;      ///< valid, but not about ranges of this device (positions, other nodes)
-  long other_text = 0;   ///< lines of no known kind (prompts, banners)
+  long messages = 0;       ///< valid lines or frames, with ranges or without
+  long ranges = 0;         ///< handed out
+  long failed = 0;         ///< the device says that it did not get the range (or it is 0)
+  long implausible = 0;    ///< outside the limits
+  long corrupt = 0;        ///< lines or frames that are not as they must be
+  long fragments = 0;      ///< a first line without its beginning
+  long ignored = 0;        ///< valid, but not about ranges of this device (positions, other nodes)
+  long other_text = 0;     ///< lines of no known kind (prompts, banners)
   long device_errors = 0;  ///< the device reports an error instead of an answer
   std::uint64_t skipped_bytes = 0;  ///< between binary frames
 
@@ -79,8 +79,7 @@ class RangeParser {
 class LineRangeParser : public RangeParser {
  public:
   static constexpr std::size_t kLongestLine = 1024;
-  explicit LineRangeParser(const RangeLimits& limits)
-      : RangeParser(limits), lines_(kLongestLine) {}
+  explicit LineRangeParser(const RangeLimits& limits) : RangeParser(limits), lines_(kLongestLine) {}
   void feed(const std::uint8_t* bytes, std::size_t size, std::vector<RangeReading>* out) override;
   void reset() override { lines_.reset(); }
   std::size_t buffered() const override { return lines_.buffered(); }

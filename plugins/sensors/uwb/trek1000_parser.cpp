@@ -17,7 +17,9 @@ struct Report {
 };
 
 /// 32 bits as they are printed with %08x: a negative number has its highest bit set.
-std::int64_t signed32(std::int64_t v) { return v >= (std::int64_t{1} << 31) ? v - (std::int64_t{1} << 32) : v; }
+std::int64_t signed32(std::int64_t v) {
+  return v >= (std::int64_t{1} << 31) ? v - (std::int64_t{1} << 32) : v;
+}
 
 bool readRanges(TextScanner* s, Report* r) {
   std::int64_t v = 0;

@@ -20,8 +20,8 @@ IMPLEMENTS_GENERIC_SENSOR(UwbSerial, vir)
 namespace {
 
 constexpr int kWaitMs = 20;
-constexpr int kMostReads = 16;     // per doProcess()
-constexpr double kMuteS = 5;       // bytes without a message for so long are worth a word
+constexpr int kMostReads = 16;  // per doProcess()
+constexpr double kMuteS = 5;    // bytes without a message for so long are worth a word
 constexpr std::uint64_t kMuteBytes = 500;
 constexpr const char* kPeerLabel = "PEER";
 
@@ -193,8 +193,8 @@ std::optional<std::string> UwbSerial::labelOf(std::int64_t id) {
 }
 
 TimeNs UwbSerial::stampOf(const uwb::RangeReading& reading, TimeNs arrival) {
-  const bool device = options_.stamp == "device" ||
-                      (options_.stamp == "auto" && parser_->clockTrusted());
+  const bool device =
+      options_.stamp == "device" || (options_.stamp == "auto" && parser_->clockTrusted());
   TimeNs t = arrival;
   if (device && reading.device_time) {
     if (!clock_) {
@@ -231,8 +231,8 @@ void UwbSerial::emit(const uwb::RangeReading& reading, TimeNs arrival) {
   mrpt::obs::CObservationBeaconRanges::TMeasurement m;
   m.sensedDistance = static_cast<float>(reading.range_m);
   m.beaconID = static_cast<std::int32_t>(reading.responder);
-  m.sensorLocationOnRobot = mrpt::poses::CPoint3D(options_.antenna_m[0], options_.antenna_m[1],
-                                                  options_.antenna_m[2]);
+  m.sensorLocationOnRobot =
+      mrpt::poses::CPoint3D(options_.antenna_m[0], options_.antenna_m[1], options_.antenna_m[2]);
   obs->sensedData.push_back(m);
   ++given_[*label == kPeerLabel ? "peer_ranges" : "ranges"];
   appendObservation(obs);

@@ -51,7 +51,8 @@ TEST_P(Noise, RandomTextGivesNoRange) {
   std::vector<RangeReading> readings;
   for (std::size_t fed = 0; fed < kBytes;) {
     Bytes piece(static_cast<std::size_t>(1 + below(300)), 0);
-    for (char& c : piece) c = alphabet[static_cast<std::size_t>(below(static_cast<int>(alphabet.size())))];
+    for (char& c : piece)
+      c = alphabet[static_cast<std::size_t>(below(static_cast<int>(alphabet.size())))];
     feed(parser.get(), piece, &readings);
     ASSERT_LE(parser->buffered(), mostHeld(GetParam()));
     fed += piece.size();
@@ -70,8 +71,8 @@ TEST_P(Noise, NoEndOfLineNoGrowth) {
 }
 
 /// Good messages, each with a byte changed, lost or doubled now and then. Where there is no
-/// checksum a changed digit passes, so the test is that ids and sizes stay within what was sent, and
-/// that what was not touched comes through.
+/// checksum a changed digit passes, so the test is that ids and sizes stay within what was sent,
+/// and that what was not touched comes through.
 TEST_P(Noise, DamagedStreams) {
   if (GetParam() == "auto") return;
   Bytes good;

@@ -91,25 +91,25 @@ INSTANTIATE_TEST_SUITE_P(Uwb, EachProtocol, ::testing::ValuesIn(goodStreams()),
                          [](const auto& i) { return i.param.protocol; });
 
 TEST(Dwm1001, MixedUpLineIsRefused) {
-  const Parsed p = parse("dwm1001",
-                         "\r\nx\r\n"
-                         "DIST,4,AN0,022E,7.94,8.03,0.00,3.44,AN1,1234,0.00,8.00,0.00,2.12,AN2,"
-                         "0F0F,1.00,1.00,1.00,1.00,AN3,15BA,0.00,0,AN3,15BA,0.00,0.00,0.00,0.00\r\n");
+  const Parsed p =
+      parse("dwm1001",
+            "\r\nx\r\n"
+            "DIST,4,AN0,022E,7.94,8.03,0.00,3.44,AN1,1234,0.00,8.00,0.00,2.12,AN2,"
+            "0F0F,1.00,1.00,1.00,1.00,AN3,15BA,0.00,0,AN3,15BA,0.00,0.00,0.00,0.00\r\n");
   EXPECT_TRUE(p.readings.empty());
   EXPECT_EQ(p.counters.corrupt, 1);
 }
 
 TEST(Dwm1001, DamagedLinesAreRefused) {
-  for (const char* line : {
-           "DIST,2,AN0,022E,7.94,8.03,0.00,3.44\r\n",              // one anchor missing
-           "DIST,1,AN0,022E,7.94,8.03,0.00,3.4\r\n",               // a digit lost
-           "DIST,1,AN0,022E,7.94,8.03,0.00,-3.44\r\n",             // negative
-           "DIST,1,AN0,22E,7.94,8.03,0.00,3.44\r\n",               // id too short
-           "DIST,1,AN0,022E,7.94,8.03,0.00,3.44,POS,1.00,2.00,3.00,101\r\n",
-           "DIST,1,AN0,022E,7.94,8.03,0.00,3.44 trailing\r\n",
-           "DIST,2,AN0,022E,7.94,8.03,0.00,3.44,AN1,022E,0.00,0.00,0.00,3.00\r\n",  // id twice
-           "DIST,1,AN0,022E,nan,8.03,0.00,3.44\r\n",
-           "022E[7.94,8.03,0.00]=3.38 15BA[0.00,8.0\r\n"}) {
+  for (const char* line :
+       {"DIST,2,AN0,022E,7.94,8.03,0.00,3.44\r\n",   // one anchor missing
+        "DIST,1,AN0,022E,7.94,8.03,0.00,3.4\r\n",    // a digit lost
+        "DIST,1,AN0,022E,7.94,8.03,0.00,-3.44\r\n",  // negative
+        "DIST,1,AN0,22E,7.94,8.03,0.00,3.44\r\n",    // id too short
+        "DIST,1,AN0,022E,7.94,8.03,0.00,3.44,POS,1.00,2.00,3.00,101\r\n",
+        "DIST,1,AN0,022E,7.94,8.03,0.00,3.44 trailing\r\n",
+        "DIST,2,AN0,022E,7.94,8.03,0.00,3.44,AN1,022E,0.00,0.00,0.00,3.00\r\n",  // id twice
+        "DIST,1,AN0,022E,nan,8.03,0.00,3.44\r\n", "022E[7.94,8.03,0.00]=3.38 15BA[0.00,8.0\r\n"}) {
     const Parsed p = parse("dwm1001", std::string("x\r\n") + line);
     EXPECT_TRUE(p.readings.empty()) << line;
     EXPECT_EQ(p.counters.corrupt, 1) << line;
@@ -162,9 +162,10 @@ TEST(Trek1000, DamagedLinesAreRefused) {
 }
 
 TEST(AtRange, AnchorsAndFailures) {
-  const Parsed p = parse("at_range",
-                         "AT+RANGE=tid:2,mask:07,seq:1,range:(92,0,150,7),rssi:(-79.31,0.0,-80.5,0),"
-                         "kx:1.2,ky:-0.4,ancid:(3,1,-1,0)\r\n");
+  const Parsed p =
+      parse("at_range",
+            "AT+RANGE=tid:2,mask:07,seq:1,range:(92,0,150,7),rssi:(-79.31,0.0,-80.5,0),"
+            "kx:1.2,ky:-0.4,ancid:(3,1,-1,0)\r\n");
   EXPECT_EQ(shown(p.readings), "3=0.920 ");
   EXPECT_EQ(p.counters.failed, 3);  // zero, no anchor, not in the mask
   EXPECT_EQ(p.readings[0].own, 2);
@@ -192,8 +193,8 @@ TEST(Qm33, BlocksMustBeComplete) {
   for (const std::string& block :
        {head + "2 " + good + "}\n", head + "1 " + good + ";" + good + "}\n",
         head + "1 [mac_address=0x0001, status=\"SUCCESS\"]}\n",
-        head + "1 [mac_address=0x0001, distance[cm]=245]}\n",
-        head + "1 " + good + "} more\n", head + "1 [mac_address=0x0001, status=\"SUCC}\n"}) {
+        head + "1 [mac_address=0x0001, distance[cm]=245]}\n", head + "1 " + good + "} more\n",
+        head + "1 [mac_address=0x0001, status=\"SUCC}\n"}) {
     const Parsed p = parse("qm33", "x\n" + block);
     EXPECT_TRUE(p.readings.empty()) << block;
     EXPECT_EQ(p.counters.corrupt, 1) << block;
@@ -266,12 +267,11 @@ TEST(Arduino, DamagedLinesAreRefused) {
 }
 
 TEST(Json, DamagedLinesAreRefused) {
-  for (const char* line : {"{\"uid\":1,\"ouid\":2,\"raz\":[1.5]\n", "{\"uid\":1,\"ouid\":-2,\"raz\":[1.5]}\n",
-                           "{\"uid\":1,\"ouid\":2,\"raz\":[1.5],\"raz\":[2.5]}\n",
-                           "{\"uid\":1,\"ouid\":\"2\",\"raz\":[1.5]}\n",
-                           "{\"uid\":1,\"ouid\":2,\"raz\":1.5}\n",
-                           "\"ouid\":2,\"raz\":[1.5]}\n",
-                           "{\"ouid\":2,\"raz\":[1.5],\"utime\":1.5}\n"}) {
+  for (const char* line :
+       {"{\"uid\":1,\"ouid\":2,\"raz\":[1.5]\n", "{\"uid\":1,\"ouid\":-2,\"raz\":[1.5]}\n",
+        "{\"uid\":1,\"ouid\":2,\"raz\":[1.5],\"raz\":[2.5]}\n",
+        "{\"uid\":1,\"ouid\":\"2\",\"raz\":[1.5]}\n", "{\"uid\":1,\"ouid\":2,\"raz\":1.5}\n",
+        "\"ouid\":2,\"raz\":[1.5]}\n", "{\"ouid\":2,\"raz\":[1.5],\"utime\":1.5}\n"}) {
     const Parsed p = parse("json", std::string("x\n") + line);
     EXPECT_TRUE(p.readings.empty()) << line;
     EXPECT_EQ(p.counters.corrupt, 1) << line;
@@ -294,7 +294,8 @@ TEST(Auto, ChangesItsMindWhenAnotherDeviceComes) {
 TEST(Limits, AreSettings) {
   const RangeLimits limits{1.5, 2.0};
   EXPECT_EQ(shown(parse("qm33", goodStreams()[4].bytes, 0, limits).readings), "");
-  const Parsed p = parse("nlink", nodeFrame3({{1, 1499}, {2, 1500}, {3, 2000}, {4, 2001}}), 0, limits);
+  const Parsed p =
+      parse("nlink", nodeFrame3({{1, 1499}, {2, 1500}, {3, 2000}, {4, 2001}}), 0, limits);
   EXPECT_EQ(shown(p.readings), "2=1.500 3=2.000 ");
   EXPECT_EQ(p.counters.implausible, 2);
 }
