@@ -213,6 +213,9 @@ int main(int argc, char** argv) {
       throw std::runtime_error(a.summary + ": cannot be written");
     }
     if (!heard) throw std::runtime_error("no program opened the ports in time");
+  } catch (const std::invalid_argument& e) {
+    std::fprintf(stderr, "vir-device-emulator: %s\n", e.what());
+    return 2;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "vir-device-emulator: %s\n", e.what());
     return 1;

@@ -1,7 +1,7 @@
 #pragma once
 /// A line per reading, e.g. from an Arduino:
 ///   IMU,<device_us>,<ax>,<ay>,<az>,<gx>,<gy>,<gz>*<checksum>
-///   IMU,1234567,0.012,-0.034,9.806,0.001,0.002,-0.003*30
+///   IMU,1234567,0.012,-0.034,9.806,0.001,0.002,-0.003*4E
 /// device_us: the device's clock in microseconds, counting from 0 again after 2^32 (as micros()
 /// does); specific force in m/s^2, rates in rad/s, with or without exponent; checksum: exclusive or
 /// of all characters before the *, two hexadecimal digits.
