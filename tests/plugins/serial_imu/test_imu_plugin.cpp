@@ -8,7 +8,6 @@
 
 #include "byte_fd.h"
 #include "messages.h"
-#include "vir/core/settings.h"
 #include "vir/pipeline/mrpt_time.h"
 #include "vir/pipeline/plugin_loader.h"
 #include "vir/pipeline/sensor_registry.h"
@@ -114,8 +113,8 @@ TEST_F(ImuPlugin, MavlinkOverUdp) {
 }
 
 TEST_F(ImuPlugin, MissingDeviceAndBadSettingsAreErrors) {
-  EXPECT_THROW(sensor(pty.path(), "axes = x y -z"), SettingsError);
-  EXPECT_THROW(sensor(pty.path(), "protocol = morse"), SettingsError);
+  EXPECT_THROW(sensor(pty.path(), "axes = x y -z"), std::exception);
+  EXPECT_THROW(sensor(pty.path(), "protocol = morse"), std::exception);
   const auto s = sensor((folder / "nothing").string(), "");
   EXPECT_THROW(s->initialize(), std::exception);
 }
