@@ -8,7 +8,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::int64_t kMaxMicroseconds = std::int64_t{1} << 53;
+constexpr std::int64_t kMaxMicroseconds = std::int64_t{1} << 52;
 
 /// Parses an object; false if it is none or holds a key twice.
 bool parseObject(std::string_view line, json* object) {

@@ -1,5 +1,7 @@
 #include "trek1000_parser.h"
 
+#include <algorithm>
+
 #include "text_scanner.h"
 
 namespace vir::uwb {

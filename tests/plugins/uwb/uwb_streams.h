@@ -1,5 +1,6 @@
 #pragma once
 /// What devices send, for tests of the parsers.
+#include <cstdio>
 #include <cstring>
 #include <string>
 #include <string_view>
