@@ -33,11 +33,13 @@ void loadPlugins(const Common& common);
 /// Throws UsageError with `what` and the name if there is no such file.
 void requireFile(const std::string& path, const std::string& what);
 
+void addBatch(CLI::App& app, Common& common);
 void addCalibrate(CLI::App& app, Common& common);
 void addImport(CLI::App& app, Common& common);
 void addEvaluate(CLI::App& app, Common& common);
 void addExport(CLI::App& app, Common& common);
 void addPlugins(CLI::App& app, Common& common);
+void addRecord(CLI::App& app, Common& common);
 void addRendezvous(CLI::App& app, Common& common);
 void addRun(CLI::App& app, Common& common);
 void addSimulate(CLI::App& app, Common& common);

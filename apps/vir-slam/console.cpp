@@ -65,6 +65,7 @@ std::string fixed(double v, int decimals) {
 void catchInterrupt() {
   interrupt_seen = 0;
   std::signal(SIGINT, onInterrupt);
+  std::signal(SIGTERM, onInterrupt);
 }
 
 bool interrupted() { return interrupt_seen != 0; }

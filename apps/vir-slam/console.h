@@ -30,7 +30,7 @@ void printTable(const std::vector<TableRow>& rows);
 /// `v` with `decimals` digits behind the point.
 std::string fixed(double v, int decimals);
 
-/// From now on Ctrl-C only sets what interrupted() tells; a second one ends the program.
+/// From now on Ctrl-C or SIGTERM only sets what interrupted() tells; a second one ends the program.
 void catchInterrupt();
 bool interrupted();
 

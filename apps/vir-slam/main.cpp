@@ -20,7 +20,8 @@ Visual-inertial(-ranging) SLAM on MRPT rawlogs.)";
 
 /// One line per subcommand.
 constexpr void (*kCommands[])(CLI::App&, Common&) = {
-    addRun, addRendezvous, addImport, addSimulate, addEvaluate, addCalibrate, addExport, addPlugins,
+    addRun,       addRendezvous, addImport, addSimulate, addEvaluate,
+    addCalibrate, addBatch,      addRecord, addExport,   addPlugins,
 };
 
 int fail(int code, const std::string& text) {

@@ -8,15 +8,6 @@
 namespace vir::tool {
 namespace {
 
-/// Yaw that is nearest to a rotation; well defined whatever axis of the body points up.
-double nearestYaw(const Mat3& R) { return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1)); }
-
-/// T_R_E, position and yaw only, that lays an estimated pose onto the true one.
-Pose gauge(const Pose& truth, const Pose& estimate) {
-  const Mat3 R = rotZ(nearestYaw(truth.R() * estimate.R().transpose()));
-  return {Quat(R), truth.p - R * estimate.p};
-}
-
 /// Lines of the estimator, with the seed before them, to the file that is asked for.
 LogSink sinkOf(const RunSettings& s, int seed) {
   if (!s.log) return {};
@@ -161,7 +152,7 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
   out.init_s = toSeconds(out.estimate.front().t - feeder.frames().front().t);
   out.evaluation = evaluate(out.truth, out.estimate, {});
   const NavState first = feeder.estimator().keyframes().front();
-  const Pose T_R_E = gauge(motion->poseAt(first.t), first.T_W_B);
+  const Pose T_R_E = gaugeAt(motion->poseAt(first.t), first.T_W_B);
   double nees = 0;
   long count = 0;
   for (const FrameEstimate& f : feeder.frames()) {

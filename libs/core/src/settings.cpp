@@ -149,6 +149,11 @@ void Settings::set(const std::string& assignment) {
   settings_.push_back({section, key, value, origin});
 }
 
+void Settings::eraseKey(const std::string& key) {
+  const auto named = [&key](const Setting& s) { return same(s.key, key); };
+  settings_.erase(std::remove_if(settings_.begin(), settings_.end(), named), settings_.end());
+}
+
 std::size_t Settings::mergeDefaults(const Settings& other) {
   std::size_t taken = 0;
   for (const auto& [section, origin] : other.sections_) {

@@ -102,6 +102,7 @@ struct VisualInertialEstimator::Impl {
   int segment = 0;
   int resets = 0;
   TimeNs hole_start = 0, hole_end = 0;   // the last long interval without readings
+  std::vector<Eigen::Vector2f> pixels;  // of the features of the last image
   bool in_gap = false, in_dark = false;  // warn once per stretch
   long stepped_back = 0;
   bool any_image = false;

@@ -102,6 +102,8 @@ TrackedFrame VisualInertialEstimator::Impl::track(TimeNs t, const WaitingImage& 
   }
   in_dark = !frame.usable;
   out->tracks = static_cast<int>(frame.features.size());
+  pixels.clear();
+  for (const FeatureObservation& f : frame.features) pixels.emplace_back(f.px.cast<float>());
   out->ms_pyramid = frame.ms_pyramid;
   out->ms_flow = frame.ms_flow;
   out->ms_detect = frame.ms_detect;
@@ -222,6 +224,10 @@ void VisualInertialEstimator::setCamera(const CameraCalibration& calibration, co
   impl_->setCamera(calibration, T_B_C);
 }
 bool VisualInertialEstimator::hasCamera() const { return impl_->tracker != nullptr; }
+
+const std::vector<Eigen::Vector2f>& VisualInertialEstimator::trackedPixels() const {
+  return impl_->pixels;
+}
 
 std::vector<FrameEstimate> VisualInertialEstimator::take() {
   return std::exchange(impl_->results, {});

@@ -41,6 +41,11 @@ Eigen::Matrix<double, 6, 1> poseError(const Pose& T_W_B_reference, const Pose& T
   return e;
 }
 
+Pose gaugeAt(const Pose& T_R_B, const Pose& T_E_B) {
+  const Mat3 R = rotZ(nearestYaw(T_R_B.R() * T_E_B.R().transpose()));
+  return {Quat(R), T_R_B.p - R * T_E_B.p};
+}
+
 double chiSquareQuantile(int dof, double p) {
   if (dof < 1 || !(p > 0 && p < 1)) {
     throw std::invalid_argument("chiSquareQuantile: needs dof >= 1 and 0 < p < 1");

@@ -7,6 +7,8 @@ namespace vir {
 
 double yawOf(const Mat3& R_W_B) { return std::atan2(R_W_B(1, 0), R_W_B(0, 0)); }
 
+double nearestYaw(const Mat3& R) { return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1)); }
+
 Mat3 rotZ(double yaw) {
   Mat3 R;
   R << std::cos(yaw), -std::sin(yaw), 0, std::sin(yaw), std::cos(yaw), 0, 0, 0, 1;

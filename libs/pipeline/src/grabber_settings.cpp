@@ -1,5 +1,6 @@
 #include "vir/pipeline/grabber_settings.h"
 
+#include "sensor_section.h"
 #include "vir/core/settings.h"
 
 namespace vir {
@@ -30,6 +31,10 @@ void readGrabberSection(const mrpt::config::CConfigFileBase& config, const std::
                           "grab_decimation", "rawlog-grabber-ignore"}) {
     std::string read_by_mrpt;
     reader.value(key, read_by_mrpt, "");
+  }
+  for (const std::string& key : acquisitionKeys()) {
+    std::string read_by_acquisition;
+    if (settings.find(section, key) != nullptr) reader.value(key.c_str(), read_by_acquisition, "");
   }
   reader.finish();
 }

@@ -1,15 +1,23 @@
 #include "gz_archive.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <memory>
 #include <stdexcept>
 
+#include "mrpt_error.h"
+
 namespace vir {
 namespace {
 
 constexpr unsigned kBufferBytes = 256 * 1024;
+// A recording is handed over by whole objects: the buffer must not run full in between.
+constexpr unsigned kRecordingBufferBytes = 16u << 20;
+constexpr std::int64_t kFlushBytes = 4 << 20;
 
 std::string reasonOf(gzFile file) {
   int code = Z_OK;
@@ -40,8 +48,54 @@ std::unique_ptr<GzArchive> GzArchive::forWriting(const std::string& path, int le
   return std::unique_ptr<GzArchive>(new GzArchive(openOrThrow(path, mode.c_str(), "write"), path));
 }
 
+std::unique_ptr<GzArchive> GzArchive::forRecording(const std::string& path, int level) {
+  const int handle = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (handle < 0) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
+  const std::string mode = level <= 0 ? "wbT" : "wb" + std::to_string(std::min(level, 9));
+  gzFile file = gzdopen(dup(handle), mode.c_str());
+  if (file == nullptr) {
+    ::close(handle);
+    throw std::runtime_error("cannot write " + path + ": out of memory");
+  }
+  gzbuffer(file, kRecordingBufferBytes);
+  std::unique_ptr<GzArchive> archive(new GzArchive(file, path));
+  archive->handle_ = handle;
+  return archive;
+}
+
+void GzArchive::writeWhole(const mrpt::serialization::CSerializable& object) {
+  try {
+    const auto before = gztell(file_);
+    *this << object;
+    unflushed_ += gztell(file_) - before;
+    if (unflushed_ > kFlushBytes) flush();
+  } catch (const std::exception& e) {
+    cutBack();
+    throw std::runtime_error(shortReason(e));
+  }
+}
+
+void GzArchive::flush() {
+  // Finished, so that a reader needs nothing of what follows: the next write begins a new member.
+  if (gzflush(file_, Z_FINISH) != Z_OK) {
+    const std::string reason = reasonOf(file_);
+    cutBack();
+    throw std::runtime_error("cannot write " + path_ + ": " + reason);
+  }
+  sound_ = lseek(handle_, 0, SEEK_END);
+  unflushed_ = 0;
+}
+
+void GzArchive::cutBack() {
+  if (handle_ < 0 || file_ == nullptr) return;
+  gzclose(file_);  // tries to write what is left, in vain or not
+  file_ = nullptr;
+  if (ftruncate(handle_, sound_) != 0) sound_ = -1;
+}
+
 GzArchive::~GzArchive() {
   if (file_ != nullptr) gzclose(file_);
+  if (handle_ >= 0) ::close(handle_);
 }
 
 void GzArchive::close() {
@@ -50,6 +104,7 @@ void GzArchive::close() {
   const int code = gzclose(file_);
   file_ = nullptr;
   if (code == Z_OK) return;
+  if (handle_ >= 0 && ftruncate(handle_, sound_) != 0) sound_ = -1;
   throw std::runtime_error("cannot finish writing " + path_ + ": " +
                            (code == Z_ERRNO ? std::strerror(errno) : zError(code)));
 }
@@ -65,6 +120,7 @@ std::string GzArchive::streamError() const {
 std::int64_t GzArchive::compressedPosition() const { return gzoffset(file_); }
 
 std::size_t GzArchive::write(const void* buf, std::size_t len) {
+  if (file_ == nullptr) throw std::runtime_error(path_ + " is closed");
   const char* data = static_cast<const char*>(buf);
   std::size_t done = 0;
   while (done < len) {

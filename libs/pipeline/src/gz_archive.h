@@ -15,7 +15,19 @@ class GzArchive : public mrpt::serialization::CArchive {
   static std::unique_ptr<GzArchive> forReading(const std::string& path);
   /// Creates the file. `level` 0..9.
   static std::unique_ptr<GzArchive> forWriting(const std::string& path, int level);
+  /// Creates a file that must not exist yet and is sound at any moment: see writeWhole(). `level` 0
+  /// stores plain objects without gzip's frame.
+  static std::unique_ptr<GzArchive> forRecording(const std::string& path, int level);
   ~GzArchive() override;
+
+  /// An object in one piece: if it cannot be written, the file is cut back to the object before and
+  /// std::runtime_error thrown.
+  void writeWhole(const mrpt::serialization::CSerializable& object);
+  /// Hands what was written to the operating system; throws std::runtime_error if it does not take
+  /// it (disk full), the file then being cut back to what was flushed before.
+  void flush();
+  /// Bytes handed over so far, compressed.
+  std::int64_t bytesWritten() const { return compressedPosition(); }
 
   /// Flushes and closes; throws std::runtime_error if that loses data.
   void close();
@@ -29,9 +41,13 @@ class GzArchive : public mrpt::serialization::CArchive {
   std::size_t read(void* buf, std::size_t len) override;
 
  private:
+  void cutBack();
   GzArchive(gzFile file, std::string path) : file_(file), path_(std::move(path)) {}
   gzFile file_ = nullptr;
   std::string path_;
+  int handle_ = -1;         // of a recording, to cut it back
+  std::int64_t sound_ = 0;  // length of the file up to the last flush
+  std::int64_t unflushed_ = 0;
 };
 
 }  // namespace vir

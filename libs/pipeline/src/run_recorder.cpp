@@ -7,6 +7,7 @@
 #include "range_recorder.h"
 #include "report_html.h"
 #include "run_figures.h"
+#include "vir/evaluation/nees.h"
 
 namespace vir {
 namespace {
@@ -56,9 +57,24 @@ std::string covarianceLine(const StateEstimate& e) {
 std::optional<EvaluationResult> compare(const Trajectory& truth, const Trajectory& estimate) {
   if (truth.size() < 3 || estimate.size() < 3) return std::nullopt;
   try {
-    return evaluate(truth, estimate, EvaluationOptions{});
+    EvaluationOptions options;
+    options.distances_m = {10};
+    options.rpe_time_s = 1;
+    return evaluate(truth, estimate, options);
   } catch (const EvaluationError&) {
     return std::nullopt;  // no overlap in time: the summary then has no ATE
+  }
+}
+
+/// Of compare().
+void relativeErrors(const EvaluationResult& result, RunSummary* summary) {
+  if (result.rpe_time.translation_m.count > 0) {
+    summary->rpe_1s_m = result.rpe_time.translation_m.rmse;
+    summary->rpe_1s_deg = result.rpe_time.rotation_deg.rmse;
+  }
+  if (!result.rpe_distance.empty() && result.rpe_distance.front().translation_m.count > 0) {
+    summary->rpe_10m_m = result.rpe_distance.front().translation_m.rmse;
+    summary->rpe_10m_deg = result.rpe_distance.front().rotation_deg.rmse;
   }
 }
 
@@ -107,6 +123,7 @@ void RunRecorder::writePose(const StateEstimate& estimate) {
   trajectory_.push_back(pose);
   const double variance = clean(estimate.covariance.topLeftCorner<3, 3>().trace());
   position_sigma_m_.push_back(std::sqrt(std::max(0.0, variance)));
+  position_covariance_.emplace_back(estimate.covariance.topLeftCorner<3, 3>());
 }
 
 void RunRecorder::addGroundTruth(TimeNs t, const Pose& T_W_B) {
@@ -145,6 +162,8 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
   if (evaluation_) {
     summary->ate_posyaw_m = evaluation_->ate_position_m.rmse;
     summary->ate_posyaw_deg = evaluation_->ate_orientation_deg.rmse;
+    relativeErrors(*evaluation_, summary);
+    summary->nees_position = positionNees();
     for (AnchorResult& a : summary->anchors) {
       const auto truth = true_anchors_.find(a.estimate.id);
       if (truth == true_anchors_.end() || !a.estimate.has_position) continue;
@@ -157,6 +176,26 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
   if (const auto smoothed = compare(truth_, smoothed_)) {
     summary->ate_smoothed_posyaw_m = smoothed->ate_position_m.rmse;
   }
+}
+
+std::optional<double> RunRecorder::positionNees() const {
+  // The estimator's world has no error where it starts: at the first keyframe.
+  const Trajectory start{smoothed_.empty() ? trajectory_.front() : smoothed_.front()};
+  const Association first = associate(truth_, start, {});
+  if (first.pairs.empty()) return std::nullopt;
+  const Pose T_R_E = gaugeAt(first.pairs.front().reference, first.pairs.front().estimate);
+  const Mat3 R = T_R_E.R();
+  std::vector<double> values;
+  std::size_t i = 0;
+  for (const PosePair& pair : evaluation_->association.pairs) {
+    while (i < trajectory_.size() && trajectory_[i].t < pair.t) ++i;
+    if (i == trajectory_.size()) break;
+    const Vec3 error = (T_R_E * pair.estimate).p - pair.reference.p;
+    double value = 0;
+    if (nees(error, R * position_covariance_[i] * R.transpose(), &value)) values.push_back(value);
+  }
+  if (values.empty()) return std::nullopt;
+  return summariseNees(values, 3).mean_per_dof;
 }
 
 void RunRecorder::summariseRanges(RunSummary* summary) const {

@@ -55,6 +55,11 @@ std::string toJson(const RunSummary& s) {
   put(&json, "ate_posyaw_m", s.ate_posyaw_m);
   put(&json, "ate_posyaw_deg", s.ate_posyaw_deg);
   put(&json, "ate_smoothed_posyaw_m", s.ate_smoothed_posyaw_m);
+  put(&json, "rpe_1s_m", s.rpe_1s_m);
+  put(&json, "rpe_1s_deg", s.rpe_1s_deg);
+  put(&json, "rpe_10m_m", s.rpe_10m_m);
+  put(&json, "rpe_10m_deg", s.rpe_10m_deg);
+  put(&json, "nees_position", s.nees_position);
   json["anchors"] = Json::array();
   for (const AnchorResult& a : s.anchors) json["anchors"].push_back(toJson(a));
   json["ranges"] = {{"accepted", s.ranges_accepted},

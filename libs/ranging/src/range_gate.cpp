@@ -83,7 +83,7 @@ void RangeGate::reset() {
 void RangeGate::remember(const Entry& entry) {
   if (entries_.empty()) started_ = entry.t;
   entries_.push_back(entry);
-  const TimeNs keep = fromSeconds(2 * std::max(options_.max_too_long_s, options_.max_reject_s));
+  const TimeNs keep = fromSeconds(2 * std::max(options_.max_blocked_s, options_.max_reject_s));
   while (entries_.size() > kMostEntries || entries_.front().t < entry.t - keep) {
     entries_.pop_front();
   }
@@ -134,7 +134,7 @@ bool RangeGate::allTooLong() const {
 
 void RangeGate::updateSuspicion() {
   suspicious_ = false;
-  const double span = allTooLong() ? options_.max_too_long_s : options_.max_reject_s;
+  const double span = allTooLong() ? options_.max_blocked_s : options_.max_reject_s;
   if (!mostlyRejected(span, true) && !mostlyRejected(2 * span, false)) return;
 
   std::vector<double> size, step;

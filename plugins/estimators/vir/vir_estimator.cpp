@@ -208,6 +208,10 @@ std::vector<AnchorEstimate> VirEstimator::anchors() const {
 
 std::vector<RangeRecord> VirEstimator::takeRanges() { return toRecords(estimator_->takeRanges()); }
 
+std::vector<Eigen::Vector2f> VirEstimator::trackedPixels() const {
+  return estimator_ ? estimator_->trackedPixels() : std::vector<Eigen::Vector2f>();
+}
+
 EstimatorReport VirEstimator::report() const {
   const EstimatorCounters& c = estimator_->counters();
   const ImuBufferCounters& i = estimator_->imuCounters();

@@ -29,6 +29,7 @@ class VirEstimator final : public Estimator {
   std::vector<KeyframeEstimate> keyframes() const override;
   std::vector<AnchorEstimate> anchors() const override;
   std::vector<RangeRecord> takeRanges() override;
+  std::vector<Eigen::Vector2f> trackedPixels() const override;
   EstimatorReport report() const override;
 
  private:

@@ -63,6 +63,8 @@ class Settings {
   /// `Section.key=value` from the command line; replaces what the file says. Throws SettingsError
   /// for text of another form.
   void set(const std::string& assignment);
+  /// Forgets every setting of this name, whatever its section.
+  void eraseKey(const std::string& key);
   /// Takes over the settings of `other` that are not set here; returns how many.
   std::size_t mergeDefaults(const Settings& other);
 

@@ -80,6 +80,8 @@ class VisualInertialEstimator {
   void addRange(const RangeMeasurement& range);
   /// The robot has just put down an anchor at `p_B` in its body frame.
   void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
+  /// Where features were seen in the last image [px].
+  const std::vector<Eigen::Vector2f>& trackedPixels() const;
   void finish();
   std::vector<FrameEstimate> take();
   std::vector<RangeDecision> takeRanges();

@@ -15,6 +15,11 @@ bool nees(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance, doubl
 /// on the right [rad]: R_est = R_ref Exp(e).
 Eigen::Matrix<double, 6, 1> poseError(const Pose& T_W_B_reference, const Pose& T_W_B_estimate);
 
+/// Position and yaw only: T_R_E that lays an estimated pose T_E_B onto the true one T_R_B, the
+/// world that an estimator without absolute measurements starts in. Well defined whatever axis of
+/// the body points up.
+Pose gaugeAt(const Pose& T_R_B, const Pose& T_E_B);
+
 /// Value that a chi-square variable of `dof` degrees stays below with probability `p` (0 < p < 1);
 /// throws std::invalid_argument for others. Absolute error below 1e-9 of the value.
 double chiSquareQuantile(int dof, double p);

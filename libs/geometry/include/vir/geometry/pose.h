@@ -26,6 +26,10 @@ struct Pose {
 /// [rad].
 double yawOf(const Mat3& R_W_B);
 
+/// Yaw [rad] of the rotation about z that is nearest to `R` (in the Frobenius norm): defined
+/// whatever axis of the body points up, unlike yawOf().
+double nearestYaw(const Mat3& R);
+
 /// Rotation about z by `yaw` [rad].
 Mat3 rotZ(double yaw);
 

@@ -106,6 +106,8 @@ class Estimator {
   virtual std::vector<AnchorEstimate> anchors() const { return {}; }
   /// Ranges decided on since the last call, in time order.
   virtual std::vector<RangeRecord> takeRanges() { return {}; }
+  /// Where features were seen in the last image [px]; none if the estimator uses no images.
+  virtual std::vector<Eigen::Vector2f> trackedPixels() const { return {}; }
   virtual EstimatorReport report() const = 0;
 };
 

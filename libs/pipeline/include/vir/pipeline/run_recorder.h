@@ -36,6 +36,12 @@ struct RunSummary {
   /// Position + yaw aligned RMSE of the causal and the smoothed trajectory, where there is ground
   /// truth for them.
   std::optional<double> ate_posyaw_m, ate_posyaw_deg, ate_smoothed_posyaw_m;
+  /// Relative error of the causal trajectory: rms over pieces of 1 s and of 10 m of path. Empty
+  /// where there is no piece of that length.
+  std::optional<double> rpe_1s_m, rpe_1s_deg, rpe_10m_m, rpe_10m_deg;
+  /// Mean normalised squared error of the causal positions per axis, in the world of the first
+  /// keyframe; 1 = the covariances tell the truth, above = too sure.
+  std::optional<double> nees_position;
   std::vector<AnchorResult> anchors;  ///< ordered by id
   /// Ranges by what became of them: used, kept for an anchor without a position, not used.
   long ranges_accepted = 0, ranges_collected = 0, ranges_rejected = 0;
@@ -75,6 +81,7 @@ class RunRecorder {
   void writeKeyframes(const std::vector<KeyframeEstimate>& keyframes);
   void writeLandmarks(const std::vector<LandmarkEstimate>& landmarks);
   void evaluateInto(RunSummary* summary);
+  std::optional<double> positionNees() const;
   void writePictures(TimeNs first_frame, const std::vector<AnchorEstimate>& anchors,
                      const RunSummary& summary) const;
   void summariseRanges(RunSummary* summary) const;
@@ -87,6 +94,7 @@ class RunRecorder {
   std::map<std::uint64_t, Vec3> true_anchors_;
   std::optional<EvaluationResult> evaluation_;     // of the causal trajectory
   std::vector<double> position_sigma_m_;           // per pose of it
+  std::vector<Mat3> position_covariance_;          // the same
   std::vector<std::pair<TimeNs, double>> cpu_ms_;  // per frame
   double path_m_ = 0;
   int segment_ = 0;

@@ -15,8 +15,10 @@ struct GateOptions {
   double chi2 = 16;            ///< of one degree of freedom: 4 sigma
   int max_consecutive = 20;    ///< so many ranges, and ...
   double max_reject_s = 3;     ///< ... so long mostly rejected before the anchor is suspicious
-  double max_too_long_s = 10;  ///< the same where all of them are too long: that may be no line of
-                               ///< sight
+  /// The same where all of them are too long. That may be no line of sight: the gate opens after
+  /// so long, in case its covariance is too small, ...
+  double max_too_long_s = 10;
+  double max_blocked_s = 25;  ///< ... the anchor is suspicious only after so long
   double min_travel_m = 1;     ///< and the antenna moved so far: behind an obstacle nothing changes
                                ///< while standing
   double min_offset_m = 0.3;   ///< an anchor that moved by less is not worth a new start; the gate

@@ -1,0 +1,141 @@
+/// vir-slam record INI: live sensors into a rawlog, and a trajectory while they deliver.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+
+#include "commands.h"
+#include "companion.h"
+#include "console.h"
+#include "live_session.h"
+#include "record_options.h"
+#include "run_options.h"
+#include "vir/core/ini_writer.h"
+#include "vir/core/settings.h"
+#include "vir/pipeline/acquisition.h"
+#include "vir/pipeline/estimator_registry.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kHelp =
+    R"(Record live sensors, and estimate while recording
+Examples:
+  vir-slam record robot.ini                          until Ctrl-C
+  vir-slam record robot.ini --out flight.rawlog --estimate
+  vir-slam record ini/live_replay.ini --estimate     the sample recording, as if live
+The ini is one of rawlog-grabber: a section per sensor. docs/live.md tells of the sensors.)";
+
+struct Arguments {
+  std::string ini, out, results;
+  std::vector<std::string> set;
+  double duration_s = -1;
+  bool estimate = false, view = false, verbose = false;
+};
+
+/// Paths in an ini are relative to that ini, so that the file works from any folder.
+void resolvePaths(Settings* settings, const std::vector<std::string>& sections) {
+  for (const std::string& section : sections) {
+    const Setting* rawlog = settings->find(section, "rawlog");
+    if (rawlog == nullptr || rawlog->origin.line == 0 || fs::path(rawlog->value).is_absolute()) {
+      continue;
+    }
+    const fs::path path = fs::path(settings->name()).parent_path() / rawlog->value;
+    settings->set(section + ".rawlog=" + path.lexically_normal().string());
+  }
+}
+
+std::string defaultOut(const std::string& ini) {
+  char stamp[32];
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &local);
+  return fs::path(ini).stem().string() + "_" + stamp + ".rawlog";
+}
+
+/// The settings of the estimator, read and checked; what belongs to sensors and to rawlog-grabber
+/// is none of its business.
+std::unique_ptr<Estimator> readEstimator(Settings settings, const std::string& companion,
+                                         LiveSessionPlan* plan) {
+  std::vector<std::string> others = sensorSections(settings);
+  for (const std::string& section : settings.sections()) {
+    const Setting* ignored = settings.find(section, "rawlog-grabber-ignore");
+    const bool switched_off =
+        ignored != nullptr && settings.find(section, "process_rate") != nullptr;
+    if (switched_off) others.push_back(section);
+  }
+  settings.eraseKey("rawlog-grabber-ignore");
+  if (!companion.empty()) settings.mergeDefaults(Settings::fromFile(companion));
+  SettingsReader reader(settings);
+  for (const std::string& section : others) reader.ignoreSection(section);
+  reader.ignoreSection("global");
+  RunOptions run;
+  describe(reader, plan->options);
+  describe(reader, run);
+  auto estimator = createEstimator(run.driver);
+  estimator->describe(reader);
+  reader.ignoreUnknownFrom(companion);
+  reader.finish();
+  plan->estimator_name = run.driver;
+  IniWriter used(IniWriter::Style::values);
+  describe(used, plan->options);
+  describe(used, run);
+  estimator->describe(used);
+  plan->used_ini = used.text();
+  return estimator;
+}
+
+void run(const Arguments& a, Common& common) {
+  requireFile(a.ini, "ini");
+  Settings settings = Settings::fromFile(a.ini);
+  for (const std::string& assignment : a.set) settings.set(assignment);
+  loadPlugins(common);
+  const std::vector<std::string> sensors = sensorSections(settings);
+  resolvePaths(&settings, sensors);
+  std::string companion;
+  for (const std::string& section : sensors) {
+    const Setting* rawlog = settings.find(section, "rawlog");
+    if (rawlog != nullptr && companion.empty()) companion = companionOf(rawlog->value);
+  }
+
+  LiveSessionPlan plan;
+  plan.estimator = readEstimator(settings, companion, &plan);
+  if (a.estimate) plan.options.estimate = true;
+  if (a.view) plan.options.view = plan.options.estimate = true;
+  if (a.duration_s >= 0) plan.options.duration_s = a.duration_s;
+  if (!a.out.empty()) plan.options.out = a.out;
+  if (plan.options.out.empty()) plan.options.out = defaultOut(a.ini);
+  plan.results = a.results;
+  plan.settings = settings;
+  plan.verbose = a.verbose;
+  common.exit_code = runLiveSession(plan) ? kOk : kRunFailed;
+}
+
+}  // namespace
+
+void addRecord(CLI::App& app, Common& common) {
+  const auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("record", kHelp);
+  command->add_option("INI", a->ini, "Sensors and settings; ini/live_replay.ini is one")
+      ->required();
+  command->add_option("--out", a->out, "Rawlog to write; must not exist yet");
+  command->add_option("--results", a->results,
+                      "Results folder of --estimate (default: results/<date-time>)");
+  command->add_flag("--estimate", a->estimate, "Estimate while recording");
+  command->add_flag("--view", a->view, "Show path, anchors and tracks; implies --estimate");
+  command->add_option("--duration-s", a->duration_s, "End after so long")
+      ->check(CLI::Range(0.0, 1e9));
+  command->add_option("--set", a->set, "Section.key=value, before what the ini says")
+      ->allow_extra_args(false);
+  command->add_flag("--verbose,-v", a->verbose, "Show the whole log, not only warnings");
+  command->callback([a, &common] {
+    catchInterrupt();
+    run(*a, common);
+  });
+}
+
+}  // namespace vir::app

@@ -1,0 +1,195 @@
+#include "live_session.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+
+#include "console.h"
+#include "live_view.h"
+#include "pose_stream.h"
+#include "vir/pipeline/acquisition.h"
+#include "vir/pipeline/line_server.h"
+#include "vir/pipeline/live_estimation.h"
+#include "vir/pipeline/live_recorder.h"
+
+namespace vir::app {
+namespace {
+
+constexpr TimeNs kTurn = 10'000'000;  // [ns] longest wait of the main loop
+constexpr TimeNs kStatusEvery = 1'000'000'000;
+
+/// Lines of many threads, one after the other; warnings on the terminal as well.
+LogSink consoleLog(bool verbose) {
+  return [verbose](LogLevel level, const std::string& text) {
+    const bool serious = level == LogLevel::warning || level == LogLevel::error;
+    if (!serious && !verbose) return;
+    std::fprintf(stderr, "%s%s: %s\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "",
+                 serious ? "warning" : "info", text.c_str());
+  };
+}
+
+class LiveSession {
+ public:
+  explicit LiveSession(const LiveSessionPlan& plan)
+      : plan_(plan),
+        options_(plan.options),
+        log_(consoleLog(plan.verbose)),
+        acquisition_(plan.settings, "", {}, log_) {}
+
+  bool run() {
+    // Before the sensors: what can fail at once, should.
+    startEstimation();
+    LiveMergerOptions merging;
+    merging.delay = fromSeconds(options_.delay_s);
+    const std::size_t sensors = acquisition_.sensors().size();
+    acquisition_.start();
+    recorder_ = std::make_unique<LiveRecorder>(options_.out, options_.file, merging, sensors);
+    std::printf("recording %zu sensors to %s; Ctrl-C ends it\n", sensors, options_.out.c_str());
+    std::fflush(stdout);
+    started_ = hostNow();
+    loop();
+    acquisition_.stop();
+    pass(acquisition_.take(0));
+    const bool sound = closeRecording();
+    report();
+    return finishEstimation() && sound;
+  }
+
+ private:
+  void startEstimation() {
+    if (!options_.estimate) return;
+    folder_.emplace(plan_.results);
+    writeTextFile(folder_->file("used.ini"), plan_.used_ini);
+    if (options_.stream_port > 0) {
+      server_ = std::make_unique<LineServer>(options_.stream_address, options_.stream_port);
+    }
+    openView();
+    LiveEstimationHooks hooks;
+    hooks.log = log_;
+    hooks.on_estimate = [this](const StateEstimate& e, const Estimator& estimator) {
+      publish(e, estimator);
+    };
+    if (server_) {
+      hooks.on_pose = [this](const PropagatedPose& pose) { server_->send(poseLine(pose)); };
+    }
+    estimation_ = std::make_unique<LiveEstimation>(*plan_.estimator, *folder_,
+                                                   LiveEstimationOptions{}, std::move(hooks));
+  }
+
+  void openView() {
+    if (!options_.view) return;
+    try {
+      view_ = std::make_unique<LiveView>();
+    } catch (const std::exception& e) {
+      log_(LogLevel::warning, std::string("no window: ") + e.what());
+    }
+  }
+
+  /// In the thread of the estimation.
+  void publish(const StateEstimate& estimate, const Estimator& estimator) {
+    if (view_) view_->setEstimate(estimate, estimator);
+    if (!server_) return;
+    server_->send(estimateLine(estimate));
+    if (!estimate.keyframe) return;
+    for (const AnchorEstimate& a : estimator.anchors()) server_->send(anchorLine(estimate.t, a));
+  }
+
+  void loop() {
+    TimeNs next_status = started_ + kStatusEvery;
+    while (!interrupted() && !acquisition_.ended()) {
+      pass(acquisition_.take(kTurn));
+      const TimeNs now = hostNow();
+      if (options_.duration_s > 0 && toSeconds(now - started_) >= options_.duration_s) break;
+      if (!recorder_->problem().empty()) break;
+      tellWhoEnded();
+      if (view_) view_->draw();
+      if (now < next_status) continue;
+      next_status += kStatusEvery;
+      showStatus(now);
+    }
+  }
+
+  void pass(const std::vector<Arrival>& arrivals) {
+    if (estimation_) estimation_->add(arrivals);
+    if (view_) {
+      for (const Arrival& a : arrivals) view_->setObservation(a.observation);
+    }
+    recorder_->add(arrivals);
+  }
+
+  void tellWhoEnded() {
+    const std::vector<SensorStatus> sensors = acquisition_.sensors();
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      if (sensors[i].state != "running") recorder_->setEnded(i);
+    }
+  }
+
+  void showStatus(TimeNs now) const {
+    if (isatty(STDERR_FILENO) != 1) return;
+    std::string line = fixed(toSeconds(now - started_), 0) + " s";
+    for (const SensorStatus& s : acquisition_.sensors()) {
+      line += "  " + s.name + " " + std::to_string(s.observations);
+      if (s.state != "running") line += " (" + s.state + ")";
+    }
+    if (estimation_) line += "  latency " + fixed(estimation_->latency().median_ms, 0) + " ms";
+    std::fprintf(stderr, "\r\033[K%s", line.c_str());
+  }
+
+  bool closeRecording() {
+    try {
+      recorder_->close();
+      return true;
+    } catch (const std::exception& e) {
+      log_(LogLevel::error, std::string("recording ended early: ") + e.what());
+      return false;
+    }
+  }
+
+  void report() const {
+    if (isatty(STDERR_FILENO) == 1) std::fprintf(stderr, "\r\033[K");
+    std::printf("%-16s %12s %9s  %s\n", "sensor", "observations", "restarts", "state");
+    for (const SensorStatus& s : acquisition_.sensors()) {
+      std::printf("%-16s %12ld %9d  %s%s%s\n", s.name.c_str(), s.observations, s.restarts,
+                  s.state.c_str(), s.problem.empty() ? "" : "; last problem: ", s.problem.c_str());
+    }
+    const LiveRecorder::Counts counts = recorder_->counts();
+    std::printf("written %zu in order, %zu too late or far ahead, %zu lost\n", counts.written,
+                counts.aside, counts.lost);
+    for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
+  }
+
+  bool finishEstimation() {
+    if (!estimation_) return true;
+    RunSummary summary = estimation_->finish();
+    summary.estimator = plan_.estimator_name;
+    summary.rawlog = options_.out;
+    writeTextFile(folder_->file("summary.json"), toJson(summary));
+    const Latency latency = estimation_->latency();
+    std::printf("%ld images, %ld poses, %ld images left out because newer ones waited\n",
+                summary.frames, summary.poses, estimation_->imagesDropped());
+    std::printf("image to pose [ms]: median %.1f, 95 %% %.1f, 99 %% %.1f, longest %.1f\n",
+                latency.median_ms, latency.p95_ms, latency.p99_ms, latency.max_ms);
+    if (summary.ate_posyaw_m) std::printf("ATE %.4f m\n", *summary.ate_posyaw_m);
+    std::printf("Results in %s\n", folder_->path().c_str());
+    return summary.error.empty();
+  }
+
+  const LiveSessionPlan& plan_;
+  const RecordOptions& options_;
+  LogSink log_;
+  Acquisition acquisition_;
+  std::optional<ResultsFolder> folder_;
+  std::unique_ptr<LineServer> server_;
+  std::unique_ptr<LiveView> view_;
+  std::unique_ptr<LiveEstimation> estimation_;
+  std::unique_ptr<LiveRecorder> recorder_;
+  TimeNs started_ = 0;
+};
+
+}  // namespace
+
+bool runLiveSession(const LiveSessionPlan& plan) { return LiveSession(plan).run(); }
+
+}  // namespace vir::app

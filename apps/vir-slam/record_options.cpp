@@ -1,0 +1,18 @@
+#include "record_options.h"
+
+namespace vir::app {
+
+void describe(OptionVisitor& v, RecordOptions& o) {
+  v.section("Recording", "How a live recording is written, and what else is done with it");
+  v.value("out", o.out,
+          "rawlog; empty: the name of the ini with date and time. --out goes before it");
+  v.value("duration_s", o.duration_s, {0, 1e9}, "end after so long; 0 = when it is stopped");
+  v.value("delay_s", o.delay_s, {0, 10}, "how long the order of time waits for a late sensor");
+  v.value("estimate", o.estimate, "estimate while recording, with the settings of this file");
+  v.value("stream_port", o.stream_port, {0, 65535}, "TCP port for poses as JSON lines; 0 = none");
+  v.value("stream_address", o.stream_address, "of the interface to listen on; 0.0.0.0 = all");
+  v.value("view", o.view, "a window with path, anchors and tracks, where there is a display");
+  describe(v, o.file);
+}
+
+}  // namespace vir::app

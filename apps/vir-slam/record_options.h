@@ -1,0 +1,23 @@
+#pragma once
+#include <string>
+
+#include "vir/core/options.h"
+#include "vir/pipeline/live_recording.h"
+
+namespace vir::app {
+
+/// Section [Recording] of a live ini.
+struct RecordOptions {
+  std::string out;        ///< rawlog; empty: <name of the ini>_<date-time>.rawlog
+  double duration_s = 0;  ///< 0: until it is stopped
+  double delay_s = 0.25;  ///< of the time order
+  bool estimate = false;  ///< with the settings of the rest of the ini
+  int stream_port = 0;    ///< poses as JSON lines; 0: none
+  std::string stream_address = "127.0.0.1";
+  bool view = false;  ///< a window, where there is a display
+  LiveRecordingOptions file;
+};
+
+void describe(OptionVisitor& v, RecordOptions& o);
+
+}  // namespace vir::app

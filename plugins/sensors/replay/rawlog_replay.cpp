@@ -1,0 +1,118 @@
+#include "rawlog_replay.h"
+
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include "vir/pipeline/grabber_settings.h"
+#include "vir/pipeline/mrpt_time.h"
+
+namespace vir {
+
+IMPLEMENTS_GENERIC_SENSOR(RawlogReplay, vir)
+
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+TimeNs hostNs() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+}
+
+}  // namespace
+
+/// When a rawlog began to play: shared by all instances that play it.
+struct RawlogReplay::Start {
+  std::mutex mutex;
+  std::optional<TimeNs> first;  ///< stamp of the rawlog's first object
+  SteadyClock::time_point at;
+  TimeNs host = 0;
+
+  void begin(TimeNs t) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (first) return;
+    first = t;
+    at = SteadyClock::now();
+    host = hostNs();
+  }
+  static std::shared_ptr<Start> of(const std::string& rawlog) {
+    static std::mutex all_mutex;
+    static std::map<std::string, std::weak_ptr<Start>> all;
+    const std::lock_guard<std::mutex> lock(all_mutex);
+    std::shared_ptr<Start> start = all[rawlog].lock();
+    if (!start) all[rawlog] = start = std::make_shared<Start>();
+    return start;
+  }
+};
+
+void describe(OptionVisitor& v, ReplayOptions& o) {
+  v.section("replay", "A rawlog that comes in as if live");
+  v.value("rawlog", o.rawlog, "the file");
+  v.value("labels", o.labels, "sensor labels with blanks between; empty = all");
+  v.value("speed", o.speed, {1e-3, 1e3}, "1 = as fast as it was recorded");
+  v.choice("stamps", o.stamps, {"keep", "now"},
+           "as recorded (then set clock = keep too), or moved to the time it is played");
+}
+
+RawlogReplay::RawlogReplay() { m_sensorLabel = "replay"; }
+RawlogReplay::~RawlogReplay() = default;
+
+void RawlogReplay::describe(OptionVisitor& v) { vir::describe(v, options_); }
+
+void RawlogReplay::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
+                                             const std::string& section) {
+  readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+}
+
+void RawlogReplay::initialize() {
+  if (options_.rawlog.empty()) throw std::runtime_error("replay: no rawlog named");
+  std::istringstream words(options_.labels);
+  labels_.clear();
+  for (std::string label; words >> label;) labels_.insert(label);
+  reader_ = std::make_unique<RawlogReader>(options_.rawlog);
+  start_ = Start::of(options_.rawlog);
+  next_ = reader_->next();
+  if (!next_) throw std::runtime_error("replay: there is no observation in " + options_.rawlog);
+  m_state = ssWorking;
+}
+
+bool RawlogReplay::wanted(const mrpt::obs::CObservation& observation) const {
+  return labels_.empty() || labels_.count(observation.sensorLabel) > 0;
+}
+
+void RawlogReplay::readOn() {
+  next_ = reader_->next();
+  if (next_) return;
+  finished_ = true;
+  if (!reader_->damage().empty()) warnings_.push_back(reader_->damage());
+}
+
+void RawlogReplay::doProcess() {
+  if (!reader_) throw std::runtime_error("replay: doProcess() before initialize()");
+  if (finished_) return;
+  start_->begin(fromMrptTime(next_->timestamp));
+  const std::chrono::duration<double> played = SteadyClock::now() - start_->at;
+  const TimeNs until = *start_->first + fromSeconds(played.count() * options_.speed);
+  while (next_ && fromMrptTime(next_->timestamp) <= until) {
+    if (wanted(*next_)) {
+      ++given_[next_->sensorLabel];
+      if (options_.stamps == "now") {
+        const double after = toSeconds(fromMrptTime(next_->timestamp) - *start_->first);
+        next_->timestamp = toMrptTime(start_->host + fromSeconds(after / options_.speed));
+      }
+      appendObservation(next_);
+    }
+    readOn();
+  }
+}
+
+double RawlogReplay::progress() const { return reader_ ? reader_->progress() : 0; }
+
+std::vector<std::pair<std::string, long>> RawlogReplay::counters() const {
+  return {given_.begin(), given_.end()};
+}
+
+}  // namespace vir

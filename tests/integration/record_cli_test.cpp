@@ -1,0 +1,194 @@
+/// vir-slam record with the sample recording played as if live.
+#include <gtest/gtest.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "vir/pipeline/mrpt_time.h"
+#include "vir/pipeline/rawlog_reader.h"
+#include "vir_test_shell.h"
+#include "vir_test_temp_folder.h"
+
+namespace vir {
+namespace {
+
+using test::contains;
+using test::quoted;
+namespace fs = std::filesystem;
+
+constexpr const char* kIni = VIR_SOURCE_DIR "/ini/live_replay.ini";
+constexpr const char* kSample = VIR_SOURCE_DIR "/rawlog/two_A.rawlog";
+
+struct Content {
+  std::map<std::string, long> count;
+  TimeNs first = 0, last = 0;
+  bool sorted = true;
+  long images_missing = 0;
+  std::string damage;
+};
+
+Content contentOf(const std::string& rawlog) {
+  Content out;
+  RawlogReader reader(rawlog);
+  while (const auto o = reader.next()) {
+    const TimeNs t = fromMrptTime(o->timestamp);
+    if (out.first == 0) out.first = t;
+    out.sorted = out.sorted && t >= out.last;
+    out.last = t;
+    ++out.count[o->sensorLabel];
+    const auto image = std::dynamic_pointer_cast<mrpt::obs::CObservationImage>(o);
+    if (!image) continue;
+    image->load();
+    out.images_missing += image->image.isEmpty() ? 1 : 0;
+  }
+  out.damage = reader.damage();
+  return out;
+}
+
+std::string faster(int times) {
+  std::string out;
+  for (const char* sensor : {"camera", "imu", "uwb", "truth"}) {
+    out += " --set replay_" + std::string(sensor) + ".speed=" + std::to_string(times);
+  }
+  return out;
+}
+
+TEST(RecordCli, LosesNothing) {
+  const test::TempFolder folder;
+  const std::string out = (folder / "a.rawlog").string();
+  const test::Outcome outcome = test::virSlam("record " + quoted(kIni) + " --out " + quoted(out) +
+                                              " --set Recording.estimate=false" + faster(8));
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  const Content source = contentOf(kSample), copy = contentOf(out);
+  EXPECT_EQ(copy.count, source.count);
+  EXPECT_TRUE(copy.sorted);
+  EXPECT_EQ(copy.first, source.first);
+  EXPECT_EQ(copy.last, source.last);
+  EXPECT_EQ(copy.images_missing, 0);
+  EXPECT_EQ(copy.damage, "");
+  EXPECT_TRUE(contains(outcome.text, "0 lost")) << outcome.text;
+  // What is there is not written over.
+  const test::Outcome again = test::virSlam("record " + quoted(kIni) + " --out " + quoted(out));
+  EXPECT_EQ(again.code, 1);
+  EXPECT_TRUE(contains(again.text, "exists already")) << again.text;
+}
+
+/// The program in the background.
+class Background {
+ public:
+  Background(const std::string& arguments, const std::string& log) {
+    pid_ = fork();
+    if (pid_ == 0) {
+      const std::string command = "exec " + quoted(VIR_BINARY_DIR "/bin/vir-slam") + " " +
+                                  arguments + " > " + quoted(log) + " 2>&1";
+      execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+      _exit(127);
+    }
+    for (int i = 0; i < 3000 && !started(log); ++i) pause(0.01);
+  }
+  static void pause(double s) { std::this_thread::sleep_for(std::chrono::duration<double>(s)); }
+  /// Exit code, or -signal.
+  int end(int signal) {
+    kill(pid_, signal);
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+
+ private:
+  static bool started(const std::string& log) {
+    return fs::exists(log) && contains(test::readText(log), "recording 4 sensors");
+  }
+  pid_t pid_ = -1;
+};
+
+TEST(RecordCli, KilledItMissesLessThanASecond) {
+  for (const double seconds : {1.3, 2.1, 3.37}) {
+    const test::TempFolder folder;
+    const std::string out = (folder / "a.rawlog").string();
+    Background program(
+        "record " + quoted(kIni) + " --out " + quoted(out) + " --set Recording.estimate=false",
+        (folder / "log").string());
+    Background::pause(seconds);
+    EXPECT_EQ(program.end(SIGKILL), -SIGKILL);
+    const Content content = contentOf(out);
+    EXPECT_EQ(content.damage, "");
+    EXPECT_TRUE(content.sorted);
+    EXPECT_EQ(content.images_missing, 0);
+    EXPECT_GT(toSeconds(content.last - content.first), seconds - 1);
+    EXPECT_GE(content.count.size(), 6u);  // the other robot tells its anchor later
+  }
+}
+
+TEST(RecordCli, EndsWellWhenItIsAskedTo) {
+  const test::TempFolder folder;
+  const std::string out = (folder / "a.rawlog").string(), log = (folder / "log").string();
+  Background program("record " + quoted(kIni) + " --out " + quoted(out) + " --results " +
+                         quoted((folder / "results").string()),
+                     log);
+  Background::pause(6);
+  EXPECT_EQ(program.end(SIGTERM), 0) << test::readText(log);
+  const Content content = contentOf(out);
+  EXPECT_EQ(content.damage, "");
+  EXPECT_GT(toSeconds(content.last - content.first), 5);
+  const auto summary = nlohmann::json::parse(test::readText(folder / "results/summary.json"));
+  EXPECT_EQ(summary["frames"].get<long>() + summary["counters"]["images_dropped_late"].get<long>(),
+            content.count.at("CAM0"));
+  EXPECT_GT(summary["poses"].get<long>(), summary["frames"].get<long>() / 2);
+  EXPECT_LT(summary["ate_posyaw_m"].get<double>(), 0.1);
+  EXPECT_TRUE(contains(test::readText(log), "image to pose [ms]: median")) << test::readText(log);
+}
+
+TEST(RecordCli, AMissingSensorIsAnErrorUnlessItIsOptional) {
+  const test::TempFolder folder;
+  const std::string out = (folder / "a.rawlog").string();
+  const std::string call = "record " + quoted(kIni) + " --out " + quoted(out) +
+                           " --duration-s 1 --set Recording.estimate=false "
+                           "--set replay_uwb.rawlog=/nowhere.rawlog";
+  const test::Outcome missing = test::virSlam(call);
+  EXPECT_EQ(missing.code, 1);
+  EXPECT_TRUE(contains(missing.text, "replay_uwb: there is no such rawlog")) << missing.text;
+  EXPECT_FALSE(fs::exists(out));
+  const test::Outcome without = test::virSlam(call + " --set replay_uwb.optional=true");
+  EXPECT_EQ(without.code, 0) << without.text;
+  EXPECT_GT(contentOf(out).count.at("IMU0"), 100);
+  EXPECT_EQ(contentOf(out).count.count("UWB0"), 0u);
+}
+
+TEST(RecordCli, TheStockGrabberReadsTheSameIniAndPlugins) {
+  if (test::shell("command -v rawlog-grabber").code != 0) {
+    GTEST_SKIP() << "rawlog-grabber is not installed (package mrpt-apps)";
+  }
+  const test::TempFolder folder;
+  // It has no way to say where paths are relative to, and its own name for the output.
+  std::string ini = test::readText(kIni);
+  for (std::size_t at = 0; (at = ini.find("../rawlog/", at)) != std::string::npos;) {
+    ini.replace(at, 10, VIR_SOURCE_DIR "/rawlog/");
+  }
+  test::writeText(folder / "grab.ini",
+                  "[global]\nrawlog_prefix = grabbed\nGRABBER_PERIOD_MS = 500\n" + ini);
+  // A key ends it.
+  const test::Outcome outcome = test::shell(
+      "cd " + quoted(folder.path().string()) +
+      " && (sleep 5; echo) | timeout 60 rawlog-grabber -p " +
+      quoted(VIR_BINARY_DIR "/lib/vir-slam/plugins/libvir_plugin_replay.so") + " grab.ini");
+  std::string grabbed;
+  for (const auto& entry : fs::directory_iterator(folder.path())) {
+    if (entry.path().extension() == ".rawlog") grabbed = entry.path().string();
+  }
+  ASSERT_FALSE(grabbed.empty()) << outcome.text;
+  const Content content = contentOf(grabbed);
+  EXPECT_GT(content.count.count("IMU0"), 0u) << outcome.text;
+  EXPECT_GT(content.count.count("CAM0"), 0u) << outcome.text;
+  EXPECT_GT(content.count.count("UWB0"), 0u) << outcome.text;
+}
+
+}  // namespace
+}  // namespace vir
