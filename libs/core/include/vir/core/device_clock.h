@@ -8,24 +8,24 @@
 namespace vir {
 
 struct DeviceClockOptions {
-  TimeNs wrap = 0;               ///< the device counts from 0 again after this; 0 = never
-  double max_drift_ppm = 500;    ///< a crystal is never farther off
-  TimeNs window = 60'000'000'000;      ///< how far back the fit looks
-  TimeNs bucket = 1'000'000'000;       ///< one point of the fit for each
-  TimeNs drift_after = 10'000'000'000; ///< the drift is fitted once there is data of this length
-  TimeNs tolerance = 100'000'000;      ///< a stamp so far ahead of its arrival contradicts the fit
-  TimeNs max_late = 5'000'000'000;     ///< and one that arrives so late
-  int confirmations = 5;               ///< contradicting samples in a row that mean a restart
-  TimeNs shift_after = 4'000'000'000;  ///< nothing timely for so long: the clocks have shifted
-  TimeNs min_step = 100;               ///< between two results (MRPT's clock ticks in 100 ns)
+  TimeNs wrap = 0;                      ///< the device counts from 0 again after this; 0 = never
+  double max_drift_ppm = 500;           ///< a crystal is never farther off
+  TimeNs window = 60'000'000'000;       ///< how far back the fit looks
+  TimeNs bucket = 1'000'000'000;        ///< one point of the fit for each
+  TimeNs drift_after = 10'000'000'000;  ///< the drift is fitted once there is data of this length
+  TimeNs tolerance = 100'000'000;       ///< a stamp so far ahead of its arrival contradicts the fit
+  TimeNs max_late = 5'000'000'000;      ///< and one that arrives so late
+  int confirmations = 5;                ///< contradicting samples in a row that mean a restart
+  TimeNs shift_after = 4'000'000'000;   ///< nothing timely for so long: the clocks have shifted
+  TimeNs min_step = 100;                ///< between two results (MRPT's clock ticks in 100 ns)
 };
 
 /// Maps device stamps to host time: host = device + offset + drift * device. A message is never
 /// early, only late, by delays that vary, so the line sought is the one below all points (device
 /// stamp, arrival - device stamp) that is closest to them: the edge of their lower convex hull over
-/// the middle of the data (Moon, Skelly, Towsley, "Estimation and removal of clock skew from network
-/// delay measurements", INFOCOM 1999). The smallest delay itself cannot be seen and stays in the
-/// result.
+/// the middle of the data (Moon, Skelly, Towsley, "Estimation and removal of clock skew from
+/// network delay measurements", INFOCOM 1999). The smallest delay itself cannot be seen and stays
+/// in the result.
 ///
 /// Results grow strictly, never lie after the arrival (unless only that keeps them growing), and at
 /// a restart of the device, or a step of either clock, go on from the arrival time.
@@ -67,8 +67,8 @@ class DeviceClock {
   TimeNs last_raw_ = 0, last_device_ = 0, last_out_ = 0;
   std::deque<Point> points_;  ///< smallest residual of each bucket
   double drift_ = 0;
-  Point anchor_;         ///< the line goes through here ...
-  double offset_ns_ = 0; ///< ... plus this
+  Point anchor_;          ///< the line goes through here ...
+  double offset_ns_ = 0;  ///< ... plus this
   int suspects_ = 0;
   TimeNs suspect_raw_ = 0, suspect_arrival_ = 0;
   TimeNs period_start_ = 0, period_least_late_ = 0;

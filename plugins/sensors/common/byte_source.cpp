@@ -1,0 +1,191 @@
+#include "byte_source.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <thread>
+
+namespace vir {
+namespace {
+
+constexpr double kConnectTimeoutS = 3;
+
+/// For intervals only: nothing recorded depends on it.
+double steadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+void sleepMs(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+
+/// Host and port of "host:port"; IPv6 addresses in brackets.
+void splitAddress(const std::string& port, const std::string& address, std::string* host,
+                  int* number) {
+  const std::size_t colon = address.rfind(':');
+  const char* end = address.data() + address.size();
+  if (colon != std::string::npos) {
+    const char* begin = address.data() + colon + 1;
+    const auto [stop, error] = std::from_chars(begin, end, *number);
+    if (error == std::errc() && stop == end && *number > 0 && *number < 65536) {
+      *host = address.substr(0, colon);
+      if (host->size() > 2 && host->front() == '[' && host->back() == ']') {
+        *host = host->substr(1, host->size() - 2);
+      }
+      return;
+    }
+  }
+  throw DeviceError("port = " + port + ": expected tcp://host:number or udp://:number");
+}
+
+std::unique_ptr<ChannelOpener> makeOpener(const ByteSourceOptions& o) {
+  const std::string& port = o.port;
+  std::string host;
+  int number = 0;
+  if (port.empty()) {
+    throw DeviceError("port is not set: give a device file, tcp://host:number or udp://:number");
+  }
+  if (port.rfind("tcp://", 0) == 0) {
+    splitAddress(port, port.substr(6), &host, &number);
+    if (host.empty()) throw DeviceError("port = " + port + ": the host is missing");
+    return tcpOpener(host, number);
+  }
+  if (port.rfind("udp://", 0) == 0) {
+    splitAddress(port, port.substr(6), &host, &number);
+    return udpOpener(host, number);
+  }
+  if (port.find("://") != std::string::npos) {
+    throw DeviceError("port = " + port + ": only tcp:// and udp:// are known, or a device file");
+  }
+  return serialOpener(port, o.baud);
+}
+
+}  // namespace
+
+ByteSource::ByteSource(const ByteSourceOptions& options)
+    : options_(options), opener_(makeOpener(options)) {}
+
+ByteSource::~ByteSource() = default;
+
+void ByteSource::open() {
+  close();
+  channel_ = opener_->open();
+  const double give_up = steadySeconds() + kConnectTimeoutS;
+  std::string why;
+  while (!channel_->ready()) {
+    std::uint8_t none = 0;
+    if (channel_->read(&none, 0, &why) < 0) {
+      channel_.reset();
+      throw DeviceError(options_.port + ": " + why);
+    }
+    if (steadySeconds() > give_up) {
+      channel_.reset();
+      throw DeviceError(options_.port + ": no answer; is the address right and the device on?");
+    }
+    sleepMs(10);
+  }
+  state_ = State::open;
+  bytes_ = 0;
+  reopened_ = 0;
+  last_byte_s_ = steadySeconds();
+  silent_ = false;
+}
+
+void ByteSource::close() {
+  channel_.reset();
+  state_ = State::closed;
+}
+
+void ByteSource::lose(const std::string& why) {
+  channel_.reset();
+  if (state_ == State::open) {
+    events_.push_back(options_.port + ": " + why + "; trying to open it again");
+    retry_s_ = options_.first_retry_s;
+  } else {
+    retry_s_ = std::min(2 * retry_s_, options_.last_retry_s);
+  }
+  state_ = State::gone;
+  next_try_s_ = steadySeconds() + retry_s_;
+}
+
+void ByteSource::tryToReopen() {
+  const double now = steadySeconds();
+  if (!channel_) {
+    if (now < next_try_s_) return;
+    try {
+      channel_ = opener_->open();
+    } catch (const DeviceError&) {
+      lose("");  // still not there: said already
+      return;
+    }
+    connect_by_s_ = now + kConnectTimeoutS;
+  }
+  if (!channel_->ready()) {
+    std::string why;
+    std::uint8_t none = 0;
+    if (channel_->read(&none, 0, &why) < 0 || now > connect_by_s_) lose("");
+    return;
+  }
+  state_ = State::open;
+  ++reopened_;
+  last_byte_s_ = now;
+  silent_ = false;
+  events_.push_back(options_.port + ": open again");
+}
+
+void ByteSource::checkSilence() {
+  if (options_.silence_s <= 0 || steadySeconds() < last_byte_s_ + options_.silence_s) return;
+  if (opener_->reopenWhenSilent()) {
+    lose("nothing has come for a while");
+    return;
+  }
+  if (silent_) return;
+  silent_ = true;
+  events_.push_back(options_.port + ": nothing comes (device off, wrong port or wiring?)");
+}
+
+std::size_t ByteSource::read(std::uint8_t* buffer, std::size_t size, int wait_ms) {
+  if (state_ == State::closed) return 0;
+  if (state_ == State::gone) {
+    tryToReopen();
+    if (state_ != State::open) {
+      sleepMs(std::min(wait_ms, 20));
+      return 0;
+    }
+  }
+  if (wait_ms > 0) {
+    pollfd p{channel_->fd(), POLLIN, 0};
+    ::poll(&p, 1, wait_ms);
+  }
+  std::string why;
+  const long n = channel_->read(buffer, size, &why);
+  if (n < 0) {
+    lose(why);
+    return 0;
+  }
+  if (n == 0) {
+    checkSilence();
+    return 0;
+  }
+  last_byte_s_ = steadySeconds();
+  if (silent_) events_.push_back(options_.port + ": bytes come again");
+  silent_ = false;
+  bytes_ += static_cast<std::uint64_t>(n);
+  return static_cast<std::size_t>(n);
+}
+
+bool ByteSource::write(const std::uint8_t* bytes, std::size_t size) {
+  return state_ == State::open && channel_->write(bytes, size);
+}
+
+bool ByteSource::write(const std::string& text) {
+  return write(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+}
+
+std::vector<std::string> ByteSource::takeEvents() {
+  std::vector<std::string> out;
+  out.swap(events_);
+  return out;
+}
+
+}  // namespace vir

@@ -1,0 +1,9 @@
+#include "serial_imu.h"
+#include "vir/pipeline/sensor_registry.h"
+
+namespace vir {
+
+VIR_REGISTER_SENSOR(SerialImu, "serial_imu",
+                    "IMU live: text lines, binary frames, MAVLink from an autopilot");
+
+}  // namespace vir

@@ -1,0 +1,47 @@
+#pragma once
+/// The fuzzer's bytes as they are, or as damage to a good stream, which gets behind the checks at a
+/// message's front. Counts what was fed: with VIR_FUZZ_BYTES set the program ends after so many.
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+namespace vir::fuzz {
+
+inline std::string input(const std::uint8_t* data, std::size_t size, const std::string& good) {
+  if (size == 0) return {};
+  if ((data[0] & 3) == 0) return {reinterpret_cast<const char*>(data + 1), size - 1};
+  std::string stream = good + good;
+  for (std::size_t i = 1; i + 3 < size && !stream.empty(); i += 4) {
+    const std::size_t at = (data[i] | data[i + 1] << 8) % stream.size();
+    const char byte = static_cast<char>(data[i + 3]);
+    switch (data[i + 2] % 4) {
+      case 0:
+        stream[at] = byte;
+        break;
+      case 1:
+        stream.erase(at, 1 + data[i + 3] % 8);
+        break;
+      case 2:
+        stream.insert(at, 1, byte);
+        break;
+      default:
+        stream[at] = static_cast<char>(stream[at] ^ (1 << (data[i + 3] % 8)));
+    }
+  }
+  return stream;
+}
+
+inline void count(std::size_t bytes) {
+  static const char* limit = std::getenv("VIR_FUZZ_BYTES");
+  static std::uint64_t fed = 0, runs = 0;
+  fed += bytes;
+  ++runs;
+  if (limit == nullptr || fed < std::strtoull(limit, nullptr, 10)) return;
+  std::fprintf(stderr, "fed %llu bytes in %llu runs, nothing found\n",
+               static_cast<unsigned long long>(fed), static_cast<unsigned long long>(runs));
+  std::_Exit(0);
+}
+
+}  // namespace vir::fuzz
