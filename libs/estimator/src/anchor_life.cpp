@@ -25,9 +25,11 @@ constexpr double kStuck = 0.1;
 /// Share of ranges an anchor must have explained before a contradiction means that it was moved;
 /// below, its start was wrong.
 constexpr double kTrusted = 0.7;
-/// Ranges in a row, twice the misfits taken off, that fit an anchor's former position [sigma^2].
-constexpr int kFormerFits = 40;
-constexpr double kFormerChi2 = 9;
+/// What a range is worth that may come from anywhere: density 1 / 20 m. One in ten ranges is such.
+const double kAnywhere = std::log(1.0 / 20), kOutlierShare = 0.1;
+/// Successive ranges err together: so many count as one. Evidence (log of the likelihood ratio)
+/// that takes an anchor back to its former position.
+constexpr double kRangesPerEvidence = 10, kFormerEvidence = 20;
 /// Span of the mean taken off residuals before their correlation is estimated [s].
 constexpr double kSlowPartS = 6.0;
 /// A claimed sigma may turn out too large; its square is not cut below this share.
@@ -39,6 +41,15 @@ std::string text(const Vec3& p) {
   char out[80];
   std::snprintf(out, sizeof out, "(%.2f, %.2f, %.2f)", p.x(), p.y(), p.z());
   return out;
+}
+
+/// Of an innovation [m] with its variance.
+double logLikelihood(double residual, double innovation_variance) {
+  constexpr double kTwoPi = 6.283185307179586;
+  const double variance = std::max(innovation_variance, 1e-8);
+  const double density =
+      std::exp(-0.5 * residual * residual / variance) / std::sqrt(kTwoPi * variance);
+  return std::log((1 - kOutlierShare) * density + kOutlierShare * std::exp(kAnywhere));
 }
 
 }  // namespace
@@ -199,7 +210,7 @@ bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
   } else {
     window->removeAnchor(a->key());
   }
-  a->former_fits = 0;
+  a->former_evidence = 0;
   a->generation = ++a->generations;
   a->phase = AnchorPhase::collecting;
   a->moved = true;
@@ -215,18 +226,24 @@ bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
 void RangeLayer::Impl::compareWithFormer(AnchorTrack* a, const AntennaPrediction& antenna,
                                          const HeldRange& held) {
   if (!a->former) return;
-  const AnchorState* state = window->anchor(a->former->key());
-  if (state == nullptr) {
+  const AnchorState* before = window->anchor(a->former->key());
+  if (before == nullptr) {
     a->former.reset();
     return;
   }
-  const Innovation i = innovation(*a->former, *state, antenna, held);
-  const bool fits = i.residual * i.residual < kFormerChi2 * i.variance;
-  a->former_fits = std::max(0, a->former_fits + (fits ? 1 : -2));
+  const AnchorState* now = window->anchor(a->key());
+  const Innovation there = innovation(*a->former, *before, antenna, held);
+  double here = kAnywhere;
+  if (now != nullptr) {
+    const Innovation i = innovation(*a, *now, antenna, held);
+    here = logLikelihood(i.residual, i.variance);
+  }
+  const double gain = logLikelihood(there.residual, there.variance) - here;
+  a->former_evidence = std::max(0.0, a->former_evidence + gain / kRangesPerEvidence);
 }
 
 bool RangeLayer::Impl::returnIfFormerFits(TimeNs t, AnchorTrack* a) {
-  if (!a->former || a->former_fits < kFormerFits) return false;
+  if (!a->former || a->former_evidence < kFormerEvidence) return false;
   if (window->anchor(a->former->key()) == nullptr) return false;
   if (window->anchor(a->key()) != nullptr) window->removeAnchor(a->key());
   const std::shared_ptr<const AnchorTrack> former = a->former;
@@ -234,6 +251,7 @@ bool RangeLayer::Impl::returnIfFormerFits(TimeNs t, AnchorTrack* a) {
   *a = *former;
   a->generations = generations;
   a->gate.reset();
+  ++taken_up_again;
   log(log_sink, LogLevel::info,
       "anchor " + std::to_string(a->id) + ": its ranges agree with its former position again, " +
           seconds(t));

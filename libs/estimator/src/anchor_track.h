@@ -31,10 +31,10 @@ struct AnchorTrack {
   Eigen::Matrix4d search_covariance = Eigen::Matrix4d::Zero();
   bool settled = false;
   bool well_known = false;  ///< a fresh search has once found it well determined where it is
-  /// What it was before its ranges contradicted it, and how well they fit that again: the number
-  /// that do, twice the others taken off, not below 0.
+  /// What it was before its ranges contradicted it, and what speaks for that again since (log of
+  /// the likelihood ratio to what it is now, never below 0).
   std::shared_ptr<const AnchorTrack> former;
-  int former_fits = 0;
+  double former_evidence = 0;
   int next_search = 0;         ///< keyframes until the next fresh search
   bool mirror_closed = false;  ///< the mirror image has been ruled out for good
   int next_check = 0;          ///< keyframes until the mirror image is looked at again

@@ -235,6 +235,9 @@ std::vector<std::pair<std::string, long>> RangeLayer::counters() const {
   std::vector<std::pair<std::string, long>> out;
   for (const auto& [what, n] : impl_->counts) out.emplace_back("ranges_" + what, n);
   if (impl_->found_anew > 0) out.emplace_back("anchors_found_anew", impl_->found_anew);
+  if (impl_->taken_up_again > 0) {
+    out.emplace_back("anchors_taken_up_again", impl_->taken_up_again);
+  }
   return out;
 }
 

@@ -62,7 +62,8 @@ struct RangeLayer::Impl {
   std::vector<RangeDecision> decisions;
   std::vector<std::string> warnings;
   std::map<std::string, long> counts;
-  long found_anew = 0;  ///< anchors given up and looked for again
+  long found_anew = 0;      ///< anchors given up and looked for again
+  long taken_up_again = 0;  ///< of those, where they had been
   double travelled_m = 0;
   Vec3 last_antenna = Vec3::Zero();
   bool any_antenna = false;

@@ -55,7 +55,7 @@ GateDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2, d
               false};
   remember(entry);
   widening_short_ = widening(2 * options_.max_reject_s);
-  widening_long_ = allTooLong() ? widening(2 * options_.max_too_long_s) : widening_short_;
+  widening_long_ = allTooLong() ? widening(2 * options_.max_blocked_s) : widening_short_;
 
   const double half_width = std::sqrt(options_.chi2) * sigma;
   const double widening = residual_m > 0 ? widening_long_ : widening_short_;

@@ -86,6 +86,23 @@ TEST(OdometryRange, AMovedAnchorIsNoticedAndFoundAgain) {
   EXPECT_LT((run.estimates.back().T_W_B.p - truth.p).norm(), 0.6);
 }
 
+TEST(OdometryRange, AnAnchorThatOnlySeemedMovedIsTakenUpAgain) {
+  auto ranges = rangesTo({kAnchor});
+  // As seen from there for 25 s, then again from where it was.
+  ranges.jump = {0, 70, -5, -5, 1.5, 0, 95, kAnchor.x(), kAnchor.y(), kAnchor.z()};
+  const Motion motion = flight("eight", flightOf(240));
+  const RangeWorld world(motion, drifting(), ranges);
+  const RangeRun run = fly(world);
+  EXPECT_EQ(run.count("anchors_taken_up_again"), 1);
+  ASSERT_TRUE(run.anchor(0) && run.anchor(0)->has_position);
+  EXPECT_LT((run.anchor(0)->p_W - world.anchor(0, 200)).norm(), 0.6);
+  // As after an outage of the same length.
+  ranges.jump.clear();
+  ranges.outage_s = {70, 95};
+  const RangeWorld plain(motion, drifting(), ranges);
+  EXPECT_LT(ate(world, run), 1.3 * ate(plain, fly(plain)));
+}
+
 TEST(OdometryRange, AnOutageCausesNoJump) {
   for (int seed : {1, 2, 3}) {
     auto ranges = rangesTo({kAnchor}, seed);
