@@ -29,6 +29,7 @@ struct Arguments {
   double speed = 1, wait_s = 60, linger_s = 1;
   int repeat = 1;
   bool no_wait = false;
+  double start_at_s = 0;
 };
 
 /// "PROTOCOL" or "PROTOCOL=LINK".
@@ -65,6 +66,10 @@ class Emulator {
     std::fflush(stdout);
     if (!arguments_.no_wait && !waitForReaders()) return false;
     start_s_ = steadySeconds();
+    if (arguments_.start_at_s > 0) {
+      const auto host = std::chrono::system_clock::now().time_since_epoch();
+      start_s_ += arguments_.start_at_s - std::chrono::duration<double>(host).count();
+    }
     TimeNs offset = 0;
     for (int i = 0; i < arguments_.repeat && stop_asked == 0; ++i) {
       for (const Event& e : events) {
@@ -166,6 +171,9 @@ void declare(CLI::App* app, Arguments* a) {
       ->capture_default_str();
   app->add_option("--repeat", a->repeat, "Play it so many times")->check(CLI::Range(1, 1000000));
   app->add_flag("--no-wait", a->no_wait, "Start at once, not when every port has a reader");
+  app->add_option(
+      "--start-at", a->start_at_s,
+      "When the first message is due [s since 1970], to be in step with another program");
   app->add_option("--wait", a->wait_s, "Give up when no reader comes for so many seconds")
       ->capture_default_str();
   app->add_option("--linger", a->linger_s, "Seconds that the ports stay after the last message")

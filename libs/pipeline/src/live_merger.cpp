@@ -9,6 +9,7 @@ namespace vir {
 void LiveMerger::push(std::size_t source, const mrpt::obs::CObservation::Ptr& observation,
                       TimeNs arrival) {
   const TimeNs t = fromMrptTime(observation->timestamp);
+  ended_[source] = false;
   newest_[source] = std::max(t, newest_[source].value_or(t));
   held_.emplace(t, Held{observation, source, arrival});
 }
@@ -22,8 +23,11 @@ std::optional<TimeNs> LiveMerger::newestOfOthers(std::size_t source) const {
 }
 
 bool LiveMerger::everybodyIsPast(TimeNs t) const {
-  return std::all_of(newest_.begin(), newest_.end(),
-                     [t](const std::optional<TimeNs>& newest) { return !newest || *newest >= t; });
+  for (std::size_t i = 0; i < newest_.size(); ++i) {
+    // One that has said nothing yet may begin before `t`.
+    if (newest_[i] ? *newest_[i] < t : !ended_[i]) return false;
+  }
+  return true;
 }
 
 std::optional<LiveMerger::Item> LiveMerger::pop(TimeNs now) {

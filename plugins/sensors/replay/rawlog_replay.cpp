@@ -31,12 +31,14 @@ struct RawlogReplay::Start {
   SteadyClock::time_point at;
   TimeNs host = 0;
 
-  void begin(TimeNs t) {
+  /// `wanted`: on the host's clock [ns since 1970]; 0 = now.
+  void begin(TimeNs t, TimeNs wanted) {
     const std::lock_guard<std::mutex> lock(mutex);
     if (first) return;
     first = t;
-    at = SteadyClock::now();
-    host = hostNs();
+    const TimeNs now = hostNs();
+    host = wanted > 0 ? wanted : now;
+    at = SteadyClock::now() + std::chrono::nanoseconds(host - now);
   }
   static std::shared_ptr<Start> of(const std::string& rawlog) {
     static std::mutex all_mutex;
@@ -53,6 +55,8 @@ void describe(OptionVisitor& v, ReplayOptions& o) {
   v.value("rawlog", o.rawlog, "the file");
   v.value("labels", o.labels, "sensor labels with blanks between; empty = all");
   v.value("speed", o.speed, {1e-3, 1e3}, "1 = as fast as it was recorded");
+  v.value("start_at_s", o.start_at_s, {0, 4e9},
+          "when it begins [s since 1970], to be in step with another program; 0 = at once");
   v.choice("stamps", o.stamps, {"keep", "now"},
            "as recorded (then set clock = keep too), or moved to the time it is played");
 }
@@ -93,7 +97,7 @@ void RawlogReplay::readOn() {
 void RawlogReplay::doProcess() {
   if (!reader_) throw std::runtime_error("replay: doProcess() before initialize()");
   if (finished_) return;
-  start_->begin(fromMrptTime(next_->timestamp));
+  start_->begin(fromMrptTime(next_->timestamp), fromSeconds(options_.start_at_s));
   const std::chrono::duration<double> played = SteadyClock::now() - start_->at;
   const TimeNs until = *start_->first + fromSeconds(played.count() * options_.speed);
   while (next_ && fromMrptTime(next_->timestamp) <= until) {

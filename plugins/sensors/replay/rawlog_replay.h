@@ -19,6 +19,7 @@ struct ReplayOptions {
   std::string rawlog;
   std::string labels;  ///< with blanks between; empty = all
   double speed = 1;
+  double start_at_s = 0;
   std::string stamps = "keep";
 };
 void describe(OptionVisitor& v, ReplayOptions& o);

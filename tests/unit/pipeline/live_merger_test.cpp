@@ -47,6 +47,19 @@ TEST(LiveMerger, WaitsForTheOtherSensorAndNoLongerThanTheDelay) {
   EXPECT_EQ(out.in_order, (std::vector<long>{10, 15, 20}));
 }
 
+TEST(LiveMerger, ASensorThatBeginsLaterIsWaitedForOnce) {
+  LiveMerger merger(2, options(100));
+  Out out;
+  merger.push(0, imuAt(20 * kMs), 1000 * kMs);
+  drain(&merger, 1050 * kMs, &out);
+  EXPECT_TRUE(out.in_order.empty());
+  merger.push(1, rangeAt(10 * kMs, 1), 1060 * kMs);
+  merger.push(1, rangeAt(30 * kMs, 1), 1061 * kMs);
+  drain(&merger, 1061 * kMs, &out);
+  EXPECT_EQ(out.in_order, (std::vector<long>{10, 20}));
+  EXPECT_TRUE(out.aside.empty());
+}
+
 TEST(LiveMerger, WhatIsTooLateComesOutMarked) {
   LiveMerger merger(2, options(50));
   Out out;

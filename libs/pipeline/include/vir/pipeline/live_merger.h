@@ -21,7 +21,7 @@ struct LiveMergerOptions {
 class LiveMerger {
  public:
   LiveMerger(std::size_t sources, const LiveMergerOptions& options)
-      : options_(options), newest_(sources) {}
+      : options_(options), newest_(sources), ended_(sources, false) {}
 
   struct Item {
     mrpt::obs::CObservation::Ptr observation;
@@ -31,7 +31,10 @@ class LiveMerger {
   /// `arrival` is on the host's clock, as pop()'s `now`; stamps may be on another one.
   void push(std::size_t source, const mrpt::obs::CObservation::Ptr& observation, TimeNs arrival);
   /// The source has ended or failed: nobody waits for it.
-  void setEnded(std::size_t source) { newest_[source].reset(); }
+  void setEnded(std::size_t source) {
+    newest_[source].reset();
+    ended_[source] = true;
+  }
   /// The next one that nothing can precede any more, or that has waited long enough.
   std::optional<Item> pop(TimeNs now);
   /// No more input: everything held becomes available.
@@ -48,7 +51,8 @@ class LiveMerger {
   bool everybodyIsPast(TimeNs t) const;
 
   LiveMergerOptions options_;
-  std::vector<std::optional<TimeNs>> newest_;  // stamp, by source that is alive
+  std::vector<std::optional<TimeNs>> newest_;  // stamp, by source; empty: none yet, or ended
+  std::vector<bool> ended_;
   std::multimap<TimeNs, Held> held_;
   std::optional<TimeNs> last_out_;
   bool flushed_ = false;
