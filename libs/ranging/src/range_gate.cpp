@@ -55,12 +55,14 @@ GateDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2, d
               false};
   remember(entry);
   widening_short_ = widening(2 * options_.max_reject_s);
-  widening_long_ = allTooLong() ? widening(2 * options_.max_blocked_s) : widening_short_;
+  const bool blocked = allTooLong();
+  widening_long_ = blocked ? widening(2 * options_.max_blocked_s) : widening_short_;
 
   const double half_width = std::sqrt(options_.chi2) * sigma;
   const double widening = residual_m > 0 ? widening_long_ : widening_short_;
-  const double limit = std::min(
-      widening * half_width, std::max(options_.max_widening * half_width, options_.min_offset_m));
+  const double most = blocked ? options_.max_widening_long : options_.max_widening;
+  const double limit =
+      std::min(widening * half_width, std::max(most * half_width, options_.min_offset_m));
   const bool accept = std::abs(residual_m) <= limit;
   entries_.back().rejected = !accept;
   updateSuspicion();

@@ -12,19 +12,18 @@ namespace vir {
 /// Outliers that are too long come in bursts (no line of sight), so for them the past is long; a
 /// range that is too short has no such excuse.
 struct GateOptions {
-  double chi2 = 16;            ///< of one degree of freedom: 4 sigma
-  int max_consecutive = 20;    ///< so many ranges, and ...
-  double max_reject_s = 3;     ///< ... so long mostly rejected before the anchor is suspicious
-  /// The same where all of them are too long. That may be no line of sight: the gate opens after
-  /// so long, in case its covariance is too small, ...
-  double max_too_long_s = 10;
-  double max_blocked_s = 25;  ///< ... the anchor is suspicious only after so long
-  double min_travel_m = 1;     ///< and the antenna moved so far: behind an obstacle nothing changes
-                               ///< while standing
-  double min_offset_m = 0.3;   ///< an anchor that moved by less is not worth a new start; the gate
-                               ///< always opens up to here in the end
-  double max_widening = 5;     ///< limit of the widening, as a factor on sigma
-  double fallback_sigma_m = 1;  ///< used when the variance is no positive number
+  double chi2 = 16;          ///< of one degree of freedom: 4 sigma
+  int max_consecutive = 20;  ///< so many ranges, and ...
+  double max_reject_s = 3;   ///< ... so long mostly rejected before the anchor is suspicious
+  /// The same where all of them are too long: behind an obstacle that is so.
+  double max_blocked_s = 25;
+  double min_travel_m = 1;    ///< and the antenna moved so far: behind an obstacle nothing changes
+                              ///< while standing
+  double min_offset_m = 0.3;  ///< an anchor that moved by less is not worth a new start; the gate
+                              ///< always opens up to here in the end
+  double max_widening = 5;    ///< limit of the widening, as a factor on sigma, ...
+  double max_widening_long = 2.5;  ///< ... and where all that disagrees is too long
+  double fallback_sigma_m = 1;     ///< used when the variance is no positive number
 };
 
 /// What became of a range: the sign is that of the residual measured - predicted.
