@@ -229,6 +229,28 @@ std::string ownSettings(const Prepared& prepared, const RobotFile& robot) {
   return used.text();
 }
 
+RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robot,
+                           const ResultsFolder& own, const OfflineRunHooks& hooks) {
+  RobotRecord record;
+  RecordingEstimator estimator(configured(prepared, robot, nullptr), &record);
+  OfflineRunOptions options;
+  options.estimator = robot.driver;
+  options.rawlog = robot.rawlog;
+  options.start_offset_s = prepared.run.start_offset_s;
+  options.true_anchors = anchorsTruthOf(robot.rawlog).anchors;
+  writeTextFile(own.file("used.ini"), ownSettings(prepared, robot));
+  const RunSummary summary = runOffline(estimator, options, own, hooks);
+  writeTextFile(own.file("summary.json"), toJson(summary));
+  if (summary.poses == 0) {
+    const std::string& why = summary.longest_wait_reason;
+    hooks.log(LogLevel::error, "no pose at all" + (why.empty() ? "" : ": " + why));
+  }
+  record.landmarks = estimator.landmarks();
+  record.keyframes = estimator.keyframes();
+  readRecording(robot.rawlog, prepared.rendezvous.peer_label, &record);
+  return record;
+}
+
 }  // namespace
 
 RobotRecord runRobot(const Prepared& prepared, std::size_t i, const ResultsFolder& folder,
@@ -236,29 +258,13 @@ RobotRecord runRobot(const Prepared& prepared, std::size_t i, const ResultsFolde
   const RobotFile& robot = prepared.robots[i];
   RobotRecord record;
   if (robot.finished.empty()) {
-    RecordingEstimator estimator(configured(prepared, robot, nullptr), &record);
-    OfflineRunOptions options;
-    options.estimator = robot.driver;
-    options.rawlog = robot.rawlog;
-    options.start_offset_s = prepared.run.start_offset_s;
-    options.true_anchors = anchorsTruthOf(robot.rawlog).anchors;
     OfflineRunHooks hooks;
     hooks.log = [&](LogLevel level, const std::string& text) {
       log(level, "robot " + robot.name + ": " + text);
     };
     hooks.progress = progress;
     hooks.stop = interrupted;
-    const ResultsFolder own(folder.file(robot.name));
-    writeTextFile(own.file("used.ini"), ownSettings(prepared, robot));
-    const RunSummary summary = runOffline(estimator, options, own, hooks);
-    writeTextFile(own.file("summary.json"), toJson(summary));
-    if (summary.poses == 0) {
-      const std::string& why = summary.longest_wait_reason;
-      hooks.log(LogLevel::error, "no pose at all" + (why.empty() ? "" : ": " + why));
-    }
-    record.landmarks = estimator.landmarks();
-    record.keyframes = estimator.keyframes();
-    readRecording(robot.rawlog, prepared.rendezvous.peer_label, &record);
+    record = estimatedRobot(prepared, robot, ResultsFolder(folder.file(robot.name)), hooks);
   } else {
     record = finishedRobot(prepared, robot, log);
   }
