@@ -55,7 +55,7 @@ Vec3 pathAt(double s, double phase) {
 struct Air {
   int broadcast_every = 1;  ///< of so many ranges one comes with a broadcast
   double restart_s = 1e9;   ///< then the other robot begins a new world
-  WorldTransform T{0.7, Vec3(3, -2, 0.3)}, T_later{-1.2, Vec3(-1, 4, 0.1)};
+  WorldTransform T{0.7, Vec3(3, -2, 0.3)}, T_later{-1.2, Vec3(-9, 12, 0.1)};
 };
 
 /// Exact odometry at 20 Hz, ranges to robot 5 at 5 Hz with what it tells.
@@ -82,8 +82,8 @@ void writeMeeting(const std::string& path, double seconds, const Air& air) {
     const auto sent = test::odometryAt(t + 10 * test::kMs, 0);
     sent->sensorLabel = "PEER:5";
     sent->pose.mean = mrpt::poses::CPose3D(told.x(), told.y(), told.z(), 0, 0, 0);
-    sent->pose.cov.setIdentity();
-    sent->pose.cov *= 1e-4;
+    sent->pose.cov.setZero();
+    for (int k = 0; k < 3; ++k) sent->pose.cov(k, k) = 1e-4;
     writer.write(*sent);
   }
   writer.finish();

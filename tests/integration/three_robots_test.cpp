@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <memory>
 
 #include "robot_truth.h"
 
@@ -110,11 +111,11 @@ TEST_F(ThreeRobots, AreTiedTogetherAndTheirLoopCloses) {
   }
   for (const Json& t : all["transforms"]) {
     ASSERT_EQ(t["status"], "unique") << t;
-    const Pose wanted = world[t["to"]].inverse() * world[t["from"]];
+    const std::string from = t["from"], to = t["to"];
+    const Pose wanted = world[to].inverse() * world[from];
     const test::Deviation d = test::deviation(t, wanted);
     std::printf("%s in %s: offset off by %.3f m, yaw by %.2f deg, unique after %.1f s\n",
-                t["from"].get<std::string>().c_str(), t["to"].get<std::string>().c_str(),
-                d.offset_m, d.yaw_deg, t["first_unique_s"].get<double>());
+                from.c_str(), to.c_str(), d.offset_m, d.yaw_deg, t["first_unique_s"].get<double>());
     EXPECT_LT(d.offset_m, 0.3) << t;
     EXPECT_LT(d.yaw_deg, 3) << t;
   }
