@@ -108,7 +108,7 @@ Meeting meet(const Prepared& prepared, std::vector<RobotRecord> robots, const Lo
     JointSolution joint;
     const std::string problem =
         mergeJointly(out.robots, prepared.joint, &out.map, &out.pairs, &joint);
-    if (!problem.empty()) log(LogLevel::warning, problem);
+    if (!problem.empty()) log(LogLevel::info, problem);
   }
   return out;
 }

@@ -13,43 +13,10 @@ struct Member {
   std::size_t place;  // in the joint problem
 };
 
-/// The keyframes as they were last seen, and between them the poses as they were estimated when
-/// they were new, laid onto the keyframes around them.
-std::vector<TimedPose> smoothedPath(const RobotRecord& record) {
-  std::vector<std::pair<TimeNs, Pose>> corrections;  // from the causal world, at each keyframe
-  for (const KeyframeEstimate& k : record.keyframes) {
-    const auto causal = record.at(k.t);
-    const bool later = corrections.empty() || k.t > corrections.back().first;
-    if (causal && later) corrections.emplace_back(k.t, k.T_W_B * causal->T_W_B.inverse());
-  }
-  std::vector<TimedPose> out;
-  std::size_t next = 0;
-  for (const KnownPose& p : record.poses) {
-    if (corrections.empty()) break;
-    while (next < corrections.size() && corrections[next].first < p.t) ++next;
-    if (next == corrections.size()) {
-      out.push_back({p.t, corrections.back().second * p.T_W_B});
-      continue;
-    }
-    const Pose b = corrections[next].second * p.T_W_B;
-    if (next == 0) {
-      out.push_back({p.t, b});
-      continue;
-    }
-    const auto& [from, correction] = corrections[next - 1];
-    const Pose a = correction * p.T_W_B;
-    const double u = toSeconds(p.t - from) / toSeconds(corrections[next].first - from);
-    out.push_back({p.t, Pose(a.q.slerp(u, b.q), a.p + u * (b.p - a.p))});
-  }
-  return out;
-}
-
 JointRobot jointRobotOf(const RobotRecord& record, const WorldTransform& T_root) {
   JointRobot robot;
   robot.T_C_W = T_root;
-  if (!byOdometry(record)) robot.odometry = smoothedPath(record);
   for (const StampedPose& p : record.odometry) {
-    if (!byOdometry(record)) break;
     if (!robot.odometry.empty() && p.t <= robot.odometry.back().t) continue;
     robot.odometry.push_back({p.t, p.T_W_B});
   }
@@ -128,6 +95,10 @@ std::string mergeJointly(const std::vector<RobotRecord>& robots, const JointOpti
     const RobotRecord& record = *one;
     const auto T = map->T_root.find(record.name);
     if (T == map->T_root.end() || record.poses.size() < 2) continue;
+    if (!byOdometry(record)) {
+      return "no joint solution: robot " + record.name +
+             " was not estimated from odometry poses; its path holds the anchors' ranges already";
+    }
     const bool restarted = std::any_of(record.poses.begin(), record.poses.end(),
                                        [](const KnownPose& p) { return p.segment > 0; });
     if (restarted) return "robot " + record.name + " started a new world: no joint solution";

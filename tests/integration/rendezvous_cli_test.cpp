@@ -60,12 +60,13 @@ TEST(RendezvousCli, RunsTheSample) {
   EXPECT_EQ(readJson(out / "A/summary.json")["estimator"], "vir");
   const Json t = readJson(out / "transforms.json")["transforms"][0];
   EXPECT_EQ(t["status"], "unique") << t;
+  EXPECT_EQ(t["joint"], false);
   const Json error = readJson(out / "summary.json")["merge_errors"][0];
   std::printf("merged %.3f m, offset off by %.3f m, yaw by %.2f deg, unique after %.1f s\n",
               error["merged_rmse_m"].get<double>(), error["offset_error_m"].get<double>(),
               error["yaw_error_deg"].get<double>(), t["first_unique_s"].get<double>());
-  EXPECT_LT(error["merged_rmse_m"], 0.35) << error;
-  EXPECT_LT(error["offset_error_m"], 0.35) << error;
+  EXPECT_LT(error["merged_rmse_m"], 0.15) << error;
+  EXPECT_LT(error["offset_error_m"], 0.12) << error;
   EXPECT_LT(error["yaw_error_deg"], 2) << error;
   for (const char* name : {"scene.3Dscene", "rendezvous.svg", "landmarks.ply", "A/used.ini"}) {
     EXPECT_GT(fs::file_size(out / name), 100u) << name;

@@ -24,7 +24,6 @@ using alignment::Vec4;
 
 constexpr double kRidge = 9;  // rise of the cost between two solutions that are not told apart
 constexpr double kHighestRidge = 3;  // [m]
-constexpr double kSameHeight = 0.02;
 constexpr int kMinForScatter = 20;
 constexpr int kMinForSlowShare = 60;
 constexpr double kLessLikely = 4;  // cost by which a share of slow errors is worse than another
@@ -157,29 +156,22 @@ class Finder {
   /// middle is the best that can be said.
   void mergeNear(const EvidenceCost& cost) {
     std::vector<TransformSolution> kept;
-    std::vector<bool> middle;  // of two mirror images: final
     for (const TransformSolution& s : answer_.solutions) {
       bool merged = false;
-      for (std::size_t i = 0; i < kept.size(); ++i) {
-        TransformSolution& k = kept[i];
+      for (TransformSolution& k : kept) {
         const double distance = evidence_.apart(toVector(k.T_A_B), toVector(s.T_A_B));
         const bool ridge = oneRidge(cost, k, s);
         if (distance > options_.same_solution_m && !ridge) continue;
-        merged = true;
-        // A flat ridge yields a solution more than once; one more does not move the middle.
-        if (middle[i] && ridge) break;
         TransformSolution other = s;
         if (ridge) {
           settle(cost, &k);
           settle(cost, &other);
-          middle[i] = evidence_.apart(toVector(k.T_A_B), toVector(other.T_A_B)) > kSameHeight;
         }
         mergeInto(other, ridge, &k);
+        merged = true;
         break;
       }
-      if (merged) continue;
-      kept.push_back(s);
-      middle.push_back(false);
+      if (!merged) kept.push_back(s);
     }
     answer_.solutions = kept;
   }

@@ -119,16 +119,6 @@ class Search {
     sort();
     if (modes_.empty()) return;
     modes_.front().cost = descend(all, &modes_.front().x, {20, kExact});
-    addMirrorImage(all);
-  }
-
-  /// Two mirror images in height can be one minimum of a part of the ranges, and two of all.
-  void addMirrorImage(const EvidenceCost& all) {
-    Mode mirror{0, mirrored(modes_.front().x)};
-    if (!(all(mirror.x) < modes_.front().cost + needed_margin_)) return;
-    mirror.cost = descend(all, &mirror.x, {20, kRough});
-    keep(mirror);
-    sort();
   }
 
   void polishBest() {
