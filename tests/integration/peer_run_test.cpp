@@ -15,7 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using test::quoted;
-
 using test::readJson;
 
 TEST(PeerRun, FindsTheOtherRobotOfTheSample) {
@@ -31,8 +30,9 @@ TEST(PeerRun, FindsTheOtherRobotOfTheSample) {
   EXPECT_EQ(t["to"], "this");
   ASSERT_EQ(t["status"], "unique") << t;
   EXPECT_GT(t["ranges_used"], 200);
-  const Deviation d =
-      deviation(t, run, truthIn(folder + "two_A.rawlog"), toldWorld(folder + "two_B.rawlog"));
+  const Pose T_G_own = test::worldOf(test::truthIn(folder + "two_A.rawlog"), run.trajectory);
+  const test::Deviation d =
+      test::deviation(t, T_G_own.inverse() * test::toldWorld(folder + "two_B.rawlog"));
   std::printf("unique after %.1f s, offset off by %.3f m, yaw by %.2f deg\n",
               t["first_unique_s"].get<double>(), d.offset_m, d.yaw_deg);
   EXPECT_LT(d.offset_m, 0.3);
