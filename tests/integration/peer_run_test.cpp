@@ -65,7 +65,7 @@ void writeMeeting(const std::string& path, double seconds, const Air& air) {
     const double s = 0.05 * i;
     const TimeNs t = test::kStart + 50 * i * test::kMs;
     const auto odometry = test::odometryAt(t, 0);
-    const Vec3 own = pathAt(s, 0.3), other = pathAt(s, 1.7) + Vec3(1, 2, 0);
+    const Vec3 own = pathAt(s, 0.3);
     odometry->pose.mean = mrpt::poses::CPose3D(own.x(), own.y(), own.z(), 0, 0, 0);
     odometry->pose.cov.setZero();
     writer.write(*odometry);
