@@ -116,14 +116,14 @@ TEST_F(ThreeRobots, AreTiedTogetherAndTheirLoopCloses) {
     const test::Deviation d = test::deviation(t, wanted);
     std::printf("%s in %s: offset off by %.3f m, yaw by %.2f deg, unique after %.1f s\n",
                 from.c_str(), to.c_str(), d.offset_m, d.yaw_deg, t["first_unique_s"].get<double>());
-    EXPECT_LT(d.offset_m, 0.5) << t;
+    EXPECT_LT(d.offset_m, 0.3) << t;
     EXPECT_LT(d.yaw_deg, 3) << t;
   }
   ASSERT_EQ(all["loops"].size(), 1u);
   EXPECT_EQ(all["loops"][0]["robots"], "A B C");
   EXPECT_EQ(all["loops"][0]["consistent"], true) << all["loops"];
   for (const Json& e : readJson(out("met/summary.json"))["merge_errors"]) {
-    EXPECT_LT(e["merged_rmse_m"], 0.5) << e;
+    EXPECT_LT(e["merged_rmse_m"], 0.3) << e;
   }
   EXPECT_GT(fs::file_size(out("met/scene.3Dscene")), 1000u);
 }
@@ -193,7 +193,7 @@ TEST_F(ThreeRobots, OneAloneFindsTheOthersFromWhatTheyBroadcast) {
     const Pose told = test::toldWorld(rawlog(i == 0 ? "B" : "C"));
     const test::Deviation d = test::deviation(t, T_G_own.inverse() * told);
     std::printf("robot %zu: offset off by %.3f m, yaw by %.2f deg\n", i + 1, d.offset_m, d.yaw_deg);
-    EXPECT_LT(d.offset_m, 0.5) << t;
+    EXPECT_LT(d.offset_m, 0.3) << t;
     EXPECT_LT(d.yaw_deg, 3) << t;
   }
   EXPECT_EQ(run.summary["peers"].size(), 2u);
