@@ -9,7 +9,7 @@ set -euo pipefail
 packages=(
   build-essential cmake ninja-build
   libeigen3-dev libceres-dev libopencv-dev libnlopt-cxx-dev
-  libmrpt-hwdrivers-dev libmrpt-obs-dev
+  libmrpt-hwdrivers-dev libmrpt-obs-dev libmrpt-opengl-dev
   mrpt-apps                             # RawLogViewer and rawlog-edit
   libcli11-dev nlohmann-json3-dev libyaml-cpp-dev
   libgtest-dev

@@ -4,13 +4,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "commands.h"
 #include "console.h"
 #include "joint_merge.h"
 #include "rendezvous_options.h"
-#include "rendezvous_output.h"
+#include "rendezvous_report.h"
 #include "rendezvous_robots.h"
 #include "vir/pipeline/rendezvous_registry.h"
 
@@ -22,12 +21,13 @@ constexpr const char* kHelp =
 Examples:
   vir-slam rendezvous ini/two_robots.ini --rawlog A=a.rawlog --rawlog B=b.rawlog --out results/ab
   vir-slam rendezvous ini/two_robots.ini --rawlog spiri:3=one.rawlog --rawlog m:5=two.rawlog
+  vir-slam rendezvous ini/two_robots.ini --rawlog A=results/a --rawlog B=results/b
 NAME is followed by the robot's id as a beacon in the others' recordings; without it a single letter
-stands for its place in the alphabet (A = 0), any other name for its place in the list.)";
+stands for its place in the alphabet (A = 0), any other name for its place in the list. In place of a
+recording the results folder of a finished `vir-slam run` can be given: it is not estimated again.)";
 
-struct Arguments {
-  std::string ini, out;
-  std::vector<std::string> rawlogs, assignments;
+struct Arguments : RobotArguments {
+  std::string out;
   bool verbose = false;
 };
 
@@ -61,10 +61,15 @@ std::vector<TransformEdge> edgesOf(const std::vector<PairResult>& pairs) {
   return edges;
 }
 
+/// In the world of the robot that most others can be tied to; of equals, the first one given.
 MergedMap merge(const std::vector<RobotRecord>& robots, const std::vector<TransformEdge>& edges) {
   MergedMap map;
-  map.root = robots.front().name;
-  map.T_root = commonFrame(map.root, edges);
+  for (const RobotRecord& robot : robots) {
+    auto tied = commonFrame(robot.name, edges);
+    if (!map.root.empty() && tied.size() <= map.T_root.size()) continue;
+    map.root = robot.name;
+    map.T_root = std::move(tied);
+  }
   for (const RobotRecord& robot : robots) {
     const auto T = map.T_root.find(robot.name);
     if (T == map.T_root.end()) continue;
@@ -74,55 +79,42 @@ MergedMap merge(const std::vector<RobotRecord>& robots, const std::vector<Transf
   return map;
 }
 
-const RobotRecord& named(const std::vector<RobotRecord>& robots, const std::string& name) {
-  return *std::find_if(robots.begin(), robots.end(),
-                       [&](const RobotRecord& r) { return r.name == name; });
+std::vector<RobotRecord> runAll(const Prepared& prepared, const ResultsFolder& folder,
+                                const Log& log, ProgressBar* bar) {
+  std::vector<RobotRecord> robots;
+  const auto n = static_cast<double>(prepared.robots.size());
+  for (std::size_t i = 0; i < prepared.robots.size(); ++i) {
+    const auto progress = [&](double part) { bar->show((static_cast<double>(i) + part) / n); };
+    robots.push_back(runRobot(prepared, i, folder, log, progress));
+  }
+  bar->clear();
+  return robots;
 }
 
-std::vector<TableRow> rowsOf(const PairResult& pair, const std::optional<MergeError>& error) {
-  const PairTransform& t = pair.transform;
-  const TransformAnswer& a = t.answer;
-  std::vector<TableRow> rows{{t.from + " in " + t.to, name(a.status), ""}};
-  if (!a.reason.empty()) rows.push_back({"  why", a.reason, ""});
-  rows.push_back({"  mutual ranges", std::to_string(pair.ranges.list.size()), ""});
-  if (!a.solutions.empty()) {
-    const TransformSolution& s = a.solutions[0];
-    const Eigen::Vector4d sigma = s.covariance.diagonal().cwiseMax(0).cwiseSqrt();
-    const auto& p = s.T_A_B.t_m;
-    rows.push_back(
-        {"  yaw", fixed(s.T_A_B.yaw_rad * 180 / M_PI, 2) + " +- " + fixed(sigma[0] * 180 / M_PI, 2),
-         "deg"});
-    rows.push_back(
-        {"  offset", fixed(p.x(), 3) + " " + fixed(p.y(), 3) + " " + fixed(p.z(), 3), "m"});
-    rows.push_back({"    standard deviation",
-                    fixed(sigma[1], 3) + " " + fixed(sigma[2], 3) + " " + fixed(sigma[3], 3), "m"});
-    rows.push_back({"  ranges used, rejected",
-                    std::to_string(s.used) + ", " + std::to_string(s.rejected), ""});
-    rows.push_back({"  common anchors used", std::to_string(s.anchors_used), ""});
+/// Ties the robots together.
+Meeting meet(const Prepared& prepared, std::vector<RobotRecord> robots, const Log& log) {
+  Meeting out;
+  out.robots = std::move(robots);
+  out.pairs = findPairs(prepared, out.robots, log);
+  const std::vector<TransformEdge> edges = edgesOf(out.pairs);
+  out.loops = checkLoops(edges);
+  for (const TransformLoop& loop : out.loops) {
+    if (!loop.consistent) {
+      log(LogLevel::warning, "the transforms between " + loop.robots + " contradict each other");
+    }
   }
-  rows.push_back(
-      {"  first unique after", t.first_unique_s ? fixed(*t.first_unique_s, 1) : "-", "s"});
-  if (error) {
-    rows.push_back({"  merged trajectory, RMSE", fixed(error->merged_rmse_m, 3), "m"});
-    rows.push_back(
-        {"  error of the offset, yaw",
-         fixed(error->offset_error_m, 3) + " m, " + fixed(error->yaw_error_deg, 2) + " deg", ""});
+  out.map = merge(out.robots, edges);
+  if (prepared.rendezvous.joint && !edges.empty()) {
+    JointSolution joint;
+    const std::string problem =
+        mergeJointly(out.robots, prepared.joint, &out.map, &out.pairs, &joint);
+    if (!problem.empty()) log(LogLevel::info, problem);
   }
-  return rows;
-}
-
-nlohmann::ordered_json errorJson(const MergeError& e) {
-  return {{"from", e.from},
-          {"to", e.to},
-          {"merged_rmse_m", e.merged_rmse_m},
-          {"own_merged_rmse_m", e.own_merged_rmse_m},
-          {"offset_error_m", e.offset_error_m},
-          {"yaw_error_deg", e.yaw_error_deg}};
+  return out;
 }
 
 void run(const Arguments& arguments, Common& common) {
-  const Prepared prepared =
-      prepareRobots(arguments.ini, arguments.rawlogs, arguments.assignments, common);
+  const Prepared prepared = prepareRobots(arguments, common);
   const ResultsFolder folder(arguments.out);
   writeTextFile(folder.file("used.ini"), prepared.used_ini);
   OutputFile log_file(folder.file("run.log"));
@@ -136,56 +128,12 @@ void run(const Arguments& arguments, Common& common) {
     std::fprintf(stderr, "%s: %s\n", word, text.c_str());
   };
   catchInterrupt();
-  std::vector<RobotRecord> robots;
-  for (std::size_t i = 0; i < prepared.robots.size(); ++i) {
-    const auto progress = [&](double part) {
-      bar.show((static_cast<double>(i) + part) / static_cast<double>(prepared.robots.size()));
-    };
-    robots.push_back(runRobot(prepared, i, folder, log, progress));
-  }
-  bar.clear();
-
-  std::vector<PairResult> pairs = findPairs(prepared, robots, log);
-  const std::vector<TransformEdge> edges = edgesOf(pairs);
-  const std::vector<TransformLoop> loops = checkLoops(edges);
-  for (const TransformLoop& loop : loops) {
-    if (!loop.consistent) {
-      log(LogLevel::warning, "the transforms between " + loop.robots + " contradict each other");
-    }
-  }
-  MergedMap map = merge(robots, edges);
-  JointSolution joint;
-  if (prepared.rendezvous.joint && !edges.empty()) {
-    const std::string problem = mergeJointly(robots, prepared.joint, &map, &pairs, &joint);
-    if (!problem.empty()) log(LogLevel::info, problem);
-  }
-  std::vector<PairTransform> transforms;
-  nlohmann::ordered_json summary;
-  summary["robots"] = nlohmann::ordered_json::array();
-  for (const RobotRecord& r : robots) summary["robots"].push_back(r.name);
-  summary["merge_errors"] = nlohmann::ordered_json::array();
-  std::vector<TableRow> rows;
-  for (const PairResult& pair : pairs) {
-    transforms.push_back(pair.transform);
-    std::optional<MergeError> error;
-    const auto& a = pair.transform.answer;
-    if (a.status == TransformStatus::unique) {
-      error = mergeError(named(robots, pair.transform.to), named(robots, pair.transform.from),
-                         a.solutions[0].T_A_B, map);
-      if (error) summary["merge_errors"].push_back(errorJson(*error));
-    }
-    const auto more = rowsOf(pair, error);
-    rows.insert(rows.end(), more.begin(), more.end());
-  }
-  writeTextFile(folder.file("transforms.json"), transformsJson(transforms, loops, map.root));
-  writeTextFile(folder.file("summary.json"), summary.dump(2) + "\n");
-  writeHistory(folder, pairs);
-  writeMergedTrajectories(folder, map);
-  writeMergedLandmarks(folder, map, robots);
-  writeTextFile(folder.file("rendezvous.svg"), toSvg(rendezvousFigure(map, robots)));
-  for (const RobotRecord& r : robots) {
-    if (map.T_root.count(r.name) > 0) continue;
-    log(LogLevel::error, "robot " + r.name + " cannot be placed in the world of " + map.root);
+  const Meeting meeting = meet(prepared, runAll(prepared, folder, log, &bar), log);
+  const std::vector<TableRow> rows = writeMeeting(folder, meeting);
+  for (const RobotRecord& r : meeting.robots) {
+    if (meeting.map.T_root.count(r.name) > 0) continue;
+    log(LogLevel::error,
+        "robot " + r.name + " cannot be placed in the world of " + meeting.map.root);
     common.exit_code = kRunFailed;
   }
   log_file.close();
@@ -200,8 +148,15 @@ void addRendezvous(CLI::App& app, Common& common) {
   CLI::App* command = app.add_subcommand("rendezvous", kHelp);
   command->add_option("INI", arguments->ini, "Settings, e.g. ini/two_robots.ini")->required();
   command
-      ->add_option("--rawlog", arguments->rawlogs,
-                   "NAME=FILE or NAME:ID=FILE, one per robot (instead of [Robots] in the ini)")
+      ->add_option(
+          "--rawlog", arguments->rawlogs,
+          "NAME=FILE or NAME:ID=FILE, one per robot (instead of [Robots] in the ini); FILE: a "
+          "recording, or the results folder of a finished run")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--ranges", arguments->ranges,
+                   "NAME=FILE: the recording a finished run was made from, where the run's "
+                   "summary.json does not lead to it")
       ->allow_extra_args(false);
   command->add_option("--out", arguments->out, "Results folder (default: results/<date-time>)");
   command

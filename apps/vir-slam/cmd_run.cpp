@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <memory>
 
+#include "auto_driver.h"
 #include "commands.h"
 #include "companion.h"
 #include "console.h"
+#include "peer_run.h"
 #include "run_options.h"
 #include "vir/core/ini_writer.h"
 #include "vir/core/settings.h"
@@ -60,6 +62,7 @@ std::string rawlogPath(const Settings& settings, const RunOptions& options) {
 struct Prepared {
   RunOptions options;
   std::unique_ptr<Estimator> estimator;
+  PeerRun peers;
   std::string used_ini, note;
 };
 
@@ -79,21 +82,26 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   }
 
   loadPlugins(common);
+  const std::string asked = run.options.driver;
+  run.options.driver = driverFor(asked, run.options.rawlog);
   run.estimator = createEstimator(run.options.driver);
+  run.peers.prepare(settings);
   SettingsReader reader(settings);
   // An ini of several robots will do for one of them.
-  reader.ignoreSection("Rendezvous");
   reader.ignoreSection("Robots");
   reader.ignoreSection("Joint");
   RunOptions again;
   describe(reader, again);
   run.estimator->describe(reader);
+  acceptOtherDrivers(asked, run.options.driver, &reader);
+  run.peers.describe(reader);
   reader.ignoreUnknownFrom(companion);
   reader.finish();
 
   IniWriter used(IniWriter::Style::values);
   describe(used, run.options);
   run.estimator->describe(used);
+  run.peers.describe(used);
   run.used_ini = used.text();
   return run;
 }
@@ -151,6 +159,7 @@ void printSummary(const RunSummary& s, const std::string& folder) {
     rows.push_back({"ATE of the smoothed keyframes", fixed(*s.ate_smoothed_posyaw_m, 4), "m"});
   }
   addRangeRows(s, &rows);
+  addPeerRows(s.peers, &rows);
   rows.push_back({"resets", std::to_string(s.resets), ""});
   rows.push_back({"CPU per image", fixed(s.cpu_ms_per_frame, 2), "ms"});
   rows.push_back({"run time", fixed(s.wall_s, 2), "s"});
@@ -166,7 +175,7 @@ void printSummary(const RunSummary& s, const std::string& folder) {
 }
 
 void run(const Arguments& arguments, Common& common) {
-  const Prepared prepared = prepare(arguments, common);
+  Prepared prepared = prepare(arguments, common);
   const ResultsFolder folder(arguments.out);
   writeTextFile(folder.file("used.ini"), prepared.used_ini);
   OutputFile log_file(folder.file("run.log"));
@@ -194,12 +203,14 @@ void run(const Arguments& arguments, Common& common) {
     hooks.log(LogLevel::warning, std::to_string(truth.bad_lines) + " lines of " + truth.path +
                                      " are not id,x,y,z and were left out");
   }
-  const RunSummary summary = runOffline(*prepared.estimator, options, folder, hooks);
+  const auto estimator = prepared.peers.follow(std::move(prepared.estimator));
+  const RunSummary summary = runOffline(*estimator, options, folder, hooks);
   bar.clear();
   if (summary.poses == 0) {
     const std::string& why = summary.longest_wait_reason;
     hooks.log(LogLevel::error, "no pose at all" + (why.empty() ? "" : ": " + why));
   }
+  prepared.peers.write(folder);
   writeTextFile(folder.file("summary.json"), toJson(summary));
   log_file.close();
   printSummary(summary, folder.path());

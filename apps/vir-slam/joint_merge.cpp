@@ -5,6 +5,9 @@
 namespace vir::app {
 namespace {
 
+/// Where there are images, odometry poses were not what the robot was estimated from.
+bool byOdometry(const RobotRecord& record) { return !record.sees && record.odometry.size() >= 2; }
+
 struct Member {
   const RobotRecord* record;
   std::size_t place;  // in the joint problem
@@ -83,9 +86,19 @@ std::string mergeJointly(const std::vector<RobotRecord>& robots, const JointOpti
                          MergedMap* map, std::vector<PairResult>* pairs, JointSolution* solution) {
   std::vector<JointRobot> problem;
   std::vector<Member> members;
+  // The first one's world is that of the problem.
+  std::vector<const RobotRecord*> ordered;
   for (const RobotRecord& record : robots) {
+    ordered.insert(record.name == map->root ? ordered.begin() : ordered.end(), &record);
+  }
+  for (const RobotRecord* one : ordered) {
+    const RobotRecord& record = *one;
     const auto T = map->T_root.find(record.name);
-    if (T == map->T_root.end() || record.odometry.size() < 2) continue;
+    if (T == map->T_root.end() || record.poses.size() < 2) continue;
+    if (!byOdometry(record)) {
+      return "no joint solution: robot " + record.name +
+             " was not estimated from odometry poses; its path holds the anchors' ranges already";
+    }
     const bool restarted = std::any_of(record.poses.begin(), record.poses.end(),
                                        [](const KnownPose& p) { return p.segment > 0; });
     if (restarted) return "robot " + record.name + " started a new world: no joint solution";
@@ -93,7 +106,7 @@ std::string mergeJointly(const std::vector<RobotRecord>& robots, const JointOpti
     problem.push_back(jointRobotOf(record, T->second));
   }
   if (problem.size() < 2 || members[0].record->name != map->root) {
-    return "a joint solution needs odometry poses (ODOM) of two robots that are tied together";
+    return "no joint solution: it needs two robots with poses that are tied together";
   }
   *solution = solveJointly(problem, mutualOf(*pairs, members), options);
   if (!solution->solved) return "no joint solution: " + solution->problem;

@@ -6,17 +6,7 @@
 namespace vir::app {
 namespace {
 
-constexpr TimeNs kSameStamp = 2000000;  // a range and the broadcast that came with it
-constexpr double kSameRange = 1e-4;     // [m]; recordings keep ranges as float
-constexpr double kNearMirror = 1.0;     // [m]; closer together, two mirror images are one anchor
-
-/// The newest entry within a stamp's rounding of `t`.
-const SentPosition* sentAt(const std::vector<SentPosition>& list, TimeNs t) {
-  const auto next =
-      std::lower_bound(list.begin(), list.end(), t - kSameStamp,
-                       [](const SentPosition& s, TimeNs stamp) { return s.t < stamp; });
-  return next != list.end() && next->t <= t + kSameStamp ? &*next : nullptr;
-}
+constexpr double kSameRange = 1e-4;  // [m]; recordings keep ranges as float
 
 struct AntennaState {
   Vec3 p_W = Vec3::Zero();
@@ -35,22 +25,12 @@ Vec3 leverOf(const RobotRecord& robot) {
   return robot.peer_ranges.empty() ? Vec3(Vec3::Zero()) : robot.peer_ranges.front().p_B_U;
 }
 
-std::optional<AntennaState> peerState(const RobotRecord& listener, const RobotRecord& peer,
-                                      TimeNs t) {
-  const auto heard = listener.heard.find(peer.id);
-  const auto own = ownState(peer, t, leverOf(peer));
-  if (heard == listener.heard.end()) return own;
-  const SentPosition* sent = sentAt(heard->second, t);
-  if (sent == nullptr) return std::nullopt;
-  return AntennaState{sent->p_W, sent->covariance, own ? own->segment : 0};
-}
-
 void addRanges(const RobotRecord& listener, const RobotRecord& peer, bool listener_is_A,
                MutualRanges* out) {
   for (const PeerObservation& o : listener.peer_ranges) {
     if (o.peer != peer.id) continue;
     const auto own = ownState(listener, o.t, o.p_B_U);
-    const auto other = peerState(listener, peer, o.t);
+    const auto other = ownState(peer, o.t, leverOf(peer));
     if (!own || !other) {
       ++out->without_state;
       continue;
@@ -63,39 +43,6 @@ void addRanges(const RobotRecord& listener, const RobotRecord& peer, bool listen
     m.segment_B = b.segment;
     out->list.push_back(m);
   }
-}
-
-/// What a robot believes of an anchor; empty if it is not to be relied on.
-std::optional<SentPosition> believed(const AnchorEstimate& a) {
-  if (!a.has_position || !a.p_W.allFinite() || !a.covariance.allFinite()) return std::nullopt;
-  SentPosition out{0, a.p_W, a.covariance};
-  if (a.state == "mirror_open") {
-    const Vec3 apart = a.mirror_p_W - a.p_W;
-    if (!(apart.norm() < kNearMirror)) return std::nullopt;
-    out.covariance += apart * apart.transpose();
-  } else if (a.state != "estimated" && a.state != "fixed") {
-    return std::nullopt;
-  }
-  return out;
-}
-
-/// What `listener` last heard or, where nothing is recorded, what `peer` itself believed.
-std::optional<SentPosition> peersAnchor(const RobotRecord& listener, const RobotRecord& peer,
-                                        std::uint64_t id, TimeNs t) {
-  if (listener.heard.count(peer.id) > 0) {
-    const auto heard = listener.heard_anchors.find({peer.id, id});
-    if (heard == listener.heard_anchors.end()) return std::nullopt;
-    const auto& list = heard->second;
-    const auto next =
-        std::upper_bound(list.begin(), list.end(), t + kSameStamp,
-                         [](TimeNs stamp, const SentPosition& s) { return stamp < s.t; });
-    if (next == list.begin()) return std::nullopt;
-    return *(next - 1);
-  }
-  for (const AnchorEstimate& a : peer.anchorsAt(t)) {
-    if (a.id == id) return believed(a);
-  }
-  return std::nullopt;
 }
 
 }  // namespace
@@ -128,9 +75,12 @@ std::vector<SharedAnchor> sharedAnchors(const RobotRecord& a, const RobotRecord&
   std::vector<SharedAnchor> out;
   for (const AnchorEstimate& own : a.anchorsAt(t)) {
     const auto in_A = believed(own);
-    const auto in_B = peersAnchor(a, b, own.id, t);
-    if (!in_A || !in_B) continue;
-    out.push_back({own.id, in_A->p_W, in_B->p_W, in_A->covariance, in_B->covariance});
+    if (!in_A) continue;
+    for (const AnchorEstimate& other : b.anchorsAt(t)) {
+      const auto in_B = other.id == own.id ? believed(other) : std::nullopt;
+      if (!in_B) continue;
+      out.push_back({own.id, in_A->p_W, in_B->p_W, in_A->covariance, in_B->covariance});
+    }
   }
   return out;
 }

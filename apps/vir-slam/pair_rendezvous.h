@@ -21,8 +21,9 @@ struct MutualRanges {
   long doubled = 0;                     ///< in both recordings, used once
 };
 
-/// From both recordings. The peer's position is what it broadcast where that was recorded, else
-/// its own estimate at the range's time. A range found in both recordings counts once.
+/// From both recordings, with each robot's own causal estimate at the range's time: its paths and
+/// maps are to be tied together, so that what it once broadcast of another estimate is of no use. A
+/// range found in both recordings counts once.
 MutualRanges mutualRanges(const RobotRecord& a, const RobotRecord& b);
 
 /// Anchors that both believed in at `t`.

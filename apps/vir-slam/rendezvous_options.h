@@ -9,6 +9,7 @@ namespace vir::app {
 struct RendezvousRunOptions {
   std::string driver = "nlopt";
   std::string peer_label = "PEER";
+  bool in_run = true;
   double interval_s = 0.5;
   bool use_anchors = true;
   bool joint = true;

@@ -6,6 +6,7 @@
 
 #include "vir/evaluation/evaluate.h"
 #include "vir/evaluation/figure_parts.h"
+#include "vir/pipeline/scene_file.h"
 
 namespace vir::app {
 namespace {
@@ -142,6 +143,7 @@ namespace {
 
 constexpr TimeNs kNeverCut = INT64_MAX;
 constexpr std::size_t kMostPoints = 4000;
+constexpr double kSceneGap = 4;  // [m], between worlds that are shown apart
 
 Trajectory thinned(const Trajectory& path) {
   const std::size_t n = path.size() / kMostPoints + 1;
@@ -167,7 +169,50 @@ void addAnchors(const RobotRecord& robot, const WorldTransform& T, Color color, 
   }
 }
 
+/// Smallest and largest coordinates of a path.
+std::pair<Vec3, Vec3> extentOf(const Trajectory& path) {
+  std::pair<Vec3, Vec3> out(Vec3::Constant(1e300), Vec3::Constant(-1e300));
+  for (const StampedPose& p : path) {
+    out.first = out.first.cwiseMin(p.T_W_B.p);
+    out.second = out.second.cwiseMax(p.T_W_B.p);
+  }
+  return out;
+}
+
 }  // namespace
+
+void writeRendezvousScene(const ResultsFolder& folder, const MergedMap& map,
+                          const std::vector<RobotRecord>& robots) {
+  std::vector<SceneRobot> scene;
+  double lowest = 0;
+  for (std::size_t i = 0; i < robots.size(); ++i) {
+    const RobotRecord& robot = robots[i];
+    const auto T = map.T_root.find(robot.name);
+    const auto path = map.trajectories.find(robot.name);
+    if (T == map.T_root.end() || path == map.trajectories.end() || path->second.empty()) continue;
+    SceneRobot merged{"robot " + robot.name, figureColor(i), T->second.pose(), {}, {}, {}};
+    // The path is in the common world already.
+    const Pose back = merged.T.inverse();
+    for (const StampedPose& p : path->second) merged.path.push_back({p.t, back * p.T_W_B});
+    if (!robot.anchors.empty()) merged.anchors = robot.anchors.back().anchors;
+    merged.landmarks = robot.landmarks;
+    lowest = std::min(lowest, extentOf(path->second).first.z());
+    scene.push_back(std::move(merged));
+  }
+  double from = 0;
+  for (std::size_t i = 0; i < robots.size(); ++i) {
+    const RobotRecord& robot = robots[i];
+    SceneRobot own{
+        robot.name + " in its own world", figureColor(i), Pose(), trajectoryOf(robot), {}, {}};
+    if (own.path.empty()) continue;
+    const auto [low, high] = extentOf(own.path);
+    own.T.p = Vec3(from - low.x(), 0, lowest - high.z() - kSceneGap);
+    from += high.x() - low.x() + kSceneGap;
+    if (!robot.anchors.empty()) own.anchors = robot.anchors.back().anchors;
+    scene.push_back(std::move(own));
+  }
+  writeScene(folder.file("scene.3Dscene"), scene);
+}
 
 Figure rendezvousFigure(const MergedMap& map, const std::vector<RobotRecord>& robots) {
   Figure figure;

@@ -35,6 +35,10 @@ void writeMergedLandmarks(const ResultsFolder& folder, const MergedMap& map,
                           const std::vector<RobotRecord>& robots);
 void writeHistory(const ResultsFolder& folder, const std::vector<PairResult>& pairs);
 
+/// scene.3Dscene: all robots merged, and below, side by side, each one in its own world.
+void writeRendezvousScene(const ResultsFolder& folder, const MergedMap& map,
+                          const std::vector<RobotRecord>& robots);
+
 /// Each robot in its own world below, all in the root's above.
 Figure rendezvousFigure(const MergedMap& map, const std::vector<RobotRecord>& robots);
 

@@ -1,21 +1,20 @@
 #include "rendezvous_robots.h"
 
-#include <mrpt/obs/CObservationRobotPose.h>
-
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <filesystem>
+#include <map>
 #include <set>
+#include <utility>
 
+#include "auto_driver.h"
 #include "companion.h"
 #include "console.h"
+#include "run_folder.h"
 #include "vir/core/ini_writer.h"
 #include "vir/pipeline/estimator_registry.h"
-#include "vir/pipeline/mrpt_pose.h"
-#include "vir/pipeline/mrpt_time.h"
 #include "vir/pipeline/offline_run.h"
-#include "vir/pipeline/rawlog_reader.h"
 #include "vir/pipeline/rendezvous_registry.h"
 
 namespace vir::app {
@@ -56,17 +55,51 @@ RobotFile robotOf(const std::string& text, const std::string& rawlog, std::size_
   return robot;
 }
 
-std::vector<RobotFile> robotFiles(const Settings& settings,
-                                  const std::vector<std::string>& rawlogs) {
-  std::vector<RobotFile> robots;
-  for (const std::string& text : rawlogs) {
-    const auto equals = text.find('=');
-    if (equals == std::string::npos) {
-      throw UsageError("--rawlog " + text + ": write NAME=FILE or NAME:ID=FILE");
-    }
-    robots.push_back(robotOf(text.substr(0, equals), text.substr(equals + 1), robots.size()));
+/// NAME=REST of an option.
+std::pair<std::string, std::string> named(const std::string& option, const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos) {
+    throw UsageError(option + " " + text + ": write NAME=FILE or NAME:ID=FILE");
   }
-  if (rawlogs.empty() && settings.hasSection(kRobotsSection)) {
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/// A finished run says which recording it is of; that may have been moved since.
+void findRecording(const std::map<std::string, std::string>& given, RobotFile* robot) {
+  const auto ranges = given.find(robot->name);
+  if (!fs::is_directory(robot->rawlog)) {
+    if (ranges != given.end()) {
+      throw UsageError("--ranges " + robot->name + "=...: " + robot->rawlog +
+                       " is a recording itself, not a finished run");
+    }
+    return;
+  }
+  const RunFolder folder = openRunFolder(robot->rawlog);
+  robot->finished = folder.path;
+  robot->rawlog = ranges != given.end() ? ranges->second : folder.rawlog;
+  if (ranges != given.end() || fs::is_regular_file(robot->rawlog)) return;
+  // The path was relative to where the program ran then: perhaps to the folder's surroundings.
+  for (fs::path up = fs::absolute(folder.path).parent_path(); up != up.root_path();
+       up = up.parent_path()) {
+    if (folder.rawlog.empty() || fs::path(folder.rawlog).is_absolute()) break;
+    if (!fs::is_regular_file(up / folder.rawlog)) continue;
+    robot->rawlog = (up / folder.rawlog).string();
+    return;
+  }
+  throw UsageError("the mutual ranges of robot " + robot->name + " are in the recording that " +
+                   folder.path + " was made from" +
+                   (folder.rawlog.empty() ? ", and its summary.json does not name it"
+                                          : ", and " + folder.rawlog + " is not there") +
+                   ": give it with --ranges " + robot->name + "=FILE");
+}
+
+std::vector<RobotFile> robotFiles(const Settings& settings, const RobotArguments& arguments) {
+  std::vector<RobotFile> robots;
+  for (const std::string& text : arguments.rawlogs) {
+    const auto [name, file] = named("--rawlog", text);
+    robots.push_back(robotOf(name, file, robots.size()));
+  }
+  if (robots.empty() && settings.hasSection(kRobotsSection)) {
     for (const std::string& key : settings.keys(kRobotsSection)) {
       fs::path path = settings.find(kRobotsSection, key)->value;
       // A path in an ini is relative to that ini.
@@ -88,21 +121,38 @@ std::vector<RobotFile> robotFiles(const Settings& settings,
       throw UsageError("two robots have the id " + std::to_string(r.id) +
                        ": give them with NAME:ID=FILE");
     }
+  }
+  std::map<std::string, std::string> ranges;
+  for (const std::string& text : arguments.ranges) {
+    const auto [name, file] = named("--ranges", text);
+    if (names.count(name) == 0) throw UsageError("--ranges " + text + ": no robot " + name);
+    ranges[name] = file;
+  }
+  for (RobotFile& r : robots) {
+    findRecording(ranges, &r);
     requireFile(r.rawlog, "rawlog");
   }
   return robots;
 }
 
-/// Reads every setting of a robot's run; throws SettingsError for what nobody knows.
+/// Reads every setting of a robot's run; throws SettingsError for what nobody knows. No estimator
+/// for a finished run.
 std::unique_ptr<Estimator> configured(const Prepared& p, const RobotFile& robot,
                                       OptionVisitor* also) {
-  auto estimator = createEstimator(p.run.driver);
   SettingsReader reader(robot.settings);
   reader.ignoreSection(kRobotsSection);
   RunOptions run;
   RendezvousRunOptions rendezvous;
   describe(reader, run);
-  estimator->describe(reader);
+  std::unique_ptr<Estimator> estimator;
+  const bool finished = !robot.finished.empty();
+  if (!finished) {
+    estimator = createEstimator(robot.driver);
+    estimator->describe(reader);
+  } else if (p.run.driver != kAutoDriver) {
+    createEstimator(p.run.driver)->describe(reader);
+  }
+  acceptOtherDrivers(p.run.driver, robot.driver, &reader);
   describe(reader, rendezvous);
   const auto solver = createRendezvous(p.rendezvous.driver);
   solver->describe(reader);
@@ -112,7 +162,7 @@ std::unique_ptr<Estimator> configured(const Prepared& p, const RobotFile& robot,
   reader.finish();
   if (also != nullptr) {
     describe(*also, run);
-    estimator->describe(*also);
+    if (estimator) estimator->describe(*also);
     describe(*also, rendezvous);
     solver->describe(*also);
     vir::describe(*also, joint);
@@ -120,17 +170,14 @@ std::unique_ptr<Estimator> configured(const Prepared& p, const RobotFile& robot,
   return estimator;
 }
 
-Trajectory groundTruthOf(const std::string& rawlog) {
-  Trajectory out;
-  RawlogReader reader(rawlog);
-  while (const auto observation = reader.next()) {
-    if (observation->sensorLabel != "GT") continue;
-    const auto pose = std::dynamic_pointer_cast<mrpt::obs::CObservationRobotPose>(observation);
-    if (!pose) continue;
-    const TimeNs t = fromMrptTime(pose->timestamp);
-    if (out.empty() || t > out.back().t) out.push_back({t, fromMrptPose(pose->pose.mean)});
-  }
-  return out;
+RobotRecord finishedRobot(const Prepared& prepared, const RobotFile& robot, const LogSink& log) {
+  RobotRecord record;
+  readRunFolder({robot.finished, robot.rawlog}, &record);
+  readRecording(robot.rawlog, prepared.rendezvous.peer_label, &record);
+  vir::log(log, LogLevel::info,
+           "robot " + robot.name + ": " + std::to_string(record.poses.size()) + " poses from " +
+               robot.finished + ", ranges from " + robot.rawlog);
+  return record;
 }
 
 }  // namespace
@@ -143,16 +190,15 @@ std::unique_ptr<Rendezvous> Prepared::createSolver(const LogSink& log) const {
   return solver;
 }
 
-Prepared prepareRobots(const std::string& ini, const std::vector<std::string>& rawlogs,
-                       const std::vector<std::string>& assignments, const Common& common) {
+Prepared prepareRobots(const RobotArguments& arguments, const Common& common) {
   Prepared out;
-  out.settings = Settings::fromFile(ini);
-  for (const std::string& assignment : assignments) out.settings.set(assignment);
+  out.settings = Settings::fromFile(arguments.ini);
+  for (const std::string& assignment : arguments.assignments) out.settings.set(assignment);
   SettingsReader own(out.settings);
   describe(own, out.run);
   describe(own, out.rendezvous);
   vir::describe(own, out.joint);
-  out.robots = robotFiles(out.settings, rawlogs);
+  out.robots = robotFiles(out.settings, arguments);
   loadPlugins(common);
   for (std::size_t i = 0; i < out.robots.size(); ++i) {
     RobotFile& robot = out.robots[i];
@@ -161,6 +207,7 @@ Prepared prepareRobots(const std::string& ini, const std::vector<std::string>& r
     if (!robot.companion.empty()) {
       robot.settings.mergeDefaults(Settings::fromFile(robot.companion));
     }
+    if (robot.finished.empty()) robot.driver = driverFor(out.run.driver, robot.rawlog);
     IniWriter used(IniWriter::Style::values);
     configured(out, robot, i == 0 ? &used : nullptr);
     if (i == 0) out.used_ini = used.text();
@@ -168,26 +215,30 @@ Prepared prepareRobots(const std::string& ini, const std::vector<std::string>& r
   return out;
 }
 
-RobotRecord runRobot(const Prepared& prepared, std::size_t i, const ResultsFolder& folder,
-                     const LogSink& log, const std::function<void(double)>& progress) {
-  const RobotFile& robot = prepared.robots[i];
+namespace {
+
+/// What a run of this robot alone would have as used.ini.
+std::string ownSettings(const Prepared& prepared, const RobotFile& robot) {
+  const auto estimator = configured(prepared, robot, nullptr);
+  RunOptions run = prepared.run;
+  run.driver = robot.driver;
+  run.rawlog = robot.rawlog;
+  IniWriter used(IniWriter::Style::values);
+  describe(used, run);
+  estimator->describe(used);
+  return used.text();
+}
+
+RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robot,
+                           const ResultsFolder& own, const OfflineRunHooks& hooks) {
   RobotRecord record;
-  record.name = robot.name;
-  record.id = robot.id;
-  RecordingEstimator estimator(configured(prepared, robot, nullptr), prepared.rendezvous.peer_label,
-                               &record);
+  RecordingEstimator estimator(configured(prepared, robot, nullptr), &record);
   OfflineRunOptions options;
-  options.estimator = prepared.run.driver;
+  options.estimator = robot.driver;
   options.rawlog = robot.rawlog;
   options.start_offset_s = prepared.run.start_offset_s;
   options.true_anchors = anchorsTruthOf(robot.rawlog).anchors;
-  OfflineRunHooks hooks;
-  hooks.log = [&](LogLevel level, const std::string& text) {
-    log(level, "robot " + robot.name + ": " + text);
-  };
-  hooks.progress = progress;
-  hooks.stop = interrupted;
-  const ResultsFolder own(folder.file(robot.name));
+  writeTextFile(own.file("used.ini"), ownSettings(prepared, robot));
   const RunSummary summary = runOffline(estimator, options, own, hooks);
   writeTextFile(own.file("summary.json"), toJson(summary));
   if (summary.poses == 0) {
@@ -196,7 +247,29 @@ RobotRecord runRobot(const Prepared& prepared, std::size_t i, const ResultsFolde
   }
   record.landmarks = estimator.landmarks();
   record.keyframes = estimator.keyframes();
-  record.truth = groundTruthOf(robot.rawlog);
+  readRecording(robot.rawlog, prepared.rendezvous.peer_label, &record);
+  return record;
+}
+
+}  // namespace
+
+RobotRecord runRobot(const Prepared& prepared, std::size_t i, const ResultsFolder& folder,
+                     const LogSink& log, const std::function<void(double)>& progress) {
+  const RobotFile& robot = prepared.robots[i];
+  RobotRecord record;
+  if (robot.finished.empty()) {
+    OfflineRunHooks hooks;
+    hooks.log = [&](LogLevel level, const std::string& text) {
+      log(level, "robot " + robot.name + ": " + text);
+    };
+    hooks.progress = progress;
+    hooks.stop = interrupted;
+    record = estimatedRobot(prepared, robot, ResultsFolder(folder.file(robot.name)), hooks);
+  } else {
+    record = finishedRobot(prepared, robot, log);
+  }
+  record.name = robot.name;
+  record.id = robot.id;
   return record;
 }
 

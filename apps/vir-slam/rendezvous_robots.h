@@ -20,6 +20,8 @@ struct RobotFile {
   std::string name;
   int id = 0;
   std::string rawlog;
+  std::string finished;   ///< results folder of its run; empty: it is estimated here
+  std::string driver;     ///< estimator; empty if finished
   Settings settings;      ///< the ini, and what `import` left beside the recording
   std::string companion;  ///< the latter's name; may be empty
 };
@@ -36,11 +38,18 @@ struct Prepared {
   std::unique_ptr<Rendezvous> createSolver(const LogSink& log) const;
 };
 
-/// Loads the plugins. Throws UsageError and SettingsError.
-Prepared prepareRobots(const std::string& ini, const std::vector<std::string>& rawlogs,
-                       const std::vector<std::string>& assignments, const Common& common);
+/// As given on the command line.
+struct RobotArguments {
+  std::string ini;
+  std::vector<std::string> rawlogs;  ///< NAME=FILE, NAME=FOLDER of a finished run; NAME:ID=...
+  std::vector<std::string> ranges;   ///< NAME=FILE: the recording of a finished run
+  std::vector<std::string> assignments;
+};
 
-/// Estimates robot `i` into the subfolder of its name.
+/// Loads the plugins. Throws UsageError and SettingsError.
+Prepared prepareRobots(const RobotArguments& arguments, const Common& common);
+
+/// Estimates robot `i` into the subfolder of its name, or reads what its finished run left.
 RobotRecord runRobot(const Prepared& prepared, std::size_t i, const ResultsFolder& folder,
                      const LogSink& log, const std::function<void(double)>& progress);
 

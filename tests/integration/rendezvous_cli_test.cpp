@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -26,7 +27,9 @@ const std::string kIni = quoted(std::string(VIR_SOURCE_DIR) + "/ini/two_robots.i
 Json readJson(const fs::path& path) { return Json::parse(std::ifstream(path)); }
 
 TEST(RendezvousCli, SaysWhatIsMissing) {
-  const Outcome none = test::virSlam("rendezvous " + kIni);
+  // ini/two_robots.ini names the sample; this one names nobody.
+  const Outcome none = test::virSlam(
+      "rendezvous " + quoted(std::string(VIR_SOURCE_DIR) + "/ini/two_robots_tiers.ini"));
   EXPECT_EQ(none.code, 2);
   EXPECT_TRUE(test::contains(none.text, "two or more robots")) << none.text;
   const Outcome gone =
@@ -46,6 +49,28 @@ TEST(RendezvousCli, ListsThePluginAndItsSettings) {
   const Outcome settings = test::virSlam("plugins nlopt");
   EXPECT_EQ(settings.code, 0);
   EXPECT_TRUE(test::contains(settings.text, "false_alarm")) << settings.text;
+}
+
+/// The robots with cameras that come with the program, as ini/two_robots.ini names them.
+TEST(RendezvousCli, RunsTheSample) {
+  const test::TempFolder folder;
+  const fs::path out = folder / "out";
+  const Outcome outcome = test::virSlam("rendezvous " + kIni + " --out " + quoted(out.string()));
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_EQ(readJson(out / "A/summary.json")["estimator"], "vir");
+  const Json t = readJson(out / "transforms.json")["transforms"][0];
+  EXPECT_EQ(t["status"], "unique") << t;
+  EXPECT_EQ(t["joint"], false);
+  const Json error = readJson(out / "summary.json")["merge_errors"][0];
+  std::printf("merged %.3f m, offset off by %.3f m, yaw by %.2f deg, unique after %.1f s\n",
+              error["merged_rmse_m"].get<double>(), error["offset_error_m"].get<double>(),
+              error["yaw_error_deg"].get<double>(), t["first_unique_s"].get<double>());
+  EXPECT_LT(error["merged_rmse_m"], 0.15) << error;
+  EXPECT_LT(error["offset_error_m"], 0.12) << error;
+  EXPECT_LT(error["yaw_error_deg"], 2) << error;
+  for (const char* name : {"scene.3Dscene", "rendezvous.svg", "landmarks.ply", "A/used.ini"}) {
+    EXPECT_GT(fs::file_size(out / name), 100u) << name;
+  }
 }
 
 /// `error` without what the height contributes. The robots drive on one floor, so the true height

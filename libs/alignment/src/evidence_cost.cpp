@@ -206,8 +206,9 @@ std::vector<Innovation> EvidenceCost::innovations(const Vec4& x) const {
 }
 
 double descend(const EvidenceCost& cost, Vec4* x, const Descent& how) {
-  Mat4 H;
-  Vec4 g;
+  // Most steps are taken: derivatives are made with the value, so that one pass does for both.
+  Mat4 H, next_H;
+  Vec4 g, next_g;
   double now = cost.linearise(*x, &H, &g);
   double lambda = 1e-4;
   for (int i = 0; i < how.iterations; ++i) {
@@ -222,14 +223,16 @@ double descend(const EvidenceCost& cost, Vec4* x, const Descent& how) {
     const Vec4 step = -damped.ldlt().solve(g);
     if (!step.allFinite()) break;
     const Vec4 next = *x + step;
-    const double then = cost(next);
+    const double then = cost.linearise(next, &next_H, &next_g);
     const bool small =
         step.squaredNorm() < 1e-20 || std::abs(now - then) < how.tolerance * (1 + std::abs(now));
     if (then <= now) {
       *x = next;
       lambda = std::max(lambda * 0.1, 1e-12);
       if (small) return then;
-      now = cost.linearise(*x, &H, &g);
+      now = then;
+      H = next_H;
+      g = next_g;
     } else {
       if (small || lambda > 1e8) break;
       lambda = std::max(lambda * 8, 1e-6);

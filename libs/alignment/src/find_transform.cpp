@@ -25,12 +25,14 @@ using alignment::Vec4;
 constexpr double kRidge = 9;  // rise of the cost between two solutions that are not told apart
 constexpr double kHighestRidge = 3;  // [m]
 constexpr int kMinForScatter = 20;
+constexpr int kMinForSlowShare = 60;
+constexpr double kLessLikely = 4;  // cost by which a share of slow errors is worse than another
 
 class Finder {
  public:
   Finder(const std::vector<MutualRange>& ranges, const std::vector<SharedAnchor>& anchors,
          const TransformOptions& options)
-      : options_(options), evidence_(ranges, anchors, options) {
+      : options_(options), measured_(options), evidence_(ranges, anchors, options) {
     answer_.ranges = static_cast<int>(evidence_.ranges.size());
     answer_.ignored = static_cast<int>(ranges.size() - evidence_.ranges.size());
     answer_.needed_margin = -2 * std::log(options.false_alarm);
@@ -84,6 +86,24 @@ class Finder {
     return std::max(1.0, variance * grown);
   }
 
+  /// How much of the errors is slow is asked of the residuals: the largest share up to `slow_share`
+  /// that is about as likely as the likeliest. Only the covariance and the last refinement use it:
+  /// the verdict stays with what may be.
+  double measuredSlowShare(const Vec4& x) const {
+    if (static_cast<int>(evidence_.ranges.size()) < kMinForSlowShare) return options_.slow_share;
+    constexpr int kSteps = 4;
+    double costs[kSteps + 1];
+    TransformOptions tried = options_;
+    for (int i = 0; i <= kSteps; ++i) {
+      tried.slow_share = options_.slow_share * i / kSteps;
+      costs[i] = EvidenceCost(evidence_.ranges, evidence_.anchors, tried)(x);
+    }
+    const double limit = *std::min_element(costs, costs + kSteps + 1) + kLessLikely;
+    int i = kSteps;
+    while (!(costs[i] <= limit) && i > 0) --i;
+    return options_.slow_share * i / kSteps;
+  }
+
   /// Where the Gauss-Newton covariance is wide it need not be right.
   Mat4 explored(const Mat4& C, const Vec4& x) const {
     const double lever = std::max(0.1, evidence_.spreadOfB());
@@ -93,7 +113,7 @@ class Finder {
     }
     const std::vector<MutualRange> few =
         alignment::thinned(evidence_.ranges, options_.max_search_ranges);
-    return alignment::exploredCovariance(EvidenceCost(few, evidence_.anchors, options_), x, C,
+    return alignment::exploredCovariance(EvidenceCost(few, evidence_.anchors, measured_), x, C,
                                          evidence_.middleOfB(), lever);
   }
 
@@ -102,6 +122,12 @@ class Finder {
     const auto innovations = cost.innovations(modes_.front().x);
     const double factor = scatterOf(innovations);
     answer_.variance_factor = factor;
+    measured_.slow_share = measuredSlowShare(modes_.front().x);
+    const EvidenceCost measured(evidence_.ranges, evidence_.anchors, measured_);
+    if (measured_.slow_share < options_.slow_share) {
+      descend(measured, &modes_.front().x, {20, 1e-6});
+      modes_.front().cost = cost(modes_.front().x);
+    }
     for (const alignment::Mode& m : modes_) {
       if (answer_.solutions.size() >= alignment::kMostModes) break;
       TransformSolution s;
@@ -112,7 +138,7 @@ class Finder {
       s.rejected = fit.rejected;
       s.too_short = fit.too_short;
       s.anchors_used = cost.anchorsUsed(m.x);
-      s.covariance = alignment::gaussNewtonCovariance(cost, m.x);
+      s.covariance = alignment::gaussNewtonCovariance(measured, m.x);
       if (answer_.solutions.empty()) s.covariance = explored(s.covariance, m.x);
       s.covariance *= factor;
       answer_.solutions.push_back(s);
@@ -271,6 +297,7 @@ class Finder {
   }
 
   const TransformOptions& options_;
+  TransformOptions measured_;  // with the share of slow errors that the residuals show
   alignment::Evidence evidence_;
   std::vector<alignment::Mode> modes_;
   TransformAnswer answer_;

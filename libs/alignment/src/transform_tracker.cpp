@@ -1,6 +1,7 @@
 #include "vir/alignment/transform_tracker.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "vir/core/options.h"
 
@@ -25,6 +26,7 @@ void TransformTracker::add(const MutualRange& range, int segment_A, int segment_
     ranges_.clear();
     hints_.clear();
     anchors_.clear();
+    decided_.reset();
     segment_A_ = segment_A;
     segment_B_ = segment_B;
     seen_ = 0;
@@ -40,8 +42,24 @@ void TransformTracker::add(const MutualRange& range, int segment_A, int segment_
   ranges_ = std::move(kept);
 }
 
+bool TransformTracker::stillDecided(const TransformAnswer& answer) const {
+  if (!decided_ || answer.status != TransformStatus::ambiguous) return false;
+  const WorldTransform& best = answer.solutions[0].T_A_B;
+  const Vec3& p_B = ranges_.back().p_B;
+  const double turned = std::abs(wrapAngle(best.yaw_rad - decided_->yaw_rad));
+  return turned < options_.transform.max_yaw_sigma_rad &&
+         (best * p_B - *decided_ * p_B).norm() < options_.transform.same_solution_m;
+}
+
 TransformAnswer TransformTracker::answer() {
   TransformAnswer answer = findTransform(ranges_, anchors_, options_.transform, hints_);
+  if (stillDecided(answer)) {
+    answer.status = TransformStatus::unique;
+    answer.reason.clear();
+    answer.solutions.resize(1);
+  }
+  decided_.reset();
+  if (answer.status == TransformStatus::unique) decided_ = answer.solutions[0].T_A_B;
   hints_.clear();
   for (const TransformSolution& s : answer.solutions) hints_.push_back(s.T_A_B);
   return answer;

@@ -97,6 +97,26 @@ std::string anchorTable(const std::vector<AnchorResult>& anchors) {
   return t + "</table>\n";
 }
 
+std::string peerTable(const std::vector<PeerResult>& peers) {
+  std::string t =
+      "<table>\n<tr><th>robot</th><th>its world in this one</th><th class=\"n\">yaw [deg]</th>"
+      "<th class=\"n\">offset [m]</th><th class=\"n\">standard deviation [m]</th>"
+      "<th class=\"n\">unique after [s]</th><th class=\"n\">ranges</th>"
+      "<th class=\"n\">without broadcast</th><th></th></tr>\n";
+  for (const PeerResult& peer : peers) {
+    const TransformAnswer& a = peer.transform.answer;
+    const bool solved = !a.solutions.empty();
+    const TransformSolution s = solved ? a.solutions[0] : TransformSolution();
+    const Vec3 sigma = s.covariance.diagonal().tail<3>().cwiseMax(0).cwiseSqrt();
+    t += "<tr>" + cell(std::to_string(peer.id), false) + cell(name(a.status), false) +
+         cell(solved ? number(s.T_A_B.yaw_rad * 180 / M_PI, 2) : "-") +
+         cell(solved ? vectorText(s.T_A_B.t_m) : "-") + cell(solved ? vectorText(sigma) : "-") +
+         cell(number(peer.transform.first_unique_s, 1)) + cell(std::to_string(peer.ranges)) +
+         cell(std::to_string(peer.without_broadcast)) + cell(a.reason, false) + "</tr>\n";
+  }
+  return t + "</table>\n";
+}
+
 std::string list(const std::vector<std::string>& lines) {
   std::string t = "<ul>\n";
   for (const std::string& line : lines) t += "<li>" + escapedMarkup(line) + "</li>\n";
@@ -121,6 +141,7 @@ std::string reportHtml(const RunSummary& s, const RunPictures& pictures) {
   }
   page += "<h2>Summary</h2>\n" + summaryTable(s);
   if (!s.anchors.empty()) page += "<h2>Anchors</h2>\n" + anchorTable(s.anchors);
+  if (!s.peers.empty()) page += "<h2>Other robots</h2>\n" + peerTable(s.peers);
   page += "<h2>Pictures</h2>\n";
   if (s.poses > 0) page += picture(mapFigure(pictures));
   page += picture(rangesFigure(pictures)) + picture(errorFigure(pictures)) +

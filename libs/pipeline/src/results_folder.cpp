@@ -22,7 +22,11 @@ constexpr const char* kOurFiles[] = {"trajectory.tum",
                                      "run.log",
                                      "report.html",
                                      "map.svg",
-                                     "ranges.svg"};
+                                     "ranges.svg",
+                                     "transforms.json",
+                                     "transforms_over_time.csv",
+                                     "rendezvous.svg",
+                                     "scene.3Dscene"};
 
 std::string dateTime() {
   const std::time_t now = std::time(nullptr);

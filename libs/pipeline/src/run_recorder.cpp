@@ -7,7 +7,9 @@
 #include "range_recorder.h"
 #include "report_html.h"
 #include "run_figures.h"
+#include "vir/evaluation/figure_parts.h"
 #include "vir/evaluation/nees.h"
+#include "vir/pipeline/scene_file.h"
 
 namespace vir {
 namespace {
@@ -214,6 +216,7 @@ void RunRecorder::finish(const Estimator& estimator, TimeNs first_frame, RunSumm
   ranges_->finish(anchors);
   for (const AnchorEstimate& a : anchors) summary->anchors.push_back({a, {}, {}});
   summariseRanges(summary);
+  summary->peers = estimator.peers();
   writeKeyframes(estimator.keyframes());
   writeLandmarks(estimator.landmarks());
   summary->poses = static_cast<long>(trajectory_.size());
@@ -223,6 +226,9 @@ void RunRecorder::finish(const Estimator& estimator, TimeNs first_frame, RunSumm
   if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
   evaluateInto(summary);
   writePictures(first_frame, anchors, *summary);
+  if (trajectory_.empty()) return;
+  writeScene(folder_.file("scene.3Dscene"),
+             {{"", figureColor(0), Pose(), trajectory_, anchors, estimator.landmarks()}});
 }
 
 void RunRecorder::writePictures(TimeNs first_frame, const std::vector<AnchorEstimate>& anchors,

@@ -37,6 +37,23 @@ Json toJson(const AnchorResult& anchor) {
   return json;
 }
 
+/// Angles in rad, lengths in m; transforms.json says more.
+Json toJson(const PeerResult& peer) {
+  const TransformAnswer& a = peer.transform.answer;
+  Json json;
+  json["id"] = peer.id;
+  json["status"] = name(a.status);
+  if (!a.reason.empty()) json["reason"] = a.reason;
+  const bool solved = !a.solutions.empty();
+  json["yaw"] = solved ? Json(a.solutions[0].T_A_B.yaw_rad) : Json(nullptr);
+  json["t"] = solved ? toJson(a.solutions[0].T_A_B.t_m) : Json(nullptr);
+  put(&json, "first_unique_s", peer.transform.first_unique_s);
+  json["ranges"] = peer.ranges;
+  json["ranges_without_broadcast"] = peer.without_broadcast;
+  json["ranges_without_pose"] = peer.without_pose;
+  return json;
+}
+
 }  // namespace
 
 std::string toJson(const RunSummary& s) {
@@ -65,6 +82,8 @@ std::string toJson(const RunSummary& s) {
   json["ranges"] = {{"accepted", s.ranges_accepted},
                     {"collected", s.ranges_collected},
                     {"rejected", s.ranges_rejected}};
+  if (!s.peers.empty()) json["peers"] = Json::array();
+  for (const PeerResult& p : s.peers) json["peers"].push_back(toJson(p));
   json["resets"] = s.resets;
   json["longest_wait_reason"] = s.longest_wait_reason;
   json["interrupted"] = s.interrupted;

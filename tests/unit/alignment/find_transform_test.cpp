@@ -56,12 +56,10 @@ TEST(FindTransform, HonestCovarianceWithoutAnchor) {
 }
 
 TEST(FindTransform, HonestCovarianceWithWhiteErrors) {
-  // The model expects slow errors that are not there: cautious, but not by much.
+  // The model expects slow errors; the residuals say that there are none.
   test::Meeting m;
-  const Nees n = neesOf(m, 200, false);
-  EXPECT_EQ(n.wrong, 0);
-  EXPECT_GT(n.mean, 0.3 * 4);
-  EXPECT_LT(n.mean, 2.0 * 4);
+  expectHonest(neesOf(m, 200, false), 200);
+  expectHonest(neesOf(m, 200, true), 200);
 }
 
 TEST(FindTransform, HonestCovarianceWithMoreCorrelationThanExpected) {

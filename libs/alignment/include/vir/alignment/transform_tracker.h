@@ -1,5 +1,6 @@
 #pragma once
 /// The transform to one other robot's world, kept up to date while both run.
+#include <optional>
 #include <vector>
 
 #include "vir/alignment/find_transform.h"
@@ -23,6 +24,8 @@ class TransformTracker {
   void add(const MutualRange& range, int segment_A = 0, int segment_B = 0);
   /// All anchors that both know, as believed now; replaces what was set before.
   void setAnchors(const std::vector<SharedAnchor>& anchors) { anchors_ = anchors; }
+  /// A sequential test decides when the evidence first suffices: what was `unique` stays so, also
+  /// when the margin falls again, until another solution is the best one or a new world begins.
   TransformAnswer answer();
 
   std::size_t kept() const { return ranges_.size(); }
@@ -31,10 +34,13 @@ class TransformTracker {
   int restarts() const { return restarts_; }
 
  private:
+  bool stillDecided(const TransformAnswer& answer) const;
+
   TransformTrackerOptions options_;
   std::vector<MutualRange> ranges_;
   std::vector<SharedAnchor> anchors_;
   std::vector<WorldTransform> hints_;
+  std::optional<WorldTransform> decided_;  ///< as last answered
   int segment_A_ = 0, segment_B_ = 0, restarts_ = 0;
   long seen_ = 0, old_ = 0;
 };

@@ -11,6 +11,7 @@
 #include "vir/core/options.h"
 #include "vir/core/time.h"
 #include "vir/geometry/pose.h"
+#include "vir/pipeline/peer_result.h"
 
 namespace vir {
 
@@ -106,6 +107,8 @@ class Estimator {
   virtual std::vector<AnchorEstimate> anchors() const { return {}; }
   /// Ranges decided on since the last call, in time order.
   virtual std::vector<RangeRecord> takeRanges() { return {}; }
+  /// Other robots that were ranged to, ordered by id; none if nobody follows them.
+  virtual std::vector<PeerResult> peers() const { return {}; }
   /// Where features were seen in the last image [px]; none if the estimator uses no images.
   virtual std::vector<Eigen::Vector2f> trackedPixels() const { return {}; }
   virtual EstimatorReport report() const = 0;

@@ -45,6 +45,7 @@ struct RunSummary {
   std::vector<AnchorResult> anchors;  ///< ordered by id
   /// Ranges by what became of them: used, kept for an anchor without a position, not used.
   long ranges_accepted = 0, ranges_collected = 0, ranges_rejected = 0;
+  std::vector<PeerResult> peers;  ///< other robots, ordered by id
   int resets = 0;
   bool interrupted = false;
   std::string longest_wait_reason;
