@@ -1,6 +1,6 @@
 #pragma once
-/// A window that shows a live estimate: path, robot, anchors, map points, and the image with what is
-/// tracked in it.
+/// A window that shows a live estimate: path, robot, anchors, map points, and the image with what
+/// is tracked in it.
 #include <mrpt/obs/CObservation.h>
 
 #include <memory>

@@ -26,10 +26,11 @@ struct OfflineRunHooks {
 
 /// Plays a rawlog to an estimator whose settings have been read, and writes trajectory.tum,
 /// trajectory_covariance.csv, trajectory_smoothed.tum, frames.csv, anchors.csv, ranges.csv,
-/// landmarks.ply, map.svg, ranges.svg, scene.3Dscene and report.html; the caller writes summary.json. Ground
-/// truth (label `GT`) is kept from the estimator and used for ate_* only. If the estimator throws,
-/// what there is by then is written all the same and the summary's `error` says why. Throws
-/// std::runtime_error if the rawlog cannot be opened or a result cannot be written.
+/// landmarks.ply, map.svg, ranges.svg, scene.3Dscene and report.html; the caller writes
+/// summary.json. Ground truth (label `GT`) is kept from the estimator and used for ate_* only. If
+/// the estimator throws, what there is by then is written all the same and the summary's `error`
+/// says why. Throws std::runtime_error if the rawlog cannot be opened or a result cannot be
+/// written.
 RunSummary runOffline(Estimator& estimator, const OfflineRunOptions& options,
                       const ResultsFolder& folder, const OfflineRunHooks& hooks);
 
