@@ -80,4 +80,27 @@ Mat4 exploredCovariance(const EvidenceCost& cost, const Vec4& x, const Mat4& C,
   return 0.5 * (out + out.transpose());
 }
 
+HeightMean heightMean(const EvidenceCost& cost, const Vec4& x, double sigma) {
+  constexpr int kStepsPerSigma = 8, kFarthestSigmas = 6;
+  const double step = std::min(sigma, kFarthest / kFarthestSigmas) / kStepsPerSigma;
+  const Vec4 axis = Vec4::Unit(3);
+  const double here = cost(x);
+  double weights = 1, second = 0;
+  Vec4 sum = Vec4::Zero();
+  for (const double sign : {-1.0, 1.0}) {
+    Vec4 moved = x;
+    for (int i = 0; i < kStepsPerSigma * kFarthestSigmas; ++i) {
+      moved[3] += sign * step;
+      const double rise = descend(cost, &moved, {kIterations, 1e-3, &axis}) - here;
+      const double weight = std::exp(-0.5 * std::clamp(rise, -100.0, 100.0));
+      weights += weight;
+      sum += weight * (moved - x);
+      second += weight * (moved[3] - x[3]) * (moved[3] - x[3]);
+      if (rise > kMostRise) break;
+    }
+  }
+  const Vec4 mean = sum / weights;
+  return {x + mean, second / weights - mean[3] * mean[3]};
+}
+
 }  // namespace vir::alignment

@@ -18,4 +18,14 @@ Mat4 gaussNewtonCovariance(const EvidenceCost& cost, const Vec4& x);
 Mat4 exploredCovariance(const EvidenceCost& cost, const Vec4& x, const Mat4& C,
                         const Vec3& middle_B, double lever);
 
+/// Mean of the likelihood along the height, the other coordinates following, and its variance: the
+/// best that can be said of a height that enters by its square only (motion in a plane), where the
+/// likelihood has two equal ends.
+struct HeightMean {
+  Vec4 x = Vec4::Zero();
+  double variance = 0;
+};
+/// `sigma` [m]: how far the height is open, roughly.
+HeightMean heightMean(const EvidenceCost& cost, const Vec4& x, double sigma);
+
 }  // namespace vir::alignment

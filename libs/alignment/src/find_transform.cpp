@@ -23,6 +23,8 @@ using alignment::toVector;
 using alignment::Vec4;
 
 constexpr double kRidge = 9;  // rise of the cost between two solutions that are not told apart
+/// Distance of the mean from the minimum, as a share of sigma, that makes the mean the answer.
+constexpr double kLopsided = 0.2;
 constexpr double kHighestRidge = 3;  // [m]
 constexpr int kMinForScatter = 20;
 constexpr int kMinForSlowShare = 60;
@@ -117,6 +119,27 @@ class Finder {
                                          evidence_.middleOfB(), lever);
   }
 
+  /// A height that is hardly known is told by its mean, not by the end of a ridge.
+  void averageHeight(const Vec4& x, TransformSolution* s) {
+    const double sigma = std::sqrt(s->covariance(3, 3));
+    if (!(sigma > alignment::kLookedAt)) return;
+    const std::vector<MutualRange> few =
+        alignment::thinned(evidence_.ranges, options_.max_search_ranges);
+    const EvidenceCost cost(few, evidence_.anchors, measured_);
+    const alignment::HeightMean mean = alignment::heightMean(cost, x, sigma);
+    const double moved = mean.x[3] - x[3];
+    Vec4 level = mean.x;
+    level[3] = x[3];
+    // Where the cost is nearly a parabola its minimum is the better answer.
+    if (std::abs(moved) < kLopsided * std::sqrt(mean.variance)) return;
+    if (std::abs(moved) > kHighestRidge || evidence_.apart(x, level) > options_.same_solution_m) {
+      return;
+    }
+    s->T_A_B = fromVector(mean.x);
+    s->covariance(3, 3) = std::max(mean.variance, s->covariance(3, 3) - moved * moved);
+    averaged_ = true;
+  }
+
   void judge() {
     const EvidenceCost cost = evidence_.cost();
     const auto innovations = cost.innovations(modes_.front().x);
@@ -139,7 +162,10 @@ class Finder {
       s.too_short = fit.too_short;
       s.anchors_used = cost.anchorsUsed(m.x);
       s.covariance = alignment::gaussNewtonCovariance(measured, m.x);
-      if (answer_.solutions.empty()) s.covariance = explored(s.covariance, m.x);
+      if (answer_.solutions.empty()) {
+        s.covariance = explored(s.covariance, m.x);
+        averageHeight(m.x, &s);
+      }
       s.covariance *= factor;
       answer_.solutions.push_back(s);
     }
@@ -163,6 +189,11 @@ class Finder {
         const bool ridge = oneRidge(cost, k, s);
         if (distance > options_.same_solution_m && !ridge) continue;
         TransformSolution other = s;
+        // The mean is there already.
+        if (ridge && averaged_ && kept.size() == 1) {
+          merged = true;
+          break;
+        }
         if (ridge) {
           settle(cost, &k);
           settle(cost, &other);
@@ -298,6 +329,7 @@ class Finder {
 
   const TransformOptions& options_;
   TransformOptions measured_;  // with the share of slow errors that the residuals show
+  bool averaged_ = false;      // the first solution is the mean along its height
   alignment::Evidence evidence_;
   std::vector<alignment::Mode> modes_;
   TransformAnswer answer_;
