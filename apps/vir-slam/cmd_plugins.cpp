@@ -9,6 +9,7 @@
 #include "vir/alignment/joint_solution.h"
 #include "vir/core/ini_writer.h"
 #include "vir/pipeline/estimator_registry.h"
+#include "vir/pipeline/live_source.h"
 #include "vir/pipeline/plugin_loader.h"
 #include "vir/pipeline/recorded_source.h"
 #include "vir/pipeline/rendezvous_registry.h"
@@ -35,7 +36,7 @@ void list() {
   }
 }
 
-/// The settings of the estimator, rendezvous solver or recorded sensor `name` as a commented ini.
+/// The settings of the estimator, rendezvous solver or sensor `name` as a commented ini.
 std::string reference(const std::string& name) {
   IniWriter writer(IniWriter::Style::reference);
   const std::string head =
@@ -60,6 +61,7 @@ std::string reference(const std::string& name) {
   }
   const auto sensor = createSensor(name);
   if (auto* recorded = dynamic_cast<RecordedSource*>(sensor.get())) recorded->describe(writer);
+  if (auto* live = dynamic_cast<LiveSource*>(sensor.get())) live->describe(writer);
   return head + writer.text();
 }
 

@@ -154,6 +154,11 @@ class LiveSession {
       std::printf("%-16s %12ld %9d  %s%s%s\n", s.name.c_str(), s.observations, s.restarts,
                   s.state.c_str(), s.problem.empty() ? "" : "; last problem: ", s.problem.c_str());
     }
+    for (const SensorStatus& s : acquisition_.sensors()) {
+      for (const auto& [name, count] : s.counters) {
+        if (count != 0) std::printf("%s: %s %ld\n", s.name.c_str(), name.c_str(), count);
+      }
+    }
     const LiveRecorder::Counts counts = recorder_->counts();
     std::printf("written %zu in order, %zu too late or far ahead, %zu lost\n", counts.written,
                 counts.aside, counts.lost);

@@ -2,6 +2,7 @@
 
 #include <mrpt/hwdrivers/CGenericSensor.h>
 #include <mrpt/obs/CObservationImage.h>
+#include <mrpt/system/COutputLogger.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,6 +14,7 @@
 #include "mrpt_error.h"
 #include "sensor_section.h"
 #include "vir/core/device_clock.h"
+#include "vir/pipeline/live_source.h"
 #include "vir/pipeline/mrpt_time.h"
 #include "vir/pipeline/plugin_loader.h"
 #include "vir/pipeline/recorded_source.h"
@@ -125,6 +127,11 @@ class Acquisition::Sensor {
  private:
   CGenericSensor::Ptr create() const {
     CGenericSensor::Ptr device = makeSensor(section_.driver);
+    // What it has to say comes by LiveSource.
+    auto* talker = dynamic_cast<mrpt::system::COutputLogger*>(device.get());
+    if (talker != nullptr && dynamic_cast<LiveSource*>(device.get()) != nullptr) {
+      talker->logging_enable_console_output = false;
+    }
     if (!image_folder_.empty()) device->setPathForExternalImages(image_folder_);
     device->loadConfig(config_, section_.name);
     return device;
@@ -167,13 +174,34 @@ class Acquisition::Sensor {
     while (!stopped()) {
       device_->doProcess();
       collect();
+      listen();
       if (source != nullptr && source->finished()) return true;
       if (device_->getState() == CGenericSensor::ssError) return false;
       next = std::max(next + period, SteadyClock::now() - period);
       sleepUntil(next);
     }
     collect();
+    counted_ = {};
+    listen();
     return false;
+  }
+
+  /// What a live driver has to tell.
+  void listen() {
+    auto* live = dynamic_cast<LiveSource*>(device_.get());
+    if (live == nullptr) return;
+    const bool there = live->connected();
+    for (const std::string& line : live->takeMessages()) {
+      say(there && connected_ ? LogLevel::info : LogLevel::warning, line);
+    }
+    if (there != connected_) setState(there ? "running" : "waiting");
+    connected_ = there;
+    const auto now = SteadyClock::now();
+    if (now - counted_ < std::chrono::seconds(1)) return;
+    counted_ = now;
+    auto counters = live->counters();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_.counters = std::move(counters);
   }
 
   /// Hands over what the driver has.
@@ -274,7 +302,8 @@ class Acquisition::Sensor {
   std::optional<bool> own_clock_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  bool stop_ = false, said_ = false;
+  bool stop_ = false, said_ = false, connected_ = true;
+  SteadyClock::time_point counted_;
   SensorStatus status_;
   std::thread thread_;
 };

@@ -11,9 +11,9 @@
 #include "byte_source.h"
 #include "imu_options.h"
 #include "imu_parser.h"
-#include "live_source.h"
 #include "report_queue.h"
 #include "vir/core/device_clock.h"
+#include "vir/pipeline/live_source.h"
 
 namespace vir {
 

@@ -13,11 +13,11 @@
 
 #include "byte_source.h"
 #include "dialogue.h"
-#include "live_source.h"
 #include "range_parser.h"
 #include "report_queue.h"
 #include "uwb_options.h"
 #include "vir/core/device_clock.h"
+#include "vir/pipeline/live_source.h"
 
 namespace vir {
 

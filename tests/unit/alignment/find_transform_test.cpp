@@ -201,6 +201,32 @@ TEST(FindTransform, SameAnswerTwice) {
   EXPECT_EQ(a.solutions[0].T_A_B.t_m, b.solutions[0].T_A_B.t_m);
 }
 
+TEST(FindTransform, RobotsOnOneFloorGetTheMiddleOfTheirHeight) {
+  // All ranges 2 cm too long, so that two heights fit better than the floor: neither is the answer.
+  test::Meeting m;
+  m.height_m = 0;
+  m.truth.t_m.z() = 0;
+  double open = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    auto made = test::meet(m, seed);
+    for (MutualRange& r : made.ranges) {
+      const Vec3 b = m.truth * r.p_B;
+      const double before = (r.p_A - b).norm();
+      r.p_A.z() = 0;
+      r.range_m += (r.p_A - Vec3(b.x(), b.y(), 0)).norm() - before + 0.02;
+      r.p_B.z() = 0;
+    }
+    const TransformAnswer answer = findTransform(made.ranges, {}, test::plainTransformOptions());
+    if (answer.status != TransformStatus::unique) continue;
+    const double sigma = std::sqrt(answer.solutions[0].covariance(3, 3));
+    if (sigma > 0.2) {
+      open += 1;
+      EXPECT_LT(std::abs(answer.solutions[0].T_A_B.t_m.z()), 0.35 * sigma) << seed;
+    }
+  }
+  EXPECT_GE(open, 5);
+}
+
 TEST(FindTransform, PlanarRobotsAreSolvedInTheirPlane) {
   test::Meeting m;
   m.height_m = 0;

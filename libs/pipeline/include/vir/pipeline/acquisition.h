@@ -31,6 +31,8 @@ struct SensorStatus {
   std::string problem;  ///< the last one; empty if there was none
   long observations = 0;
   int restarts = 0;
+  /// What came in and what could not be used, by name, where the driver tells (LiveSource).
+  std::vector<std::pair<std::string, long>> counters;
   bool clock_mapped = false;  ///< its stamps are put on the host's clock
 };
 
