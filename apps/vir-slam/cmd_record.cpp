@@ -61,21 +61,16 @@ std::string defaultOut(const std::string& ini) {
 /// is none of its business.
 std::unique_ptr<Estimator> readEstimator(Settings settings, const std::string& companion,
                                          LiveSessionPlan* plan) {
-  std::vector<std::string> others = sensorSections(settings);
-  for (const std::string& section : settings.sections()) {
-    const Setting* ignored = settings.find(section, "rawlog-grabber-ignore");
-    const bool switched_off =
-        ignored != nullptr && settings.find(section, "process_rate") != nullptr;
-    if (switched_off) others.push_back(section);
-  }
-  settings.eraseKey("rawlog-grabber-ignore");
+  const std::vector<std::string> others = sectionsOfSensors(settings);
+  settings.eraseKey(kGrabberIgnore);
   if (!companion.empty()) settings.mergeDefaults(Settings::fromFile(companion));
   SettingsReader reader(settings);
   for (const std::string& section : others) reader.ignoreSection(section);
-  reader.ignoreSection("global");
+  for (const char* section : {"Rendezvous", "Robots", "Joint"}) reader.ignoreSection(section);
   RunOptions run;
   describe(reader, plan->options);
   describe(reader, run);
+  if (run.driver == "auto") run.driver = "vir";  // what there is to record is not known yet
   auto estimator = createEstimator(run.driver);
   estimator->describe(reader);
   reader.ignoreUnknownFrom(companion);

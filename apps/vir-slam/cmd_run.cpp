@@ -10,6 +10,7 @@
 #include "companion.h"
 #include "console.h"
 #include "peer_run.h"
+#include "record_options.h"
 #include "run_options.h"
 #include "vir/core/ini_writer.h"
 #include "vir/core/settings.h"
@@ -71,6 +72,8 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   Settings settings = Settings::fromFile(arguments.ini);
   for (const std::string& assignment : arguments.assignments) settings.set(assignment);
   if (!arguments.rawlog.empty()) settings.set("Estimator.rawlog=" + arguments.rawlog);
+  const std::vector<std::string> of_sensors = sectionsOfSensors(settings);
+  settings.eraseKey(kGrabberIgnore);
   SettingsReader own(settings);
   describe(own, run.options);
   run.options.rawlog = rawlogPath(settings, run.options);
@@ -90,6 +93,9 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   // An ini of several robots will do for one of them.
   reader.ignoreSection("Robots");
   reader.ignoreSection("Joint");
+  // So will that of a live recording.
+  reader.ignoreSection("Recording");
+  for (const std::string& section : of_sensors) reader.ignoreSection(section);
   RunOptions again;
   describe(reader, again);
   run.estimator->describe(reader);

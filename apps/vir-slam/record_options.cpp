@@ -1,5 +1,7 @@
 #include "record_options.h"
 
+#include "vir/pipeline/acquisition.h"
+
 namespace vir::app {
 
 void describe(OptionVisitor& v, RecordOptions& o) {
@@ -13,6 +15,16 @@ void describe(OptionVisitor& v, RecordOptions& o) {
   v.value("stream_address", o.stream_address, "of the interface to listen on; 0.0.0.0 = all");
   v.value("view", o.view, "a window with path, anchors and tracks, where there is a display");
   describe(v, o.file);
+}
+
+std::vector<std::string> sectionsOfSensors(const Settings& settings) {
+  std::vector<std::string> all = sensorSections(settings);
+  for (const std::string& section : settings.sections()) {
+    const bool ignored = settings.find(section, kGrabberIgnore) != nullptr;
+    if (ignored && settings.find(section, "process_rate") != nullptr) all.push_back(section);
+  }
+  all.emplace_back("global");
+  return all;
 }
 
 }  // namespace vir::app

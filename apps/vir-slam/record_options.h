@@ -1,7 +1,9 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include "vir/core/options.h"
+#include "vir/core/settings.h"
 #include "vir/pipeline/live_recording.h"
 
 namespace vir::app {
@@ -19,5 +21,10 @@ struct RecordOptions {
 };
 
 void describe(OptionVisitor& v, RecordOptions& o);
+
+/// Sections of a live ini that are for sensors and for rawlog-grabber, those switched off included.
+std::vector<std::string> sectionsOfSensors(const Settings& settings);
+/// What an ini says to rawlog-grabber only.
+constexpr const char* kGrabberIgnore = "rawlog-grabber-ignore";
 
 }  // namespace vir::app

@@ -21,6 +21,11 @@ bool describesAWorld(const fs::path& ini) {
   return ini.filename().string().rfind("simulate_", 0) == 0;
 }
 
+/// For `batch`.
+bool describesABenchmark(const fs::path& ini) {
+  return ini.filename().string().rfind("benchmark", 0) == 0;
+}
+
 /// A recording without images is read to the end: what fails is the run (1), not the settings (2).
 TEST(ShippedIni, EachIsAccepted) {
   const test::TempFolder folder;
@@ -30,7 +35,10 @@ TEST(ShippedIni, EachIsAccepted) {
   writer.finish();
   int seen = 0;
   for (const auto& item : fs::directory_iterator(kIni)) {
-    if (item.path().extension() != ".ini" || describesAWorld(item.path())) continue;
+    if (item.path().extension() != ".ini" || describesAWorld(item.path()) ||
+        describesABenchmark(item.path())) {
+      continue;
+    }
     ++seen;
     const Outcome outcome =
         test::virSlam("run " + quoted(item.path().string()) + " --rawlog " + quoted(rawlog) +
@@ -51,6 +59,18 @@ TEST(ShippedIni, EachWorldCanBeSimulated) {
         test::virSlam("simulate " + quoted(item.path().string()) + " --out " +
                       quoted((folder / "w.rawlog").string()) + " --set simulator.images=none");
     EXPECT_EQ(outcome.code, 0) << item.path() << "\n" << outcome.text;
+  }
+  EXPECT_GT(seen, 0);
+}
+
+TEST(ShippedIni, EachBenchmarkIsAccepted) {
+  int seen = 0;
+  for (const auto& item : fs::directory_iterator(kIni)) {
+    if (!describesABenchmark(item.path())) continue;
+    ++seen;
+    const Outcome outcome = test::virSlam("batch " + quoted(item.path().string()) + " --list");
+    EXPECT_EQ(outcome.code, 0) << outcome.text;
+    EXPECT_TRUE(test::contains(outcome.text, "eight-hard-0/ours")) << outcome.text;
   }
   EXPECT_GT(seen, 0);
 }
