@@ -77,10 +77,11 @@ Panel dotPanel(const DotPlot& plot, const BatchPlan& plan, const std::vector<Bat
     if (!value || (plot.logarithmic && *value <= 0)) continue;
     const std::size_t s = setting_index.at(r.setting);
     const double x =
-        1 + static_cast<double>(row_index.at(r.row)) - 0.3 + step * (static_cast<double>(s) + 0.5);
+        1 + static_cast<double>(row_index.at(r.row)) - 0.35 + step * (static_cast<double>(s) + 0.5);
     const double y = plot.logarithmic ? std::log10(*value) : *value;
     panel.dots.emplace_back(Vec2(x, y), figureColor(s));
-    panel.extent.emplace_back(x, y);
+    panel.extent.emplace_back(0.5, y);
+    panel.extent.emplace_back(static_cast<double>(rows.size()) + 0.5, y);
   }
   return panel;
 }
