@@ -7,8 +7,6 @@
 #include <set>
 #include <sstream>
 
-#include "commands.h"
-
 namespace vir::app {
 namespace fs = std::filesystem;
 namespace {
@@ -185,13 +183,6 @@ void checkSections(const Settings& settings) {
 }
 
 }  // namespace
-
-const BatchSetting& BatchPlan::setting(const std::string& name) const {
-  for (const BatchSetting& s : settings) {
-    if (s.name == name) return s;
-  }
-  throw UsageError("there is no setting '" + name + "' in " + file);
-}
 
 BatchPlan readBatchPlan(const std::string& file, const std::vector<std::string>& extra) {
   Settings settings = Settings::fromFile(file);

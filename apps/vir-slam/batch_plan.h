@@ -45,8 +45,6 @@ struct BatchPlan {
   std::vector<BatchSequence> sequences;
   std::vector<BatchCondition> conditions;
   std::vector<BatchSetting> settings;
-
-  const BatchSetting& setting(const std::string& name) const;
 };
 
 /// Reads and checks a benchmark's ini. Paths in it are relative to it; `extra` are assignments from

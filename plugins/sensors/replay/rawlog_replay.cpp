@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "vir/pipeline/acquisition.h"
 #include "vir/pipeline/grabber_settings.h"
 #include "vir/pipeline/mrpt_time.h"
 
@@ -16,11 +17,6 @@ IMPLEMENTS_GENERIC_SENSOR(RawlogReplay, vir)
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
-
-TimeNs hostNs() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
-}
 
 }  // namespace
 
@@ -36,7 +32,7 @@ struct RawlogReplay::Start {
     const std::lock_guard<std::mutex> lock(mutex);
     if (first) return;
     first = t;
-    const TimeNs now = hostNs();
+    const TimeNs now = hostNow();
     host = wanted > 0 ? wanted : now;
     at = SteadyClock::now() + std::chrono::nanoseconds(host - now);
   }
