@@ -5,12 +5,9 @@
 #include <mrpt/config/CConfigFileBase.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
 
-#include <chrono>
 #include <stdexcept>
 
-#include "live_logger.h"
 #include "vir/core/settings.h"
-#include "vir/pipeline/grabber_settings.h"
 #include "vir/pipeline/mrpt_time.h"
 
 namespace vir {
@@ -19,36 +16,18 @@ IMPLEMENTS_GENERIC_SENSOR(UwbSerial, vir)
 
 namespace {
 
-constexpr int kWaitMs = 20;
-constexpr int kMostReads = 16;  // per doProcess()
-constexpr double kMuteS = 5;    // bytes without a message for so long are worth a word
-constexpr std::uint64_t kMuteBytes = 500;
 constexpr const char* kPeerLabel = "PEER";
-
-/// For intervals: time-outs of the dialogue.
-double steadySeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-TimeNs hostTime() { return fromMrptTime(mrpt::Clock::now()); }
 
 }  // namespace
 
-UwbSerial::UwbSerial() : COutputLogger("UwbSerial") {
-  m_sensorLabel = "UWB0";
-  reports_.setSink(sinkOf(this));
-}
-
+UwbSerial::UwbSerial() : DeviceSensor("UwbSerial", "UWB0") {}
 UwbSerial::~UwbSerial() = default;
 
 void UwbSerial::describe(OptionVisitor& v) { uwb::describe(v, options_); }
 
 void UwbSerial::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                           const std::string& section) {
-  readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
-  setLoggerName(section);
-  // MRPT's word for a label that is not set.
-  if (m_sensorLabel.empty() || m_sensorLabel == "UNNAMED_SENSOR") m_sensorLabel = "UWB0";
+  DeviceSensor::loadConfig_sensorSpecific(config, section);
   readIds(section);
   if (options_.limits.min_m >= options_.limits.max_m) {
     throw SettingsError({"ini", 0}, section, "min_range_m", "must be below max_range_m");
@@ -72,11 +51,8 @@ void UwbSerial::readIds(const std::string& section) {
   }
 }
 
-void UwbSerial::initialize() {
-  m_state = ssInitializing;
-  source_ = std::make_unique<ByteSource>(options_.source);
+void UwbSerial::begin() {
   parser_ = uwb::makeParser(options_.protocol, options_.limits);
-  clock_.reset();
   polling_.reset();
   if (options_.protocol == "dwm1001_tlv") {
     polling_ = std::make_unique<uwb::TlvPolling>(options_.poll_hz);
@@ -85,32 +61,9 @@ void UwbSerial::initialize() {
   given_.clear();
   last_device_time_.reset();
   known_protocol_.clear();
-  reopened_ = messages_seen_ = 0;
-  bytes_at_message_ = 0;
-  source_->open();
-  message_s_ = steadySeconds();
-  m_state = ssWorking;
 }
 
-void UwbSerial::doProcess() {
-  if (!source_) throw std::logic_error("UwbSerial: doProcess() before initialize()");
-  std::uint8_t buffer[4096];
-  for (int i = 0; i < kMostReads; ++i) {
-    const std::size_t n = source_->read(buffer, sizeof buffer, i == 0 ? kWaitMs : 0);
-    const TimeNs arrival = hostTime();
-    noteReopening();
-    if (n == 0) break;
-    take(buffer, n, arrival);
-  }
-  const double now_s = steadySeconds();
-  noteSilentParser(now_s);
-  converse(now_s);
-  for (const std::string& event : source_->takeEvents()) reports_.say(LogLevel::warning, event);
-}
-
-void UwbSerial::noteReopening() {
-  if (source_->reopened() == reopened_) return;
-  reopened_ = source_->reopened();
+void UwbSerial::forgetHalfMessages() {
   parser_->reset();
   dwm1001_.restart();
 }
@@ -127,50 +80,36 @@ void UwbSerial::noteProtocol() {
   const std::string name = parser_->name();
   if (name == known_protocol_) return;
   known_protocol_ = name;
-  clock_.reset();
+  forgetClock();
   last_device_time_.reset();
   if (options_.protocol != "auto") return;
   if (name != "auto") {
-    reports_.say(LogLevel::info, options_.source.port + ": protocol recognised: " + name);
+    reports_.say(LogLevel::info, port().port + ": protocol recognised: " + name);
   }
 }
 
-/// Bytes but no messages: the user should know why no ranges come.
-void UwbSerial::noteSilentParser(double now_s) {
-  const long messages = parser_->counters().messages;
-  if (messages != messages_seen_ || !connected()) {
-    messages_seen_ = messages;
-    message_s_ = now_s;
-    bytes_at_message_ = source_->bytes();
-    reports_.forget("mute");
-    return;
-  }
-  const std::uint64_t bytes = source_->bytes() - bytes_at_message_;
-  if (now_s < message_s_ + kMuteS || bytes < kMuteBytes) return;
-  reports_.once("mute", LogLevel::warning,
-                options_.source.port + ": " + std::to_string(bytes) +
-                    " bytes came, but nothing that protocol " + options_.protocol +
-                    " knows; is baud = " + std::to_string(options_.source.baud) +
-                    " right, and the protocol?");
+std::string UwbSerial::whyNothing() const {
+  return "nothing that protocol " + options_.protocol +
+         " knows; is baud = " + std::to_string(port().baud) + " right, and the protocol?";
 }
 
 void UwbSerial::converse(double now_s) {
   if (!connected()) return;
   if (polling_) {
     const std::string question = polling_->step(now_s);
-    if (!question.empty()) source_->write(question);
+    if (!question.empty()) source().write(question);
     return;
   }
   const std::string name = parser_->name();
   // A device that talks in another way is left alone.
-  const bool mayBeDwm = name == "dwm1001" || (name == "auto" && source_->bytes() == 0);
+  const bool mayBeDwm = name == "dwm1001" || (name == "auto" && source().bytes() == 0);
   if (!options_.dialogue || !(mayBeDwm || dwm1001_.engaged())) return;
   if (name != "dwm1001" && name != "auto") return;
   const std::string words = dwm1001_.step(now_s, parser_->counters().messages);
   if (words.empty()) return;
   reports_.once("dialogue", LogLevel::info,
-                options_.source.port + ": no ranges come; asking as one asks a DWM1001");
-  source_->write(words);
+                port().port + ": no ranges come; asking as one asks a DWM1001");
+  source().write(words);
 }
 
 std::optional<std::string> UwbSerial::labelOf(std::int64_t id) {
@@ -197,14 +136,9 @@ TimeNs UwbSerial::stampOf(const uwb::RangeReading& reading, TimeNs arrival) {
       options_.stamp == "device" || (options_.stamp == "auto" && parser_->clockTrusted());
   TimeNs t = arrival;
   if (device && reading.device_time) {
-    if (!clock_) {
-      DeviceClockOptions o;
-      o.wrap = parser_->clockWrap();
-      clock_ = std::make_unique<DeviceClock>(o);
-    }
     // The ranges of one message have one time.
     if (reading.device_time != last_device_time_) {
-      last_clock_stamp_ = clock_->stamp(*reading.device_time, arrival);
+      last_clock_stamp_ = onHostClock(*reading.device_time, arrival, parser_->clockWrap());
     }
     last_device_time_ = reading.device_time;
     t = last_clock_stamp_;
@@ -238,33 +172,22 @@ void UwbSerial::emit(const uwb::RangeReading& reading, TimeNs arrival) {
   appendObservation(obs);
 }
 
-bool UwbSerial::connected() const {
-  return source_ != nullptr && source_->state() == ByteSource::State::open;
-}
-
 std::vector<std::pair<std::string, long>> UwbSerial::counters() const {
-  std::vector<std::pair<std::string, long>> out(given_.begin(), given_.end());
+  Counts out(given_.begin(), given_.end());
   if (!parser_) return out;
   const uwb::ParserCounters& c = parser_->counters();
-  const std::pair<const char*, long> more[] = {
-      {"messages", c.messages},
-      {"failed_measurements", c.failed},
-      {"implausible_ranges", c.implausible},
-      {"corrupt_messages", c.corrupt},
-      {"fragments", c.fragments},
-      {"other_messages", c.ignored},
-      {"other_text", c.other_text},
-      {"device_errors", c.device_errors},
-      {"skipped_bytes", static_cast<long>(c.skipped_bytes)},
-      {"reopened", reopened_},
-      {"clock_restarts", clock_ ? clock_->restarts() : 0},
-      {"clock_glitches", clock_ ? clock_->glitches() : 0}};
-  for (const auto& [name, n] : more) {
-    if (n != 0) out.emplace_back(name, n);
-  }
+  addCounts({{"messages", c.messages},
+             {"failed_measurements", c.failed},
+             {"implausible_ranges", c.implausible},
+             {"corrupt_messages", c.corrupt},
+             {"fragments", c.fragments},
+             {"other_messages", c.ignored},
+             {"other_text", c.other_text},
+             {"device_errors", c.device_errors},
+             {"skipped_bytes", static_cast<long>(c.skipped_bytes)}},
+            &out);
+  addPortCounts(&out);
   return out;
 }
-
-std::vector<std::string> UwbSerial::takeMessages() { return reports_.take(); }
 
 }  // namespace vir
