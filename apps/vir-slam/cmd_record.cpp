@@ -76,11 +76,7 @@ std::unique_ptr<Estimator> readEstimator(Settings settings, const std::string& c
   reader.ignoreUnknownFrom(companion);
   reader.finish();
   plan->estimator_name = run.driver;
-  IniWriter used(IniWriter::Style::values);
-  describe(used, plan->options);
-  describe(used, run);
-  estimator->describe(used);
-  plan->used_ini = used.text();
+  plan->run = run;
   return estimator;
 }
 
@@ -111,6 +107,16 @@ void run(const Arguments& a, Common& common) {
 }
 
 }  // namespace
+
+std::string LiveSessionPlan::usedIni() const {
+  IniWriter used(IniWriter::Style::values);
+  RecordOptions recording = options;
+  RunOptions running = run;
+  describe(used, recording);
+  describe(used, running);
+  estimator->describe(used);
+  return used.text();
+}
 
 void addRecord(CLI::App& app, Common& common) {
   const auto a = std::make_shared<Arguments>();

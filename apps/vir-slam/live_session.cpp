@@ -61,7 +61,6 @@ class LiveSession {
   void startEstimation() {
     if (!options_.estimate) return;
     folder_.emplace(plan_.results);
-    writeTextFile(folder_->file("used.ini"), plan_.used_ini);
     if (options_.stream_port > 0) {
       server_ = std::make_unique<LineServer>(options_.stream_address, options_.stream_port);
     }
@@ -74,8 +73,11 @@ class LiveSession {
     if (server_) {
       hooks.on_pose = [this](const PropagatedPose& pose) { server_->send(poseLine(pose)); };
     }
-    estimation_ = std::make_unique<LiveEstimation>(*plan_.estimator, *folder_,
-                                                   LiveEstimationOptions{}, std::move(hooks));
+    LiveEstimationOptions live;
+    live.pipelined = options_.pipelined;
+    estimation_ =
+        std::make_unique<LiveEstimation>(*plan_.estimator, *folder_, live, std::move(hooks));
+    writeTextFile(folder_->file("used.ini"), plan_.usedIni());
   }
 
   void openView() {

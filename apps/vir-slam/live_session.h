@@ -4,6 +4,7 @@
 #include <string>
 
 #include "record_options.h"
+#include "run_options.h"
 #include "vir/core/settings.h"
 #include "vir/pipeline/estimator.h"
 
@@ -11,11 +12,15 @@ namespace vir::app {
 
 struct LiveSessionPlan {
   RecordOptions options;
+  RunOptions run;
   Settings settings;                     ///< with the sections of the sensors
   std::unique_ptr<Estimator> estimator;  ///< its settings are read
-  std::string estimator_name, used_ini;
+  std::string estimator_name;
   std::string results;  ///< folder of the estimate; empty: results/<date-time>
   bool verbose = false;
+
+  /// Every setting with its value, the estimator's included.
+  std::string usedIni() const;
 };
 
 /// Runs until it is interrupted, its time is over or all sensors have ended; prints what came of

@@ -11,6 +11,7 @@ void describe(OptionVisitor& v, RecordOptions& o) {
   v.value("duration_s", o.duration_s, {0, 1e9}, "end after so long; 0 = when it is stopped");
   v.value("delay_s", o.delay_s, {0, 10}, "how long the order of time waits for a late sensor");
   v.value("estimate", o.estimate, "estimate while recording, with the settings of this file");
+  v.value("pipelined", o.pipelined, "estimate with tracking and optimisation in a thread each");
   v.value("stream_port", o.stream_port, {0, 65535}, "TCP port for poses as JSON lines; 0 = none");
   v.value("stream_address", o.stream_address, "of the interface to listen on; 0.0.0.0 = all");
   v.value("view", o.view, "a window with path, anchors and tracks, where there is a display");

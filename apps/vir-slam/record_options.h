@@ -14,6 +14,7 @@ struct RecordOptions {
   double duration_s = 0;  ///< 0: until it is stopped
   double delay_s = 0.25;  ///< of the time order
   bool estimate = false;  ///< with the settings of the rest of the ini
+  bool pipelined = true;  ///< tracking and optimisation in a thread each
   int stream_port = 0;    ///< poses as JSON lines; 0: none
   std::string stream_address = "127.0.0.1";
   bool view = false;  ///< a window, where there is a display

@@ -1,7 +1,8 @@
 /// Where the short window, the long window and the ranges meet.
 #include <algorithm>
 
-#include "estimator_impl.h"
+#include "back_end.h"
+#include "start_sigma.h"
 
 namespace vir {
 namespace {
@@ -28,7 +29,7 @@ Pose between(const NavState& a, const NavState& b, TimeNs t) {
 
 }  // namespace
 
-void VisualInertialEstimator::Impl::attachRanges(const NavState& previous, const NavState& newest) {
+void BackEnd::attachRanges(const NavState& previous, const NavState& newest) {
   const std::vector<RangeMeasurement> due = ranges.dueUntil(newest.t);
   if (due.empty()) return;
   const Pose T_B_O = newest.T_W_B.inverse();
@@ -53,7 +54,7 @@ void VisualInertialEstimator::Impl::attachRanges(const NavState& previous, const
   ranges.discard(late, "too_late");
 }
 
-std::vector<HeldRange> VisualInertialEstimator::Impl::heldRanges(std::uint64_t key) const {
+std::vector<HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
   std::vector<HeldRange> out;
   for (const LongNode& n : long_window.nodes()) {
     const Mat3 R = rotZ(n.x[3]);
@@ -71,7 +72,7 @@ std::vector<HeldRange> VisualInertialEstimator::Impl::heldRanges(std::uint64_t k
   return out;
 }
 
-void VisualInertialEstimator::Impl::updateAnchors(TimeNs t) {
+void BackEnd::updateAnchors(TimeNs t) {
   window->updateCovariance();
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
   if (ranges.update(t, held, window->rangesAtFront())) {
@@ -81,7 +82,7 @@ void VisualInertialEstimator::Impl::updateAnchors(TimeNs t) {
   for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
 }
 
-void VisualInertialEstimator::Impl::startLongWindow() {
+void BackEnd::startLongWindow() {
   const NavState oldest = window->oldest();
   if (long_window.empty()) {
     long_window.start(oldest.t, oldest.T_W_B, oldest.T_W_B, kStartSigma, kStartSigma);
@@ -96,14 +97,14 @@ void VisualInertialEstimator::Impl::startLongWindow() {
   ranges.discard(ranges.dueUntil(newest.t), "before_the_start");
 }
 
-NavState VisualInertialEstimator::Impl::inWorld(const NavState& s) const {
+NavState BackEnd::inWorld(const NavState& s) const {
   NavState out = s;
   out.T_W_B = long_window.toWorld(s.T_W_B);
   out.v = long_window.turnToWorld(s.v);
   return out;
 }
 
-Eigen::Matrix<double, 6, 6> VisualInertialEstimator::Impl::covarianceInWorld() const {
+Eigen::Matrix<double, 6, 6> BackEnd::covarianceInWorld() const {
   using Mat6 = Eigen::Matrix<double, 6, 6>;
   const Eigen::MatrixXd& joint = long_window.jointCovariance();
   if (joint.rows() < 5) return Mat6::Zero();
@@ -118,7 +119,7 @@ Eigen::Matrix<double, 6, 6> VisualInertialEstimator::Impl::covarianceInWorld() c
          J * joint.topLeftCorner<4, 4>() * J.transpose();
 }
 
-void VisualInertialEstimator::Impl::collectRetired() {
+void BackEnd::collectRetired() {
   for (const LongNode& n : long_window.takeRetired()) {
     NavState s;
     s.t = n.t;
@@ -130,43 +131,25 @@ void VisualInertialEstimator::Impl::collectRetired() {
   }
 }
 
-void VisualInertialEstimator::addRange(const RangeMeasurement& range) {
-  if (!impl_->config.ranges.use) return;
-  impl_->ranges.offer(range);
-}
-
-void VisualInertialEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
-  if (!impl_->running) return;
-  impl_->ranges.dropped(id, impl_->inWorld(impl_->window->newest()).T_W_B * p_B, sigma_m);
-}
-
-std::vector<AnchorReport> VisualInertialEstimator::anchors() const {
-  return impl_->ranges.anchors();
-}
-std::vector<RangeDecision> VisualInertialEstimator::takeRanges() { return impl_->ranges.take(); }
-std::vector<std::pair<std::string, long>> VisualInertialEstimator::rangeCounters() const {
-  return impl_->ranges.counters();
-}
-
-std::vector<NavState> VisualInertialEstimator::keyframes() const {
-  std::vector<NavState> out = impl_->old_keyframes;
-  for (const LongNode& n : impl_->long_window.nodes()) {
+std::vector<NavState> BackEnd::keyframes() const {
+  std::vector<NavState> out = old_keyframes;
+  for (const LongNode& n : long_window.nodes()) {
     NavState s;
     s.t = n.t;
     s.T_W_B = n.T_W_B();
     out.push_back(s);
   }
-  if (impl_->window) {
-    for (const NavState& s : impl_->window->states()) out.push_back(impl_->inWorld(s));
+  if (window) {
+    for (const NavState& s : window->states()) out.push_back(inWorld(s));
   }
   return out;
 }
 
-std::vector<WindowLandmark> VisualInertialEstimator::landmarks() const {
-  std::vector<WindowLandmark> out = impl_->old_landmarks;
-  if (impl_->window) {
-    for (const WindowLandmark& l : impl_->window->landmarks()) {
-      out.push_back({l.id, impl_->long_window.pointToWorld(l.p_W)});
+std::vector<WindowLandmark> BackEnd::landmarks() const {
+  std::vector<WindowLandmark> out = old_landmarks;
+  if (window) {
+    for (const WindowLandmark& l : window->landmarks()) {
+      out.push_back({l.id, long_window.pointToWorld(l.p_W)});
     }
   }
   return out;

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator_impl.h"
+#include "cpu_clock.h"
+#include "start_sigma.h"
 
 namespace vir {
 namespace {

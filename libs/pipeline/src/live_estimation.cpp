@@ -53,6 +53,7 @@ LiveEstimation::LiveEstimation(Estimator& estimator, const ResultsFolder& folder
       hooks_(std::move(hooks)),
       recorder_(folder, hooks_.log),
       wall_from_(wallSeconds()) {
+  behind_ = options_.pipelined && estimator_.workBehind([this] { collect(); });
   estimator_.start(hooks_.log);
   thread_ = std::thread([this] { work(); });
 }
@@ -65,6 +66,12 @@ LiveEstimation::~LiveEstimation() {
   }
   wake_.notify_one();
   if (thread_.joinable()) thread_.join();
+  if (finished_ || !behind_) return;
+  try {
+    estimator_.finish();  // its thread calls collect() until then
+  } catch (const std::exception& e) {
+    log(hooks_.log, LogLevel::error, "estimating ended: " + shortReason(e));
+  }
 }
 
 void LiveEstimation::add(const std::vector<Arrival>& arrivals) {
@@ -106,11 +113,15 @@ void LiveEstimation::work() {
     try {
       handle(next);
     } catch (const std::exception& e) {
-      log(hooks_.log, LogLevel::error, "estimating ends here: " + shortReason(e));
-      const std::lock_guard<std::mutex> lock(mutex_);
-      problem_ = shortReason(e);
+      fail(e);
     }
   }
+}
+
+void LiveEstimation::fail(const std::exception& e) {
+  log(hooks_.log, LogLevel::error, "estimating ends here: " + shortReason(e));
+  const std::lock_guard<std::mutex> lock(mutex_);
+  problem_ = shortReason(e);
 }
 
 void LiveEstimation::handle(const Arrival& arrival) {
@@ -118,6 +129,7 @@ void LiveEstimation::handle(const Arrival& arrival) {
   const TimeNs t = fromMrptTime(observation.timestamp);
   if (observation.sensorLabel == "GT") {
     const auto* pose = dynamic_cast<const mrpt::obs::CObservationRobotPose*>(&observation);
+    const std::lock_guard<std::mutex> lock(results_mutex_);
     if (pose != nullptr) recorder_.addGroundTruth(t, fromMrptPose(pose->pose.mean));
     return;
   }
@@ -125,15 +137,17 @@ void LiveEstimation::handle(const Arrival& arrival) {
     if (!first_frame_) first_frame_ = t;
     last_frame_ = t;
     ++summary_.frames;
+    const std::lock_guard<std::mutex> lock(results_mutex_);
     arrivals_[t] = arrival.arrival;
   }
   const double before = threadCpuSeconds();
   estimator_.add(observation);
-  collect();
+  if (!behind_) collect();
   cpu_s_ += threadCpuSeconds() - before;
 }
 
 void LiveEstimation::collect() {
+  const std::lock_guard<std::mutex> results(results_mutex_);
   for (const StateEstimate& estimate : estimator_.take()) {
     if (estimate.valid) {
       propagator_.setState(estimate.t, estimate.T_W_B, estimate.v_W_B, estimate.bias_gyro,
@@ -149,6 +163,7 @@ void LiveEstimation::collect() {
       latencies_ms_.push_back(static_cast<float>(ms));
     }
     recorder_.add(estimate);
+    estimate_ms_ += estimate.ms.total;
     if (hooks_.on_estimate) hooks_.on_estimate(estimate, estimator_);
   }
   for (const RangeRecord& range : estimator_.takeRanges()) recorder_.add(range);
@@ -162,9 +177,14 @@ RunSummary LiveEstimation::finish() {
   wake_.notify_one();
   if (thread_.joinable()) thread_.join();
   if (problem().empty()) {
-    estimator_.finish();
-    collect();
+    try {
+      estimator_.finish();
+      collect();
+    } catch (const std::exception& e) {
+      fail(e);
+    }
   }
+  finished_ = true;
   const EstimatorReport report = estimator_.report();
   summary_.resets = report.resets;
   summary_.longest_wait_reason = report.longest_wait_reason;
@@ -174,9 +194,10 @@ RunSummary LiveEstimation::finish() {
   summary_.error = problem();
   summary_.duration_s = first_frame_ ? toSeconds(last_frame_ - *first_frame_) : 0;
   summary_.wall_s = wallSeconds() - wall_from_;
-  summary_.cpu_s = cpu_s_;
+  // A thread of the estimator's own is seen by its estimates only.
+  summary_.cpu_s = behind_ ? 1e-3 * estimate_ms_ : cpu_s_;
   if (summary_.frames > 0) {
-    summary_.cpu_ms_per_frame = 1e3 * cpu_s_ / static_cast<double>(summary_.frames);
+    summary_.cpu_ms_per_frame = 1e3 * summary_.cpu_s / static_cast<double>(summary_.frames);
   }
   recorder_.finish(estimator_, first_frame_.value_or(0), &summary_);
   summary_.peak_rss_mb = peakRssMb();

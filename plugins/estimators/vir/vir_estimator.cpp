@@ -64,6 +64,8 @@ void VirEstimator::describe(OptionVisitor& v) {
   v.value("imu_label", imu_label_, "sensor label of the IMU");
   v.value("range_label", range_label_, "sensor label of the ranges to anchors");
   v.value("use_ranges", config_.ranges.use, "use the ranges, if the recording has any");
+  v.value("pipelined", config_.pipelined,
+          "the tracker hears of the state one image later, as it does with two threads in record");
   describeMode(v, config_.long_window);
   vir::describe(v, config_);
 }
@@ -72,6 +74,13 @@ void VirEstimator::start(const LogSink& log) {
   log_ = log;
   loadBiasModel(&config_.ranges);
   estimator_ = std::make_unique<VisualInertialEstimator>(config_, log);
+  if (on_estimates_) estimator_->workBehind(on_estimates_);
+}
+
+bool VirEstimator::workBehind(std::function<void()> on_estimates) {
+  config_.pipelined = true;
+  on_estimates_ = std::move(on_estimates);
+  return true;
 }
 
 void VirEstimator::warnOnce(const std::string& key, const std::string& text) {
@@ -213,7 +222,7 @@ std::vector<Eigen::Vector2f> VirEstimator::trackedPixels() const {
 }
 
 EstimatorReport VirEstimator::report() const {
-  const EstimatorCounters& c = estimator_->counters();
+  const EstimatorCounters c = estimator_->counters();
   const ImuBufferCounters& i = estimator_->imuCounters();
   EstimatorReport r;
   r.counters = {{"images", c.images},

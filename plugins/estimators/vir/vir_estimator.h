@@ -21,6 +21,7 @@ namespace vir {
 class VirEstimator final : public Estimator {
  public:
   void describe(OptionVisitor& v) override;
+  bool workBehind(std::function<void()> on_estimates) override;
   void start(const LogSink& log) override;
   void add(const mrpt::obs::CObservation& observation) override;
   void finish() override;
@@ -45,6 +46,7 @@ class VirEstimator final : public Estimator {
   std::string imu_label_ = "IMU0";
   std::string range_label_ = "UWB0";
   LogSink log_;
+  std::function<void()> on_estimates_;
   std::unique_ptr<VisualInertialEstimator> estimator_;
   CameraCalibration calibration_;
   std::shared_ptr<const CameraModel> camera_;  ///< for tracks

@@ -1,5 +1,7 @@
 #pragma once
-/// The estimator's main loop: track, propagate, optimise, slide.
+/// Camera, IMU and ranges to a state per image: the front end tracks (front_end.cpp), the back end
+/// propagates, optimises and slides (back_end.cpp).
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
@@ -35,6 +37,9 @@ struct EstimatorConfig {
   RestOptions rest;
   FailureOptions failure;
   double camera_time_offset_s = 0;  ///< image stamp + offset = IMU clock
+  /// The tracker hears of the state one image later, so that an image can be tracked while the one
+  /// before it is worked on.
+  bool pipelined = false;
 };
 /// All sections.
 void describe(OptionVisitor& v, EstimatorConfig& o);
@@ -67,6 +72,12 @@ class VisualInertialEstimator {
   explicit VisualInertialEstimator(const EstimatorConfig& config, LogSink log = {});
   ~VisualInertialEstimator();
 
+  /// From now on the back end works in a thread of its own and calls `on_estimates` from there
+  /// after every image. In that call, and after finish(), all that gives results may be called; at
+  /// other times only what takes input. What the thread throws comes out of the next call that
+  /// takes input. The results are those without the thread. Needs EstimatorConfig::pipelined,
+  /// before any input: else std::logic_error.
+  void workBehind(std::function<void()> on_estimates);
   /// Must be called before the first image. `T_B_C`: camera in body (= IMU) frame.
   void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
   bool hasCamera() const;
@@ -80,8 +91,7 @@ class VisualInertialEstimator {
   void addRange(const RangeMeasurement& range);
   /// The robot has just put down an anchor at `p_B` in its body frame.
   void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
-  /// Where features were seen in the last image [px].
-  const std::vector<Eigen::Vector2f>& trackedPixels() const;
+  /// The input has ended: images that wait are worked on with the readings there are.
   void finish();
   std::vector<FrameEstimate> take();
   std::vector<RangeDecision> takeRanges();
@@ -91,7 +101,9 @@ class VisualInertialEstimator {
   /// Keyframes that left the long window, then those in it and in the short one; in W.
   std::vector<NavState> keyframes() const;
   std::vector<WindowLandmark> landmarks() const;
-  const EstimatorCounters& counters() const;
+  /// Where features were seen in the last image [px].
+  const std::vector<Eigen::Vector2f>& trackedPixels() const;
+  EstimatorCounters counters() const;
   const ImuBufferCounters& imuCounters() const;
   /// Time offset and camera pose in the body as last estimated (or as given).
   double timeOffset() const;

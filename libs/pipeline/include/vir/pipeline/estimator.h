@@ -3,6 +3,7 @@
 #include <mrpt/obs/CObservation.h>
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -91,6 +92,11 @@ class Estimator {
   virtual ~Estimator() = default;
   /// Declares the settings; called before start().
   virtual void describe(OptionVisitor& v) = 0;
+  /// Live use, before start(): the estimator may work on in a thread of its own when add() has
+  /// returned, and calls `on_estimates` from there when there is something to take. In that call,
+  /// and after finish(), everything may be asked; at other times only add() and finish() may be
+  /// called. False: it has no such thread, and works in add().
+  virtual bool workBehind(std::function<void()> /*on_estimates*/) { return false; }
   virtual void start(const LogSink& log) = 0;
   /// One observation; the caller keeps time order per sensor. Must not keep a reference to the
   /// image after it returns unless it copies it.

@@ -20,11 +20,13 @@ struct LiveEstimationOptions {
   /// Images that may wait while one is worked on; beyond that the oldest waiting goes, so that the
   /// pose is always of a new image.
   std::size_t waiting_images = 2;
+  /// Tracking and optimisation in a thread each, where the estimator can.
+  bool pipelined = true;
 };
 
 struct LiveEstimationHooks {
   LogSink log;
-  /// After every image, in the thread of the estimation.
+  /// After every image, in the thread that made the estimate.
   std::function<void(const StateEstimate&, const Estimator&)> on_estimate;
   /// Per reading of the IMU, in the thread that calls add().
   std::function<void(const PropagatedPose&)> on_pose;
@@ -36,7 +38,8 @@ struct Latency {
   double median_ms = 0, p95_ms = 0, p99_ms = 0, max_ms = 0;
 };
 
-/// Estimates while sensors deliver, in a thread of its own, and writes the files of a run.
+/// Estimates while sensors deliver, in one or two threads of its own, and writes the files of a
+/// run.
 class LiveEstimation {
  public:
   /// `estimator` has read its settings. Throws like RunRecorder.
@@ -46,6 +49,8 @@ class LiveEstimation {
 
   /// What came in, in order of arrival.
   void add(const std::vector<Arrival>& arrivals);
+  /// Are there two threads?
+  bool pipelined() const { return behind_; }
   /// Works through what waits, ends the estimator and writes what only the end knows.
   RunSummary finish();
 
@@ -60,6 +65,7 @@ class LiveEstimation {
   void handle(const Arrival& arrival);
   void collect();
   void propagate(const Arrival& arrival);
+  void fail(const std::exception& e);
 
   Estimator& estimator_;
   LiveEstimationOptions options_;
@@ -74,8 +80,11 @@ class LiveEstimation {
   bool closing_ = false;
   std::string problem_;
   std::vector<float> latencies_ms_;
+  std::mutex results_mutex_;           // of the recorder and:
   std::map<TimeNs, TimeNs> arrivals_;  // of images handed to the estimator, by stamp
-  RunSummary summary_;                 // of the thread
+  double estimate_ms_ = 0;
+  RunSummary summary_;  // of the thread
+  bool behind_ = false, finished_ = false;
   std::optional<TimeNs> first_frame_;
   TimeNs last_frame_ = 0;
   double cpu_s_ = 0, wall_from_ = 0;

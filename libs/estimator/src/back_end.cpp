@@ -1,0 +1,230 @@
+#include "back_end.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "cpu_clock.h"
+
+namespace vir {
+namespace {
+
+/// Readings kept before the oldest time that may still be asked for [s].
+constexpr double kImuHistoryS = 2.0;
+constexpr const char* kClockSetBack = "the clock of the IMU was set back";
+
+}  // namespace
+
+void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrinsics) {
+  T_B_C = extrinsics;
+  const double focal = 0.5 * (calibration.fx + calibration.fy);
+  startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focal);
+  window = std::make_unique<ShortWindow>(config.window, config.imu, T_B_C, focal,
+                                         config.camera_time_offset_s);
+  window->attach(&long_window);
+}
+
+Feedback BackEnd::process(Packet packet) {
+  ++packets;
+  takeIn(packet);
+  if (packet.kind == Packet::Kind::clock_set_back) {
+    clockSetBack();
+  } else if (packet.kind != Packet::Kind::end) {
+    results.push_back(estimate(&packet));
+  }
+  Feedback out;
+  out.resets = resets;
+  if (window) out.gyro_bias = running ? window->newest().bg : startup->gyroBias();
+  if (!drops.empty() && drops.back().packet == packets) out.drop = drops.back().ids;
+  return out;
+}
+
+void BackEnd::takeIn(const Packet& packet) {
+  for (const ImuSample& s : packet.readings) imu.add(s);
+  for (const RangeMeasurement& r : packet.ranges) ranges.offer(r);
+  for (const DroppedAnchor& a : packet.dropped) {
+    if (running) ranges.dropped(a.id, inWorld(window->newest()).T_W_B * a.p_B, a.sigma_m);
+  }
+  for (const std::string& w : packet.warnings) warn(w);
+}
+
+FrameEstimate BackEnd::estimate(Packet* packet) {
+  FrameEstimate out;
+  out.t = packet->stamp;
+  out.ms_total = packet->ms;
+  StageTimer total(&out.ms_total);
+  switch (packet->kind) {
+    case Packet::Kind::before_imu:
+      out.health = "no IMU readings yet";
+      break;
+    case Packet::Kind::lost:
+      out.health = kClockSetBack;
+      break;
+    case Packet::Kind::silent_imu:
+      out.health = "no IMU readings";
+      if (!running) break;
+      origin = window->newest().T_W_B;
+      restart("the IMU was silent");
+      break;
+    default:
+      leaveOutDropped(packet);
+      estimateImage(*packet, &out);
+  }
+  out.segment = segment;
+  return out;
+}
+
+void BackEnd::estimateImage(const Packet& packet, FrameEstimate* out) {
+  const TrackedFrame& frame = packet.frame;
+  out->tracks = static_cast<int>(frame.features.size());
+  out->ms_pyramid = frame.ms_pyramid;
+  out->ms_flow = frame.ms_flow;
+  out->ms_detect = frame.ms_detect;
+  pixels.clear();
+  for (const FeatureObservation& f : frame.features) pixels.emplace_back(f.px.cast<float>());
+  if (packet.tracker_resets != resets) {
+    // Its tracks will not go on: nothing to begin a segment with.
+    out->health = "tracked before the restart";
+  } else {
+    rest.update(frame, imu);
+    if (running) {
+      update(frame, out);
+    } else {
+      tryStart(frame, out);
+      wait_reasons[out->health] += packet.since_last_s;
+    }
+  }
+  last_image = frame.t;
+  if (frame.usable) last_usable = frame.t;
+  dropOldReadings();
+}
+
+/// A tracker that is ahead may have followed tracks that have since been found to be wrong.
+void BackEnd::leaveOutDropped(Packet* packet) {
+  while (!drops.empty() && drops.front().packet <= packet->feedback) drops.pop_front();
+  std::vector<FeatureObservation>& features = packet->frame.features;
+  for (const Drops& d : drops) {
+    const auto dropped = [&d](const FeatureObservation& f) {
+      return std::find(d.ids.begin(), d.ids.end(), f.id) != d.ids.end();
+    };
+    features.erase(std::remove_if(features.begin(), features.end(), dropped), features.end());
+  }
+}
+
+void BackEnd::clockSetBack() {
+  if (running) origin = window->newest().T_W_B;
+  if (window) restart(kClockSetBack);
+  imu.clear();
+  last_image = last_usable = 0;
+}
+
+void BackEnd::dropOldReadings() {
+  TimeNs oldest = std::min(last_usable, last_image);
+  if (!running && startup->oldestTime() != 0) oldest = std::min(oldest, startup->oldestTime());
+  imu.dropBefore(oldest - fromSeconds(kImuHistoryS));
+}
+
+void BackEnd::tryStart(const TrackedFrame& frame, FrameEstimate* out) {
+  StageTimer timer(&out->ms_start);
+  const StartupStatus status = startup->offer(frame, imu, rest, origin, window.get());
+  if (status == StartupStatus::waiting) {
+    out->health = startup->reason();
+    if (!startup->detail().empty()) {
+      log(log_sink, LogLevel::debug, "start refused (" + out->health + "): " + startup->detail());
+    }
+    return;
+  }
+  log(log_sink, LogLevel::info,
+      std::string("started ") +
+          (status == StartupStatus::started_standing ? "standing still" : "in motion") +
+          (startup->detail().empty() ? "" : ": " + startup->detail()));
+  startup->reset();
+  running = true;
+  last_seen = frame.t;
+  startLongWindow();
+  window->updateCovariance();
+  out->valid = true;
+  out->state = inWorld(window->newest());
+  out->covariance = covarianceInWorld();
+  out->keyframe = true;
+  window->slide(true);
+  out->landmarks = window->landmarksInNewest();
+  out->standing = rest.standing();
+  out->health = out->standing ? "standing" : "ok";
+}
+
+void BackEnd::update(const TrackedFrame& frame, FrameEstimate* out) {
+  const NavState previous = window->newest();
+  const TimeNs t = frame.t;
+  bool gap = false;
+  Preintegration link = imu.integrate(previous.t, t, config.imu, previous.bg, previous.ba, &gap);
+  if (gap) ++imu_gaps;
+  if (gap && !in_gap) {
+    warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
+  }
+  in_gap = gap;
+  const NavState predicted = predict(previous, link, config.imu.gravity_mps2, t);
+  window->push(predicted, std::move(link), frame.features, rest.standing());
+  attachRanges(previous, predicted);
+  SolveSummary solve;
+  {
+    StageTimer timer(&out->ms_optimise);
+    out->keyframe = window->newestIsKeyframe();
+    window->triangulate();
+    const bool full = out->keyframe || window->newestEndsRestLink();
+    solve = full || config.window.full_every_image
+                ? window->optimise(config.window.iterations)
+                : window->optimiseNewest(config.window.iterations_newest);
+    drops.push_back({packets, window->rejectOutliers()});
+    if (full && solve.usable) updateAnchors(t);
+  }
+  out->reprojection_rms = solve.reprojection_rms;
+  out->landmarks = window->landmarksInNewest();
+  const std::string problem = failure(frame, solve, t);
+  if (!problem.empty()) {
+    // Carry on from where the readings say it is: better than anything that failed.
+    origin = predicted.T_W_B;
+    restart(problem);
+    out->health = "restarted: " + problem;
+    return;
+  }
+  out->state = inWorld(window->newest());
+  out->covariance = covarianceInWorld();
+  out->valid = true;
+  out->standing = rest.standing();
+  const bool blind = t != last_seen;
+  out->health = out->standing ? "standing" : (blind ? "no landmarks, IMU only" : "ok");
+  {
+    StageTimer timer(&out->ms_marginalise);
+    window->slide(out->keyframe);
+  }
+  collectRetired();
+}
+
+std::string BackEnd::failure(const TrackedFrame& frame, const SolveSummary& solve, TimeNs t) {
+  if (!solve.usable) return "the solver found no finite solution";
+  const NavState s = window->newest();
+  if (window->landmarksInNewest() >= 4 || rest.standing()) last_seen = t;
+  if (toSeconds(t - last_seen) > config.failure.max_blind_s) {
+    return frame.usable ? "no landmarks for too long" : "no usable image for too long";
+  }
+  if (s.v.norm() > config.failure.max_speed_mps) return "implausible speed";
+  if (s.ba.norm() > config.failure.max_bias_acc) return "implausible accelerometer bias";
+  if (s.bg.norm() > config.failure.max_bias_gyro) return "implausible gyro bias";
+  return {};
+}
+
+void BackEnd::restart(const std::string& why) {
+  ++segment;
+  ++resets;
+  warn("segment " + std::to_string(segment) + " starts at " + std::to_string(last_image) +
+       " ns: " + why);
+  window->handOver();
+  collectRetired();
+  window->clear();
+  startup->reset();
+  rest.reset();
+  running = false;
+}
+
+}  // namespace vir

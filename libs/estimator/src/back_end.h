@@ -1,0 +1,85 @@
+#pragma once
+/// Internal: from tracks and readings to a state: propagate, optimise, slide (back_end.cpp), and
+/// where the windows and the ranges meet (double_window.cpp).
+#include <deque>
+#include <map>
+
+#include "packet.h"
+#include "vir/estimator/visual_inertial_estimator.h"
+
+namespace vir {
+
+struct BackEnd {
+  BackEnd(const EstimatorConfig& c, LogSink l)
+      : config(c),
+        log_sink(std::move(l)),
+        rest(c.rest),
+        long_window(c.long_window),
+        ranges(c.ranges, &long_window, log_sink) {}
+
+  void setCamera(const CameraCalibration& calibration, const Pose& extrinsics);
+  /// Packets in the order they were made.
+  Feedback process(Packet packet);
+
+  void takeIn(const Packet& packet);
+  FrameEstimate estimate(Packet* packet);
+  void estimateImage(const Packet& packet, FrameEstimate* out);
+  void leaveOutDropped(Packet* packet);
+  void clockSetBack();
+  void dropOldReadings();
+  void tryStart(const TrackedFrame& frame, FrameEstimate* out);
+  void update(const TrackedFrame& frame, FrameEstimate* out);
+  std::string failure(const TrackedFrame& frame, const SolveSummary& solve, TimeNs t);
+  void restart(const std::string& why);
+  void collectRetired();
+
+  /// Ranges up to the newest frame's time are judged and hung on it. States in O.
+  void attachRanges(const NavState& previous, const NavState& newest);
+  /// Ranges held by the keyframes of both windows, `motion` being the antenna in W.
+  std::vector<HeldRange> heldRanges(std::uint64_t key) const;
+  void updateAnchors(TimeNs t);
+  void startLongWindow();
+  NavState inWorld(const NavState& s) const;
+  Eigen::Matrix<double, 6, 6> covarianceInWorld() const;
+  std::vector<NavState> keyframes() const;
+  std::vector<WindowLandmark> landmarks() const;
+  void warn(const std::string& text) {
+    log(log_sink, LogLevel::warning, text);
+    warnings.push_back(text);
+  }
+
+  /// Tracks that were found to be wrong in a packet.
+  struct Drops {
+    long packet = 0;
+    std::vector<std::uint64_t> ids;
+  };
+
+  const EstimatorConfig& config;
+  LogSink log_sink;
+  std::unique_ptr<Startup> startup;
+  std::unique_ptr<ShortWindow> window;
+  Pose T_B_C;
+  ImuBuffer imu;
+  RestDetector rest;
+  LongWindow long_window;
+  RangeLayer ranges;
+  std::vector<FrameEstimate> results;
+  std::vector<NavState> old_keyframes;
+  std::vector<WindowLandmark> old_landmarks;
+  std::vector<std::string> warnings;
+  std::map<std::string, double> wait_reasons;  // seconds
+  std::deque<Drops> drops;                     // that the tracker may not have heard of
+  long packets = 0;
+  long imu_gaps = 0;
+  Pose origin;  // where the next segment starts
+  bool running = false;
+  int segment = 0;
+  int resets = 0;
+  std::vector<Eigen::Vector2f> pixels;  // of the features of the last image
+  bool in_gap = false;                  // warn once per stretch
+  TimeNs last_image = 0;                // on the IMU clock
+  TimeNs last_usable = 0;
+  TimeNs last_seen = 0;  // last time landmarks held the pose
+};
+
+}  // namespace vir

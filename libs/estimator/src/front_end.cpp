@@ -1,0 +1,172 @@
+#include "front_end.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "cpu_clock.h"
+
+namespace vir {
+namespace {
+
+/// Without an image for longer, the tracks are not expected to survive.
+constexpr double kImageGapS = 0.5;
+/// Images that wait for readings beyond this many are processed with what there is.
+constexpr std::size_t kMaxWaitingImages = 100;
+/// Readings missing for longer cannot be bridged by interpolation: measured on the rendered flight,
+/// a hole of 1.0 s costs nothing, one of 1.5 s metres.
+constexpr double kImuHoleS = 1.0;
+/// This many readings in a row from the past: the clock was set back, not a late packet.
+constexpr long kClockStepReadings = 50;
+/// Readings kept before the last usable image [s].
+constexpr double kImuHistoryS = 2.0;
+
+}  // namespace
+
+FrontEnd::FrontEnd(const EstimatorConfig& config, std::function<Feedback(long*)> ask,
+                   std::function<void(Packet)> hand_over)
+    : config_(config), ask_(std::move(ask)), hand_over_(std::move(hand_over)) {}
+
+void FrontEnd::setCamera(const CameraCalibration& calibration, const Pose& T_B_C) {
+  T_B_C_ = T_B_C;
+  tracker_ = std::make_unique<FeatureTracker>(config_.tracker, makeCamera(calibration));
+}
+
+TimeNs FrontEnd::onImuClock(TimeNs stamp) const {
+  return stamp + fromSeconds(config_.camera_time_offset_s);
+}
+
+void FrontEnd::addImage(WaitingImage image) {
+  ++counters_.images;
+  const TimeNs t = onImuClock(image.t);
+  const bool after_waiting = waiting_.empty() || image.t > waiting_.back().t;
+  if (!after_waiting || (any_image_ && t <= last_image_)) {
+    ++counters_.images_out_of_order;
+    return;
+  }
+  if (waiting_.empty() && imu_.covers(t)) {
+    process(image);
+    return;
+  }
+  if (!image.gray.empty()) image.gray = image.gray.clone();  // the caller's pixels do not last
+  waiting_.push_back(std::move(image));
+  processWaiting(false);
+}
+
+void FrontEnd::addImu(const ImuSample& sample) {
+  const bool any = !imu_.empty();
+  const TimeNs last = any ? imu_.lastTime() : 0;
+  if (imu_.add(sample)) {
+    next_.readings.push_back(sample);
+    if (any && toSeconds(sample.t - last) > kImuHoleS) {
+      ++counters_.imu_gaps;
+      hole_start_ = last;
+      hole_end_ = sample.t;
+    }
+    stepped_back_ = 0;
+    processWaiting(false);
+    return;
+  }
+  if (imu_.empty() || sample.t > imu_.lastTime()) return;
+  if (++stepped_back_ >= kClockStepReadings) clockSetBack(sample);
+}
+
+void FrontEnd::clockSetBack(const ImuSample& sample) {
+  ++counters_.clock_steps;
+  stepped_back_ = 0;
+  counters_.images_without_imu += static_cast<long>(waiting_.size());
+  for (const WaitingImage& image : waiting_) handOver(Packet::Kind::lost, image.t);
+  waiting_.clear();
+  handOver(Packet::Kind::clock_set_back, 0);
+  imu_.clear();
+  any_image_ = false;
+  last_image_ = last_usable_ = 0;
+  imu_.add(sample);
+  next_.readings.push_back(sample);
+}
+
+void FrontEnd::finish() {
+  processWaiting(true);
+  handOver(Packet::Kind::end, 0);
+}
+
+void FrontEnd::processWaiting(bool force) {
+  while (!waiting_.empty()) {
+    const TimeNs t = onImuClock(waiting_.front().t);
+    if (!imu_.covers(t) && !force && waiting_.size() <= kMaxWaitingImages) return;
+    process(waiting_.front());
+    waiting_.pop_front();
+  }
+}
+
+bool FrontEnd::missesImu(TimeNs t) const {
+  if (t > hole_start_ && t < hole_end_) return true;
+  return t > imu_.lastTime() + fromSeconds(0.1);
+}
+
+void FrontEnd::process(const WaitingImage& image) {
+  const TimeNs t = onImuClock(image.t);
+  if (imu_.empty() || t < imu_.firstTime()) {
+    ++counters_.images_without_imu;
+    handOver(Packet::Kind::before_imu, image.t);
+    return;
+  }
+  if (missesImu(t)) {
+    ++counters_.images_without_imu;
+    handOver(Packet::Kind::silent_imu, image.t);
+    return;
+  }
+  next_.since_last_s = any_image_ ? toSeconds(t - last_image_) : 0;
+  if (next_.since_last_s > kImageGapS) {
+    ++counters_.image_gaps;
+    next_.warnings.push_back("no image for " + std::to_string(next_.since_last_s) + " s before " +
+                             std::to_string(image.t) + " ns: bridged by the IMU");
+  }
+  follow(ask_(&next_.feedback));
+  track(t, image);
+  any_image_ = true;
+  last_image_ = t;
+  if (next_.frame.usable) last_usable_ = t;
+  imu_.dropBefore(std::min(last_usable_, last_image_) - fromSeconds(kImuHistoryS));
+  handOver(Packet::Kind::image, image.t);
+}
+
+void FrontEnd::follow(Feedback feedback) {
+  gyro_bias_ = feedback.gyro_bias;
+  tracker_->drop(feedback.drop);
+  if (feedback.resets == resets_) return;
+  resets_ = feedback.resets;
+  tracker_->reset();
+  last_usable_ = 0;  // nothing left to be matched against
+}
+
+Mat3 FrontEnd::rotationSince(TimeNs t0, TimeNs t) {
+  if (t0 <= 0 || t <= t0) return Mat3::Identity();
+  const Preintegration p = imu_.integrate(t0, t, config_.imu, gyro_bias_, Vec3::Zero());
+  return (T_B_C_.q.conjugate() * p.dq() * T_B_C_.q).toRotationMatrix();
+}
+
+void FrontEnd::track(TimeNs t, const WaitingImage& image) {
+  StageTimer timer(&next_.ms);
+  TrackedFrame& frame = next_.frame;
+  if (image.tracks) {
+    frame = *image.tracks;
+    frame.t = t;
+  } else {
+    frame = tracker_->process(t, image.gray, rotationSince(last_usable_, t));
+  }
+  next_.tracker_resets = resets_;
+  if (!frame.usable) ++counters_.images_unusable;
+  if (!frame.usable && !in_dark_) {
+    next_.warnings.push_back("images from " + std::to_string(t) +
+                             " ns on cannot be used: " + frame.reason);
+  }
+  in_dark_ = !frame.usable;
+}
+
+void FrontEnd::handOver(Packet::Kind kind, TimeNs stamp) {
+  next_.kind = kind;
+  next_.stamp = stamp;
+  hand_over_(std::exchange(next_, {}));
+}
+
+}  // namespace vir

@@ -1,0 +1,71 @@
+#pragma once
+/// Internal: what comes in, put into an order the back end can work on, and tracked.
+#include <deque>
+#include <functional>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+
+#include "packet.h"
+#include "vir/estimator/visual_inertial_estimator.h"
+
+namespace vir {
+
+/// An image, or the tracks found in one, that waits for the readings up to its time.
+struct WaitingImage {
+  TimeNs t = 0;  ///< its own clock
+  cv::Mat gray;
+  std::unique_ptr<TrackedFrame> tracks;  ///< instead of an image
+};
+
+class FrontEnd {
+ public:
+  /// `ask` gives the feedback that must be known before the next image is tracked, with the number
+  /// of packets it covers; `hand_over` takes a packet.
+  FrontEnd(const EstimatorConfig& config, std::function<Feedback(long* covered)> ask,
+           std::function<void(Packet)> hand_over);
+
+  void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
+  bool hasCamera() const { return tracker_ != nullptr; }
+  void addImu(const ImuSample& sample);
+  /// Pixels are copied if the image has to wait.
+  void addImage(WaitingImage image);
+  void addRange(const RangeMeasurement& range) { next_.ranges.push_back(range); }
+  void addDropped(const DroppedAnchor& anchor) { next_.dropped.push_back(anchor); }
+  void finish();
+
+  const EstimatorCounters& counters() const { return counters_; }
+  const ImuBufferCounters& imuCounters() const { return imu_.counters(); }
+
+ private:
+  void processWaiting(bool force);
+  void process(const WaitingImage& image);
+  void track(TimeNs t, const WaitingImage& image);
+  /// Does t lie in a hole of the readings, or well behind the last of them?
+  bool missesImu(TimeNs t) const;
+  /// Rotation of the camera between two times, from the gyro: R_C(t0)_C(t).
+  Mat3 rotationSince(TimeNs t0, TimeNs t);
+  void follow(Feedback feedback);
+  void clockSetBack(const ImuSample& sample);
+  void handOver(Packet::Kind kind, TimeNs stamp);
+  TimeNs onImuClock(TimeNs stamp) const;
+
+  const EstimatorConfig& config_;
+  std::function<Feedback(long*)> ask_;
+  std::function<void(Packet)> hand_over_;
+  std::unique_ptr<FeatureTracker> tracker_;
+  Pose T_B_C_;
+  ImuBuffer imu_;  // only for the rotation between images
+  std::deque<WaitingImage> waiting_;
+  Packet next_;
+  Vec3 gyro_bias_ = Vec3::Zero();
+  EstimatorCounters counters_;
+  int resets_ = 0;
+  TimeNs hole_start_ = 0, hole_end_ = 0;  // the last long interval without readings
+  bool in_dark_ = false;                  // warn once per stretch
+  long stepped_back_ = 0;
+  bool any_image_ = false;
+  TimeNs last_image_ = 0;   // on the IMU clock
+  TimeNs last_usable_ = 0;  // 0: nothing to be matched against
+};
+
+}  // namespace vir

@@ -1,0 +1,50 @@
+#pragma once
+/// Internal: what the front end hands to the back end, and what comes back.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "vir/estimator/range_layer.h"
+#include "vir/imu/preintegration.h"
+#include "vir/vision/feature_tracker.h"
+
+namespace vir {
+
+/// The robot said that it put down an anchor.
+struct DroppedAnchor {
+  std::uint64_t id = 0;
+  Vec3 p_B = Vec3::Zero();  ///< in the body at that time [m]
+  double sigma_m = 0;
+};
+
+/// One image as the front end leaves it, with all that came in since the one before.
+struct Packet {
+  enum class Kind {
+    image,           ///< `frame` holds its tracks
+    before_imu,      ///< older than the first reading
+    silent_imu,      ///< in a hole of the readings
+    clock_set_back,  ///< readings begin anew in the past; no image
+    lost,            ///< waited for readings when the clock was set back
+    end,             ///< of the input; no image
+  };
+  Kind kind = Kind::image;
+  std::vector<ImuSample> readings;
+  std::vector<RangeMeasurement> ranges;
+  std::vector<DroppedAnchor> dropped;
+  std::vector<std::string> warnings;  ///< of the front end, told by the back end: one order
+  TimeNs stamp = 0;                   ///< the image's own clock
+  TrackedFrame frame;                 ///< its time is on the clock of the IMU
+  double since_last_s = 0;            ///< since the image before; 0 for the first
+  double ms = 0;                      ///< CPU time of the front end (reporting only)
+  int tracker_resets = 0;             ///< followed by the tracker when it made `frame`
+  long feedback = 0;                  ///< packets whose feedback the tracker knew
+};
+
+/// What the tracker needs to know of the state, after each packet.
+struct Feedback {
+  Vec3 gyro_bias = Vec3::Zero();    ///< [rad/s]
+  std::vector<std::uint64_t> drop;  ///< tracks that were found to be wrong
+  int resets = 0;                   ///< segments begun: tracks of an earlier one are worthless
+};
+
+}  // namespace vir
