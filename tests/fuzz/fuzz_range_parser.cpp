@@ -31,21 +31,23 @@ std::vector<RangeReading> run(const std::string& bytes, std::size_t piece) {
   return readings;
 }
 
-std::string goodStream() {
-  std::string bytes;
+/// Of the protocol; for `auto`, of two of them, so that one comes to the wrong parser.
+std::string goodStream(std::size_t choice) {
+  std::vector<std::string> streams;
   for (const auto& s : vir::uwb::test::goodStreams()) {
-    if (s.protocol == VIR_FUZZ_PROTOCOL || std::strcmp(VIR_FUZZ_PROTOCOL, "auto") == 0) {
-      bytes += s.bytes;
-    }
+    const bool any = std::strcmp(VIR_FUZZ_PROTOCOL, "auto") == 0;
+    if (any || s.protocol == VIR_FUZZ_PROTOCOL) streams.push_back(s.bytes);
   }
-  return bytes;
+  if (streams.empty()) return {};
+  const std::size_t n = streams.size();
+  return streams[choice % n] + (n > 1 ? streams[(choice / n) % n] : "");
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::string good = goodStream();
-  const std::string bytes = vir::fuzz::input(data, size, good);
+  const std::size_t choice = size > 1 ? data[0] / 4 : 0;
+  const std::string bytes = vir::fuzz::input(data, size, goodStream(choice));
   const auto whole = run(bytes, bytes.size() + 1);
   const auto pieces = run(bytes, size % 11 + 1);
   if (whole.size() != pieces.size()) std::abort();

@@ -144,6 +144,15 @@ TEST(RecordCli, EndsWellWhenItIsAskedTo) {
   EXPECT_GT(summary["poses"].get<long>(), summary["frames"].get<long>() / 2);
   EXPECT_LT(summary["ate_posyaw_m"].get<double>(), 0.1);
   EXPECT_TRUE(contains(test::readText(log), "image to pose [ms]: median")) << test::readText(log);
+
+  // Two threads while recording, one afterwards: the same trajectory.
+  if (summary["counters"]["images_dropped_late"] != 0) GTEST_SKIP() << "too slow to compare";
+  const test::Outcome again =
+      test::virSlam("run " + quoted((folder / "results/used.ini").string()) + " --rawlog " +
+                    quoted(out) + " --out " + quoted((folder / "again").string()));
+  ASSERT_EQ(again.code, 0) << again.text;
+  const std::string live = test::readText(folder / "results/trajectory.tum");
+  EXPECT_EQ(live, test::readText(folder / "again/trajectory.tum"));
 }
 
 TEST(RecordCli, AMissingSensorIsAnErrorUnlessItIsOptional) {
