@@ -39,12 +39,14 @@ struct Arguments {
 /// Paths in an ini are relative to that ini, so that the file works from any folder.
 void resolvePaths(Settings* settings, const std::vector<std::string>& sections) {
   for (const std::string& section : sections) {
-    const Setting* rawlog = settings->find(section, "rawlog");
-    if (rawlog == nullptr || rawlog->origin.line == 0 || fs::path(rawlog->value).is_absolute()) {
-      continue;
+    for (const char* key : {"rawlog", "image_dir_url", "ffmpeg_url"}) {
+      const Setting* setting = settings->find(section, key);
+      if (setting == nullptr || setting->origin.line == 0 || setting->value.empty()) continue;
+      const bool address = setting->value.find("://") != std::string::npos;
+      if (address || fs::path(setting->value).is_absolute()) continue;
+      const fs::path path = fs::path(settings->name()).parent_path() / setting->value;
+      settings->set(section + "." + key + "=" + path.lexically_normal().string());
     }
-    const fs::path path = fs::path(settings->name()).parent_path() / rawlog->value;
-    settings->set(section + ".rawlog=" + path.lexically_normal().string());
   }
 }
 
@@ -72,6 +74,7 @@ std::unique_ptr<Estimator> readEstimator(Settings settings, const std::string& c
   describe(reader, run);
   if (run.driver == "auto") run.driver = "vir";  // what there is to record is not known yet
   auto estimator = createEstimator(run.driver);
+  if (plan->options.estimate) refuseSharedSections(settings, others, *estimator);
   estimator->describe(reader);
   reader.ignoreUnknownFrom(companion);
   reader.finish();
@@ -93,10 +96,11 @@ void run(const Arguments& a, Common& common) {
     if (rawlog != nullptr && companion.empty()) companion = companionOf(rawlog->value);
   }
 
+  if (a.estimate || a.view) settings.set("Recording.estimate=true");
+  if (a.view) settings.set("Recording.view=true");
+
   LiveSessionPlan plan;
   plan.estimator = readEstimator(settings, companion, &plan);
-  if (a.estimate) plan.options.estimate = true;
-  if (a.view) plan.options.view = plan.options.estimate = true;
   if (a.duration_s >= 0) plan.options.duration_s = a.duration_s;
   if (!a.out.empty()) plan.options.out = a.out;
   if (plan.options.out.empty()) plan.options.out = defaultOut(a.ini);

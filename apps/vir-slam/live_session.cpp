@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <optional>
 
@@ -18,7 +20,10 @@ namespace vir::app {
 namespace {
 
 constexpr TimeNs kTurn = 10'000'000;  // [ns] longest wait of the main loop
-constexpr TimeNs kStatusEvery = 1'000'000'000;
+constexpr std::chrono::seconds kStatusEvery(1);
+constexpr double kBehindS = 1;  // of what waits to be written
+
+using SteadyClock = std::chrono::steady_clock;
 
 /// Lines of many threads, one after the other; warnings on the terminal as well.
 LogSink consoleLog(bool verbose) {
@@ -39,16 +44,16 @@ class LiveSession {
         acquisition_(plan.settings, "", {}, log_) {}
 
   bool run() {
-    // Before the sensors: what can fail at once, should.
-    startEstimation();
+    LiveRecording::requireNew(options_.out);  // before the sensors: what can fail at once, should
     LiveMergerOptions merging;
     merging.delay = fromSeconds(options_.delay_s);
     const std::size_t sensors = acquisition_.sensors().size();
     acquisition_.start();
+    startEstimation();
     recorder_ = std::make_unique<LiveRecorder>(options_.out, options_.file, merging, sensors);
     std::printf("recording %zu sensors to %s; Ctrl-C ends it\n", sensors, options_.out.c_str());
     std::fflush(stdout);
-    started_ = hostNow();
+    started_ = SteadyClock::now();
     loop();
     acquisition_.stop();
     pass(acquisition_.take(0));
@@ -91,22 +96,35 @@ class LiveSession {
 
   /// In the thread of the estimation.
   void publish(const StateEstimate& estimate, const Estimator& estimator) {
-    if (view_) view_->setEstimate(estimate, estimator);
+    drawn([&] { view_->setEstimate(estimate, estimator); });
     if (!server_) return;
     server_->send(estimateLine(estimate));
     if (!estimate.keyframe) return;
     for (const AnchorEstimate& a : estimator.anchors()) server_->send(anchorLine(estimate.t, a));
   }
 
+  /// A window that fails is no reason to stop recording.
+  template <typename Draw>
+  void drawn(Draw draw) {
+    if (!view_ || view_failed_) return;
+    try {
+      draw();
+    } catch (const std::exception& e) {
+      view_failed_ = true;
+      log_(LogLevel::warning, std::string("the window shows nothing more: ") + e.what());
+    }
+  }
+
   void loop() {
-    TimeNs next_status = started_ + kStatusEvery;
+    SteadyClock::time_point next_status = started_ + kStatusEvery;
     while (!interrupted() && !acquisition_.ended()) {
       pass(acquisition_.take(kTurn));
-      const TimeNs now = hostNow();
-      if (options_.duration_s > 0 && toSeconds(now - started_) >= options_.duration_s) break;
+      const SteadyClock::time_point now = SteadyClock::now();
+      if (options_.duration_s > 0 && secondsUntil(now) >= options_.duration_s) break;
       if (!recorder_->problem().empty()) break;
       tellWhoEnded();
-      if (view_) view_->draw();
+      tellIfBehind();
+      drawn([&] { view_->draw(); });
       if (now < next_status) continue;
       next_status += kStatusEvery;
       showStatus(now);
@@ -115,9 +133,9 @@ class LiveSession {
 
   void pass(const std::vector<Arrival>& arrivals) {
     if (estimation_) estimation_->add(arrivals);
-    if (view_) {
+    drawn([&] {
       for (const Arrival& a : arrivals) view_->setObservation(a.observation);
-    }
+    });
     recorder_->add(arrivals);
   }
 
@@ -128,9 +146,24 @@ class LiveSession {
     }
   }
 
-  void showStatus(TimeNs now) const {
+  /// What waits is in memory only.
+  void tellIfBehind() {
+    const double behind_s = recorder_->counts().behind_s;
+    if (said_behind_ || behind_s < kBehindS) return;
+    said_behind_ = true;
+    log_(LogLevel::warning,
+         "writing cannot keep up: " + fixed(behind_s, 1) +
+             " s wait in memory, and would be lost by a power failure (slower cameras, images = "
+             "embed or jpg, or a faster disk)");
+  }
+
+  double secondsUntil(SteadyClock::time_point now) const {
+    return std::chrono::duration<double>(now - started_).count();
+  }
+
+  void showStatus(SteadyClock::time_point now) const {
     if (isatty(STDERR_FILENO) != 1) return;
-    std::string line = fixed(toSeconds(now - started_), 0) + " s";
+    std::string line = fixed(secondsUntil(now), 0) + " s";
     for (const SensorStatus& s : acquisition_.sensors()) {
       line += "  " + s.name + " " + std::to_string(s.observations);
       if (s.state != "running") line += " (" + s.state + ")";
@@ -164,6 +197,9 @@ class LiveSession {
     const LiveRecorder::Counts counts = recorder_->counts();
     std::printf("written %zu in order, %zu too late or far ahead, %zu lost\n", counts.written,
                 counts.aside, counts.lost);
+    if (counts.behind_s >= kBehindS) {
+      std::printf("up to %.1f s waited to be written\n", counts.behind_s);
+    }
     for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
   }
 
@@ -192,7 +228,9 @@ class LiveSession {
   std::unique_ptr<LiveView> view_;
   std::unique_ptr<LiveEstimation> estimation_;
   std::unique_ptr<LiveRecorder> recorder_;
-  TimeNs started_ = 0;
+  SteadyClock::time_point started_;
+  std::atomic<bool> view_failed_{false};
+  bool said_behind_ = false;
 };
 
 }  // namespace

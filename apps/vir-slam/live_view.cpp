@@ -9,6 +9,7 @@
 #include <mrpt/opengl/CSetOfLines.h>
 #include <mrpt/opengl/stock_objects.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <map>
@@ -53,6 +54,7 @@ struct LiveView::Impl {
   std::shared_ptr<const mrpt::obs::CObservationImage> image;
   std::map<std::uint64_t, RangeNow> ranges;
   bool new_map = false;
+  std::atomic<bool> closed{false};
   int keyframes = 0, segment = 0;
   SteadyClock::time_point last_draw;
   std::optional<Vec3> last_p;
@@ -153,6 +155,7 @@ LiveView::LiveView() {
 LiveView::~LiveView() = default;
 
 void LiveView::setEstimate(const StateEstimate& estimate, const Estimator& estimator) {
+  if (impl_->closed) return;
   const std::lock_guard<std::mutex> lock(impl_->mutex);
   impl_->estimates.push_back(estimate);
   impl_->anchor_estimates = estimator.anchors();
@@ -177,7 +180,9 @@ void LiveView::setObservation(const mrpt::obs::CObservation::Ptr& observation) {
 
 void LiveView::draw() {
   const auto now = SteadyClock::now();
-  if (now - impl_->last_draw < kBetweenFrames || closed()) return;
+  if (now - impl_->last_draw < kBetweenFrames) return;
+  impl_->closed = closed();
+  if (impl_->closed) return;
   impl_->last_draw = now;
   impl_->window.get3DSceneAndLock();
   {

@@ -1,8 +1,21 @@
 #include "record_options.h"
 
+#include <algorithm>
+#include <cctype>
+
+#include "vir/core/ini_writer.h"
 #include "vir/pipeline/acquisition.h"
 
 namespace vir::app {
+namespace {
+
+std::string lowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+}  // namespace
 
 void describe(OptionVisitor& v, RecordOptions& o) {
   v.section("Recording", "How a live recording is written, and what else is done with it");
@@ -26,6 +39,25 @@ std::vector<std::string> sectionsOfSensors(const Settings& settings) {
   }
   all.emplace_back("global");
   return all;
+}
+
+void refuseSharedSections(const Settings& settings, const std::vector<std::string>& sensors,
+                          Estimator& estimator) {
+  IniWriter writer(IniWriter::Style::values);
+  estimator.describe(writer);
+  const std::vector<std::string> own =
+      Settings::fromText(writer.text(), "the estimator's settings").sections();
+  for (const std::string& sensor : sensors) {
+    if (settings.find(sensor, "process_rate") == nullptr) continue;
+    for (const std::string& section : own) {
+      if (lowerCase(section) != lowerCase(sensor)) continue;
+      throw SettingsError({settings.name(), 0}, sensor, "",
+                          "[" + section +
+                              "] holds settings of the estimator: give the sensor's "
+                              "section another name, e.g. [" +
+                              sensor + "0]");
+    }
+  }
 }
 
 }  // namespace vir::app

@@ -52,26 +52,32 @@ FrameEstimate BackEnd::estimate(Packet* packet) {
   FrameEstimate out;
   out.t = packet->stamp;
   out.ms_total = packet->ms;
-  StageTimer total(&out.ms_total);
+  {
+    StageTimer total(&out.ms_total);
+    estimateInto(packet, &out);
+  }
+  out.segment = segment;
+  return out;
+}
+
+void BackEnd::estimateInto(Packet* packet, FrameEstimate* out) {
   switch (packet->kind) {
     case Packet::Kind::before_imu:
-      out.health = "no IMU readings yet";
+      out->health = "no IMU readings yet";
       break;
     case Packet::Kind::lost:
-      out.health = kClockSetBack;
+      out->health = kClockSetBack;
       break;
     case Packet::Kind::silent_imu:
-      out.health = "no IMU readings";
+      out->health = "no IMU readings";
       if (!running) break;
       origin = window->newest().T_W_B;
       restart("the IMU was silent");
       break;
     default:
       leaveOutDropped(packet);
-      estimateImage(*packet, &out);
+      estimateImage(*packet, out);
   }
-  out.segment = segment;
-  return out;
 }
 
 void BackEnd::estimateImage(const Packet& packet, FrameEstimate* out) {

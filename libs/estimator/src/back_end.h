@@ -23,6 +23,7 @@ struct BackEnd {
 
   void takeIn(const Packet& packet);
   FrameEstimate estimate(Packet* packet);
+  void estimateInto(Packet* packet, FrameEstimate* out);
   void estimateImage(const Packet& packet, FrameEstimate* out);
   void leaveOutDropped(Packet* packet);
   void clockSetBack();

@@ -33,7 +33,13 @@ void HandOver::give(Packet packet) {
     return;
   }
   lock.unlock();
-  finished(process_(std::move(packet)));
+  try {
+    finished(process_(std::move(packet)));
+  } catch (...) {
+    lock.lock();
+    problem_ = std::current_exception();
+    throw;
+  }
 }
 
 Feedback HandOver::ask(long* covered) {
@@ -51,11 +57,14 @@ Feedback HandOver::ask(long* covered) {
   return known_;
 }
 
-void HandOver::drain() {
+void HandOver::wait() {
   std::unique_lock<std::mutex> lock(mutex_);
-  if (thread_.joinable()) {
-    changed_.wait(lock, [&] { return processed_ >= given_ || problem_; });
-  }
+  changed_.wait(lock, [&] { return processed_ >= given_ || problem_; });
+}
+
+void HandOver::drain() {
+  wait();
+  std::unique_lock<std::mutex> lock(mutex_);
   rethrow(lock);
 }
 

@@ -30,7 +30,9 @@ class HandOver {
   /// What is known of all packets but the last `lag`; waits for it. `covered`: how many these are.
   /// Tracks to drop are told once.
   Feedback ask(long* covered);
-  /// Waits until nothing is left to do.
+  /// Waits until nothing is left to do, or nothing more can be done.
+  void wait();
+  /// The same; throws as give() does.
   void drain();
 
  private:

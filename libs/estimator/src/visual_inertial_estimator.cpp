@@ -92,7 +92,12 @@ void VisualInertialEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, d
 }
 
 void VisualInertialEstimator::finish() {
-  impl_->front.finish();
+  try {
+    impl_->front.finish();
+  } catch (...) {
+    impl_->hand_over.wait();
+    throw;
+  }
   impl_->hand_over.drain();
 }
 

@@ -46,6 +46,13 @@ bool isOurs(const std::string& section) {
   return name == "estimator" || name == "rendezvous";
 }
 
+/// As MRPT reads it.
+bool isYes(std::string word) {
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return word == "true" || word == "1" || word == "yes";
+}
+
 SteadyClock::duration seconds(double s) {
   return std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(s));
 }
@@ -62,7 +69,7 @@ std::vector<std::string> sensorSections(const Settings& settings) {
   for (const std::string& section : settings.sections()) {
     const Setting* ignored = settings.find(section, "rawlog-grabber-ignore");
     if (settings.find(section, "driver") == nullptr || isOurs(section)) continue;
-    if (ignored != nullptr && ignored->value == "true") continue;
+    if (ignored != nullptr && isYes(ignored->value)) continue;
     names.push_back(section);
   }
   return names;
@@ -191,9 +198,7 @@ class Acquisition::Sensor {
     auto* live = dynamic_cast<LiveSource*>(device_.get());
     if (live == nullptr) return;
     const bool there = live->connected();
-    for (const std::string& line : live->takeMessages()) {
-      say(there && connected_ ? LogLevel::info : LogLevel::warning, line);
-    }
+    for (const SensorMessage& m : live->takeMessages()) say(m.level, m.text);
     if (there != connected_) setState(there ? "running" : "waiting");
     connected_ = there;
     const auto now = SteadyClock::now();

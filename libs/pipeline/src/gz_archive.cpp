@@ -68,7 +68,10 @@ void GzArchive::writeWhole(const mrpt::serialization::CSerializable& object) {
     const auto before = gztell(file_);
     *this << object;
     unflushed_ += gztell(file_) - before;
-    if (unflushed_ > kFlushBytes) flush();
+    const bool much = unflushed_ > kFlushBytes;
+    if (much) flush();
+    ++objects_;
+    if (much) sound_objects_ = objects_;
   } catch (const std::exception& e) {
     cutBack();
     throw std::runtime_error(shortReason(e));
@@ -83,6 +86,7 @@ void GzArchive::flush() {
     throw std::runtime_error("cannot write " + path_ + ": " + reason);
   }
   sound_ = lseek(handle_, 0, SEEK_END);
+  sound_objects_ = objects_;
   unflushed_ = 0;
 }
 
@@ -90,6 +94,7 @@ void GzArchive::cutBack() {
   if (handle_ < 0 || file_ == nullptr) return;
   gzclose(file_);  // tries to write what is left, in vain or not
   file_ = nullptr;
+  cut_off_ = objects_ - sound_objects_;
   if (ftruncate(handle_, sound_) != 0) sound_ = -1;
 }
 
@@ -104,6 +109,7 @@ void GzArchive::close() {
   const int code = gzclose(file_);
   file_ = nullptr;
   if (code == Z_OK) return;
+  cut_off_ = objects_ - sound_objects_;
   if (handle_ >= 0 && ftruncate(handle_, sound_) != 0) sound_ = -1;
   throw std::runtime_error("cannot finish writing " + path_ + ": " +
                            (code == Z_ERRNO ? std::strerror(errno) : zError(code)));

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace vir {
 
@@ -26,6 +27,8 @@ class GzArchive : public mrpt::serialization::CArchive {
   /// Hands what was written to the operating system; throws std::runtime_error if it does not take
   /// it (disk full), the file then being cut back to what was flushed before.
   void flush();
+  /// Objects that writeWhole() had taken and that were cut off again, since the last call.
+  std::size_t takeCutOff() { return std::exchange(cut_off_, 0); }
   /// Bytes handed over so far, compressed.
   std::int64_t bytesWritten() const { return compressedPosition(); }
 
@@ -48,6 +51,7 @@ class GzArchive : public mrpt::serialization::CArchive {
   int handle_ = -1;         // of a recording, to cut it back
   std::int64_t sound_ = 0;  // length of the file up to the last flush
   std::int64_t unflushed_ = 0;
+  std::size_t objects_ = 0, sound_objects_ = 0, cut_off_ = 0;
 };
 
 }  // namespace vir

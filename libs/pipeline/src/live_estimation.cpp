@@ -20,6 +20,8 @@ namespace {
 using mrpt::obs::CObservation;
 using mrpt::obs::CObservationIMU;
 
+constexpr const char* kGroundTruthLabel = "GT";
+
 bool isFrame(const CObservation& o) {
   return dynamic_cast<const mrpt::obs::CObservationImage*>(&o) != nullptr ||
          dynamic_cast<const mrpt::obs::CObservationStereoImagesFeatures*>(&o) != nullptr;
@@ -75,10 +77,15 @@ LiveEstimation::~LiveEstimation() {
 }
 
 void LiveEstimation::add(const std::vector<Arrival>& arrivals) {
-  for (const Arrival& a : arrivals) propagate(a);
+  std::vector<Arrival> read;
+  for (const Arrival& a : arrivals) {
+    const bool truth = a.observation->sensorLabel == kGroundTruthLabel;
+    if (truth || estimator_.reads(*a.observation)) read.push_back(a);
+  }
+  for (const Arrival& a : read) propagate(a);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    for (const Arrival& a : arrivals) {
+    for (const Arrival& a : read) {
       queue_.push_back(a);
       if (!isFrame(*a.observation) || ++waiting_images_ <= options_.waiting_images) continue;
       const auto oldest = std::find_if(queue_.begin(), queue_.end(), [](const Arrival& waiting) {
@@ -127,7 +134,7 @@ void LiveEstimation::fail(const std::exception& e) {
 void LiveEstimation::handle(const Arrival& arrival) {
   const CObservation& observation = *arrival.observation;
   const TimeNs t = fromMrptTime(observation.timestamp);
-  if (observation.sensorLabel == "GT") {
+  if (observation.sensorLabel == kGroundTruthLabel) {
     const auto* pose = dynamic_cast<const mrpt::obs::CObservationRobotPose*>(&observation);
     const std::lock_guard<std::mutex> lock(results_mutex_);
     if (pose != nullptr) recorder_.addGroundTruth(t, fromMrptPose(pose->pose.mean));
@@ -150,7 +157,7 @@ void LiveEstimation::collect() {
   const std::lock_guard<std::mutex> results(results_mutex_);
   for (const StateEstimate& estimate : estimator_.take()) {
     if (estimate.valid) {
-      propagator_.setState(estimate.t, estimate.T_W_B, estimate.v_W_B, estimate.bias_gyro,
+      propagator_.setState(estimate.t_imu, estimate.T_W_B, estimate.v_W_B, estimate.bias_gyro,
                            estimate.bias_acc);
     } else {
       propagator_.clear();
@@ -176,12 +183,13 @@ RunSummary LiveEstimation::finish() {
   }
   wake_.notify_one();
   if (thread_.joinable()) thread_.join();
-  if (problem().empty()) {
+  // Its thread may call collect() until then, whatever has happened.
+  if (behind_ || problem().empty()) {
     try {
       estimator_.finish();
       collect();
     } catch (const std::exception& e) {
-      fail(e);
+      if (problem().empty()) fail(e);
     }
   }
   finished_ = true;

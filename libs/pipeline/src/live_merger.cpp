@@ -10,16 +10,21 @@ void LiveMerger::push(std::size_t source, const mrpt::obs::CObservation::Ptr& ob
                       TimeNs arrival) {
   const TimeNs t = fromMrptTime(observation->timestamp);
   ended_[source] = false;
+  if (!newest_[source] || t >= *newest_[source]) newest_at_[source] = arrival;
   newest_[source] = std::max(t, newest_[source].value_or(t));
   held_.emplace(t, Held{observation, source, arrival});
 }
 
-std::optional<TimeNs> LiveMerger::newestOfOthers(std::size_t source) const {
-  std::optional<TimeNs> newest;
+bool LiveMerger::isFarAhead(TimeNs t, const Held& held) const {
+  bool any = false;
   for (std::size_t i = 0; i < newest_.size(); ++i) {
-    if (i != source && newest_[i]) newest = std::max(*newest_[i], newest.value_or(*newest_[i]));
+    if (i == held.source || !newest_[i]) continue;
+    // One that has been silent would have come as far as time has.
+    const TimeNs silent = std::max<TimeNs>(0, held.arrival - newest_at_[i]);
+    if (t <= *newest_[i] + silent + options_.max_lead) return false;
+    any = true;
   }
-  return newest;
+  return any;
 }
 
 bool LiveMerger::everybodyIsPast(TimeNs t) const {
@@ -43,8 +48,7 @@ std::optional<LiveMerger::Item> LiveMerger::pop(TimeNs now) {
   const bool waited = now - held.arrival >= options_.delay;
   if (!flushed_ && !waited && !everybodyIsPast(t)) return std::nullopt;
   // A stamp far ahead of all other sensors would make everything that follows late.
-  const std::optional<TimeNs> others = newestOfOthers(held.source);
-  const bool ahead = others && t > *others + options_.max_lead;
+  const bool ahead = isFarAhead(t, held);
   held_.erase(first);
   if (ahead) return Item{held.observation, false};
   last_out_ = t;

@@ -27,8 +27,8 @@ void LiveRecorder::add(const std::vector<Arrival>& arrivals) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     queue_.insert(queue_.end(), arrivals.begin(), arrivals.end());
-    counts_.waiting = queue_.size();
-    counts_.most_waiting = std::max(counts_.most_waiting, counts_.waiting);
+    counts_.behind_s =
+        std::max(counts_.behind_s, toSeconds(arrivals.back().arrival - queue_.front().arrival));
   }
   wake_.notify_one();
 }
@@ -61,21 +61,23 @@ LiveRecorder::Counts LiveRecorder::counts() const {
 
 void LiveRecorder::writeReady(TimeNs now) {
   while (const auto item = merger_.pop(now)) {
-    if (problem().empty()) {
-      try {
-        recording_.write(*item->observation, item->in_order);
-        continue;
-      } catch (const std::exception& e) {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        problem_ = shortReason(e);
-      }
+    ++taken_;
+    if (!problem().empty()) continue;
+    try {
+      recording_.write(*item->observation, item->in_order);
+    } catch (const std::exception& e) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      problem_ = shortReason(e);
     }
-    const std::lock_guard<std::mutex> lock(mutex_);
-    ++counts_.lost;
   }
+  tellCounts();
+}
+
+void LiveRecorder::tellCounts() {
   const std::lock_guard<std::mutex> lock(mutex_);
   counts_.written = recording_.written();
   counts_.aside = recording_.asideCount();
+  counts_.lost = taken_ - counts_.written - counts_.aside;
   counts_.files = recording_.parts();
   if (counts_.aside > 0) counts_.files.push_back(recording_.asidePath());
 }
@@ -92,7 +94,6 @@ void LiveRecorder::work() {
                      [this] { return closing_ || !queue_.empty(); });
       arrivals.swap(queue_);
       ended.swap(ended_);
-      counts_.waiting = 0;
       closing = closing_;
     }
     for (const Arrival& a : arrivals) merger_.push(a.sensor, a.observation, a.arrival);
@@ -106,8 +107,11 @@ void LiveRecorder::work() {
     try {
       closing ? recording_.close() : recording_.flush();
     } catch (const std::exception& e) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      problem_ = shortReason(e);
+      {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        problem_ = shortReason(e);
+      }
+      tellCounts();
     }
   }
 }

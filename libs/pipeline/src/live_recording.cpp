@@ -109,11 +109,7 @@ LiveRecording::LiveRecording(const std::string& path, const LiveRecordingOptions
   const fs::path folder = fs::path(path).parent_path();
   std::error_code error;
   if (!folder.empty()) fs::create_directories(folder, error);
-  for (const std::string& taken : {path, asidePath(), stem_ + "_Images", stem_ + "_part2.rawlog"}) {
-    if (!fs::exists(taken, error)) continue;
-    throw std::runtime_error("cannot record to " + path + ": " + taken +
-                             " exists already and is not overwritten");
-  }
+  requireNew(path);
   open();
   sync_ = std::make_unique<DiskSync>(folder.string());
 }
@@ -123,6 +119,30 @@ LiveRecording::~LiveRecording() {
     close();
   } catch (const std::exception&) {  // reported by whoever called write() or close()
   }
+}
+
+void LiveRecording::requireNew(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  const std::string name = fs::path(stemOf(path)).filename().string();
+  std::error_code error;
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(folder.empty() ? fs::path(".") : folder, error)) {
+    const std::string taken = entry.path().filename().string();
+    if (taken.compare(0, name.size(), name) != 0) continue;
+    const std::string rest = taken.substr(name.size());
+    const bool part =
+        rest.compare(0, 5, "_part") == 0 && rest.size() > 5 && rest[5] >= '0' && rest[5] <= '9';
+    const bool late = rest == std::string("_late") + kSuffix || rest == "_late_Images";
+    if (!part && !late && rest != kSuffix && rest != "_Images") continue;
+    throw std::runtime_error("cannot record to " + path + ": " + entry.path().string() +
+                             " exists already and is not overwritten");
+  }
+}
+
+/// What was taken and then cut off is not there.
+void LiveRecording::forgetCutOff() {
+  if (file_) written_ -= file_->archive->takeCutOff();
+  if (aside_) aside_count_ -= aside_->archive->takeCutOff();
 }
 
 std::string LiveRecording::asidePath() const { return stem_ + "_late" + kSuffix; }
@@ -143,6 +163,15 @@ bool LiveRecording::partIsFull(TimeNs t) const {
 }
 
 void LiveRecording::write(const mrpt::obs::CObservation& observation, bool in_order) {
+  try {
+    writeInto(observation, in_order);
+  } catch (...) {
+    forgetCutOff();
+    throw;
+  }
+}
+
+void LiveRecording::writeInto(const mrpt::obs::CObservation& observation, bool in_order) {
   if (!file_) throw std::runtime_error("the recording " + stem_ + kSuffix + " is closed");
   if (!in_order) {
     if (!aside_) {
@@ -197,8 +226,13 @@ void LiveRecording::writeTo(File& file, const mrpt::obs::CObservation& observati
 }
 
 void LiveRecording::flush() {
-  for (File* file : {file_.get(), aside_.get()}) {
-    if (file != nullptr) file->archive->flush();
+  try {
+    for (File* file : {file_.get(), aside_.get()}) {
+      if (file != nullptr) file->archive->flush();
+    }
+  } catch (...) {
+    forgetCutOff();
+    throw;
   }
   sync_->request();
 }
@@ -206,9 +240,15 @@ void LiveRecording::flush() {
 void LiveRecording::close() {
   for (std::unique_ptr<File>* file : {&file_, &aside_}) {
     if (!*file) continue;
-    const std::unique_ptr<File> closing = std::move(*file);
-    closing->archive->close();
-    removeIfEmpty(closing->images);
+    try {
+      (*file)->archive->close();
+    } catch (...) {
+      forgetCutOff();
+      file->reset();
+      throw;
+    }
+    removeIfEmpty((*file)->images);
+    file->reset();
   }
   if (sync_) sync_->request();
   sync_.reset();  // waits

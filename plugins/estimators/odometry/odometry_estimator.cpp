@@ -22,6 +22,11 @@ void OdometryEstimator::start(const LogSink& log) {
   estimator_ = std::make_unique<OdometryRangeEstimator>(config_, log);
 }
 
+bool OdometryEstimator::reads(const mrpt::obs::CObservation& observation) const {
+  return observation.sensorLabel == odometry_label_ || observation.sensorLabel == range_label_ ||
+         anchorEventOf(observation).has_value();
+}
+
 void OdometryEstimator::add(const mrpt::obs::CObservation& observation) {
   if (observation.sensorLabel == odometry_label_) {
     const auto* pose = dynamic_cast<const mrpt::obs::CObservationRobotPose*>(&observation);
@@ -37,7 +42,7 @@ std::vector<StateEstimate> OdometryEstimator::take() {
   std::vector<StateEstimate> out;
   for (const OdometryEstimate& e : estimator_->take()) {
     StateEstimate s;
-    s.t = e.t;
+    s.t = s.t_imu = e.t;
     s.valid = e.valid;
     s.T_W_B = e.T_W_B;
     s.covariance = e.covariance;

@@ -11,6 +11,7 @@ class OdometryEstimator final : public Estimator {
  public:
   void describe(OptionVisitor& v) override;
   void start(const LogSink& log) override;
+  bool reads(const mrpt::obs::CObservation& observation) const override;
   void add(const mrpt::obs::CObservation& observation) override;
   void finish() override {}
   std::vector<StateEstimate> take() override;

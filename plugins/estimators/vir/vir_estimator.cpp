@@ -90,6 +90,12 @@ void VirEstimator::warnOnce(const std::string& key, const std::string& text) {
   log(log_, LogLevel::warning, text);
 }
 
+bool VirEstimator::reads(const mrpt::obs::CObservation& observation) const {
+  const std::string& label = observation.sensorLabel;
+  return label == camera_label_ || label == tracks_label_ || label == imu_label_ ||
+         label == range_label_ || anchorEventOf(observation).has_value();
+}
+
 void VirEstimator::add(const mrpt::obs::CObservation& observation) {
   if (observation.sensorLabel == camera_label_) {
     if (const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation)) {
@@ -176,6 +182,7 @@ std::vector<StateEstimate> VirEstimator::take() {
   for (const FrameEstimate& f : estimator_->take()) {
     StateEstimate s;
     s.t = f.t;
+    s.t_imu = f.valid ? f.state.t : f.t;
     s.valid = f.valid;
     s.T_W_B = f.state.T_W_B;
     s.v_W_B = f.state.v;

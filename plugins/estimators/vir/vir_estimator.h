@@ -23,6 +23,7 @@ class VirEstimator final : public Estimator {
   void describe(OptionVisitor& v) override;
   bool workBehind(std::function<void()> on_estimates) override;
   void start(const LogSink& log) override;
+  bool reads(const mrpt::obs::CObservation& observation) const override;
   void add(const mrpt::obs::CObservation& observation) override;
   void finish() override;
   std::vector<StateEstimate> take() override;

@@ -112,6 +112,6 @@ bool DeviceSensor::connected() const {
   return source_ != nullptr && source_->state() == ByteSource::State::open;
 }
 
-std::vector<std::string> DeviceSensor::takeMessages() { return reports_.take(); }
+std::vector<SensorMessage> DeviceSensor::takeMessages() { return reports_.take(); }
 
 }  // namespace vir

@@ -29,7 +29,7 @@ class DeviceSensor : public mrpt::hwdrivers::CGenericSensor,
 
   // LiveSource
   bool connected() const final;
-  std::vector<std::string> takeMessages() final;
+  std::vector<SensorMessage> takeMessages() final;
 
  protected:
   using Counts = std::vector<std::pair<std::string, long>>;

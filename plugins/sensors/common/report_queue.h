@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "vir/core/log.h"
+#include "vir/pipeline/live_source.h"
 
 namespace vir {
 
@@ -17,22 +18,22 @@ class ReportQueue {
   void setSink(LogSink sink) { sink_ = std::move(sink); }
   void say(LogLevel level, const std::string& text) {
     log(sink_, level, text);
-    if (waiting_.size() < kMost) waiting_.push_back(text);
+    if (waiting_.size() < kMost) waiting_.push_back({level, text});
   }
   /// Says it the first time that `key` comes.
   void once(const std::string& key, LogLevel level, const std::string& text) {
     if (said_.size() < kMost && said_.insert(key).second) say(level, text);
   }
   void forget(const std::string& key) { said_.erase(key); }
-  std::vector<std::string> take() {
-    std::vector<std::string> out;
+  std::vector<SensorMessage> take() {
+    std::vector<SensorMessage> out;
     out.swap(waiting_);
     return out;
   }
 
  private:
   LogSink sink_;
-  std::vector<std::string> waiting_;
+  std::vector<SensorMessage> waiting_;
   std::set<std::string> said_;
 };
 

@@ -90,6 +90,14 @@ TEST(HandOver, WhatTheThreadThrowsComesOut) {
   EXPECT_THROW(f.ask(), std::runtime_error);
 }
 
+TEST(HandOver, WithoutAThreadAFailureIsNotWaitedFor) {
+  Fixture f(0);
+  EXPECT_THROW(f.hand_over.give(packetAt(-1)), std::runtime_error);
+  EXPECT_THROW(f.ask(), std::runtime_error);
+  EXPECT_THROW(f.hand_over.drain(), std::runtime_error);
+  f.hand_over.wait();
+}
+
 TEST(HandOver, EndsWithPacketsLeft) {
   Fixture f(1);
   f.hand_over.startThread([] { std::this_thread::sleep_for(std::chrono::milliseconds(5)); });

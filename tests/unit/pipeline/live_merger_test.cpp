@@ -88,6 +88,22 @@ TEST(LiveMerger, AStampFarAheadDoesNotMakeTheOthersLate) {
   EXPECT_EQ(out.aside.size(), 4u);
 }
 
+/// A radio that falls silent, an image a second: what the others say is still in order.
+TEST(LiveMerger, ASilentSensorDoesNotMakeTheOthersSeemAhead) {
+  LiveMerger merger(2, options(100));
+  Out out;
+  merger.push(1, rangeAt(0, 1), 5000 * kMs);
+  for (long k = 0; k < 600; ++k) {
+    merger.push(0, imuAt(10 * k * kMs), (5000 + 10 * k) * kMs);
+    drain(&merger, (5000 + 10 * k) * kMs, &out);
+  }
+  merger.push(1, rangeAt(5990 * kMs, 1), 11000 * kMs);
+  merger.flush();
+  drain(&merger, 11000 * kMs, &out);
+  EXPECT_EQ(out.in_order.size(), 602u);
+  EXPECT_TRUE(out.aside.empty());
+}
+
 TEST(LiveMerger, NobodyWaitsForASensorThatHasEnded) {
   LiveMerger merger(2, options(100000));
   Out out;

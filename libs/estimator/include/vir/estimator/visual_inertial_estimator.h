@@ -73,10 +73,10 @@ class VisualInertialEstimator {
   ~VisualInertialEstimator();
 
   /// From now on the back end works in a thread of its own and calls `on_estimates` from there
-  /// after every image. In that call, and after finish(), all that gives results may be called; at
-  /// other times only what takes input. What the thread throws comes out of the next call that
-  /// takes input. The results are those without the thread. Needs EstimatorConfig::pipelined,
-  /// before any input: else std::logic_error.
+  /// after every image. In that call all that gives results may be called, the counters excepted,
+  /// and everything after finish(); at other times only what takes input. What the thread throws
+  /// comes out of the next call that takes input. The results are those without the thread. Needs
+  /// EstimatorConfig::pipelined, before any input: else std::logic_error.
   void workBehind(std::function<void()> on_estimates);
   /// Must be called before the first image. `T_B_C`: camera in body (= IMU) frame.
   void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
@@ -91,7 +91,8 @@ class VisualInertialEstimator {
   void addRange(const RangeMeasurement& range);
   /// The robot has just put down an anchor at `p_B` in its body frame.
   void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
-  /// The input has ended: images that wait are worked on with the readings there are.
+  /// The input has ended: images that wait are worked on with the readings there are. Nothing is
+  /// done in the background afterwards, also if it throws.
   void finish();
   std::vector<FrameEstimate> take();
   std::vector<RangeDecision> takeRanges();

@@ -25,6 +25,7 @@ struct StageTimes {
 /// The state as estimated when one image (or odometry pose) was processed: causal.
 struct StateEstimate {
   TimeNs t = 0;        ///< stamp of the image
+  TimeNs t_imu = 0;    ///< the same moment on the clock of the IMU
   bool valid = false;  ///< false before initialisation and when lost: `health` says why
   Pose T_W_B;
   Vec3 v_W_B = Vec3::Zero();      ///< [m/s]
@@ -93,11 +94,14 @@ class Estimator {
   /// Declares the settings; called before start().
   virtual void describe(OptionVisitor& v) = 0;
   /// Live use, before start(): the estimator may work on in a thread of its own when add() has
-  /// returned, and calls `on_estimates` from there when there is something to take. In that call,
-  /// and after finish(), everything may be asked; at other times only add() and finish() may be
-  /// called. False: it has no such thread, and works in add().
+  /// returned, and calls `on_estimates` from there when there is something to take. In that call
+  /// all but report() may be asked, and everything after finish(), which ends the calls even if it
+  /// throws; at other times only add() and finish() may be called. False: it has no such thread,
+  /// and works in add().
   virtual bool workBehind(std::function<void()> /*on_estimates*/) { return false; }
   virtual void start(const LogSink& log) = 0;
+  /// Does add() make use of such an observation (by its label)?
+  virtual bool reads(const mrpt::obs::CObservation& /*observation*/) const { return true; }
   /// One observation; the caller keeps time order per sensor. Must not keep a reference to the
   /// image after it returns unless it copies it.
   virtual void add(const mrpt::obs::CObservation& observation) = 0;

@@ -12,7 +12,8 @@ namespace vir {
 
 struct LiveMergerOptions {
   TimeNs delay = 250'000'000;  ///< nothing is held longer, once it is its turn
-  /// What is further ahead of all other sensors does not go into the main stream.
+  /// What is further ahead of where all other sensors must be by now does not go into the main
+  /// stream.
   TimeNs max_lead = 1'000'000'000;
 };
 
@@ -21,7 +22,7 @@ struct LiveMergerOptions {
 class LiveMerger {
  public:
   LiveMerger(std::size_t sources, const LiveMergerOptions& options)
-      : options_(options), newest_(sources), ended_(sources, false) {}
+      : options_(options), newest_(sources), newest_at_(sources, 0), ended_(sources, false) {}
 
   struct Item {
     mrpt::obs::CObservation::Ptr observation;
@@ -47,11 +48,12 @@ class LiveMerger {
     std::size_t source = 0;
     TimeNs arrival = 0;
   };
-  std::optional<TimeNs> newestOfOthers(std::size_t source) const;
+  bool isFarAhead(TimeNs t, const Held& held) const;
   bool everybodyIsPast(TimeNs t) const;
 
   LiveMergerOptions options_;
   std::vector<std::optional<TimeNs>> newest_;  // stamp, by source; empty: none yet, or ended
+  std::vector<TimeNs> newest_at_;              // its arrival
   std::vector<bool> ended_;
   std::multimap<TimeNs, Held> held_;
   std::optional<TimeNs> last_out_;

@@ -33,7 +33,7 @@ class LiveRecorder {
     std::size_t written = 0;  ///< in order
     std::size_t aside = 0;    ///< in the file of those that were too late
     std::size_t lost = 0;     ///< could not be written
-    std::size_t waiting = 0, most_waiting = 0;
+    double behind_s = 0;      ///< longest that anything waited for its turn
     std::vector<std::string> files;
   };
   Counts counts() const;
@@ -41,10 +41,12 @@ class LiveRecorder {
  private:
   void work();
   void writeReady(TimeNs now);
+  void tellCounts();
 
   const LiveRecordingOptions options_;
   LiveRecording recording_;  // of the thread
   LiveMerger merger_;        // of the thread
+  std::size_t taken_ = 0;    // of the thread: out of the merger
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<Arrival> queue_;

@@ -27,13 +27,16 @@ void describe(OptionVisitor& v, LiveRecordingOptions& o);
 /// order go to `<name>_late.rawlog`.
 class LiveRecording {
  public:
-  /// `path` must end in .rawlog. Throws std::runtime_error: the file exists already or cannot be
-  /// created.
+  /// `path` must end in .rawlog. Throws std::runtime_error: the file, or one of its parts or
+  /// folders of images, exists already or cannot be created.
   LiveRecording(const std::string& path, const LiveRecordingOptions& options);
   /// Closes what is open, errors ignored: call close().
   ~LiveRecording();
   LiveRecording(const LiveRecording&) = delete;
   LiveRecording& operator=(const LiveRecording&) = delete;
+
+  /// Throws as the constructor does if anything of that name exists; creates nothing.
+  static void requireNew(const std::string& path);
 
   /// Does not change the observation. Throws std::runtime_error when it cannot be written (disk
   /// full); the file then ends with the last whole observation and nothing more can be written.
@@ -44,6 +47,7 @@ class LiveRecording {
   /// Throws like write().
   void close();
 
+  /// Observations in the files; what a full disk cut off again is not counted.
   std::size_t written() const { return written_; }
   std::size_t asideCount() const { return aside_count_; }
   /// Parts so far, the first being `path`.
@@ -54,8 +58,10 @@ class LiveRecording {
   struct File;
   class DiskSync;
   void open();
+  void writeInto(const mrpt::obs::CObservation& observation, bool in_order);
   void writeTo(File& file, const mrpt::obs::CObservation& observation);
   bool partIsFull(TimeNs t) const;
+  void forgetCutOff();
 
   std::string stem_;
   LiveRecordingOptions options_;

@@ -3,9 +3,15 @@
 #include <utility>
 #include <vector>
 
+#include "vir/core/log.h"
 #include "vir/core/options.h"
 
 namespace vir {
+
+struct SensorMessage {
+  LogLevel level = LogLevel::info;
+  std::string text;
+};
 
 /// What a live sensor offers beside mrpt::hwdrivers::CGenericSensor; found by dynamic_cast. Call
 /// everything from the thread that calls doProcess().
@@ -20,7 +26,7 @@ class LiveSource {
   virtual std::vector<std::pair<std::string, long>> counters() const = 0;
   /// What happened since the last call, one line each: unplugged, back again, protocol recognised,
   /// an unknown id, ... The same lines go to the sensor's mrpt::system::COutputLogger.
-  virtual std::vector<std::string> takeMessages() = 0;
+  virtual std::vector<SensorMessage> takeMessages() = 0;
 };
 
 }  // namespace vir
