@@ -65,6 +65,7 @@ std::unique_ptr<Estimator> readEstimator(Settings settings, const std::string& c
                                          LiveSessionPlan* plan) {
   const std::vector<std::string> others = sectionsOfSensors(settings);
   settings.eraseKey(kGrabberIgnore);
+  const Settings as_given = settings;
   if (!companion.empty()) settings.mergeDefaults(Settings::fromFile(companion));
   SettingsReader reader(settings);
   for (const std::string& section : others) reader.ignoreSection(section);
@@ -74,7 +75,7 @@ std::unique_ptr<Estimator> readEstimator(Settings settings, const std::string& c
   describe(reader, run);
   if (run.driver == "auto") run.driver = "vir";  // what there is to record is not known yet
   auto estimator = createEstimator(run.driver);
-  if (plan->options.estimate) refuseSharedSections(settings, others, *estimator);
+  if (plan->options.estimate) refuseMixedSections(as_given, others, *estimator);
   estimator->describe(reader);
   reader.ignoreUnknownFrom(companion);
   reader.finish();

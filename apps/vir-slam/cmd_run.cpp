@@ -89,7 +89,6 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   run.options.driver = driverFor(asked, run.options.rawlog);
   run.estimator = createEstimator(run.options.driver);
   run.peers.prepare(settings);
-  refuseSharedSections(settings, of_sensors, *run.estimator);
   SettingsReader reader(settings);
   // An ini of several robots will do for one of them.
   reader.ignoreSection("Robots");

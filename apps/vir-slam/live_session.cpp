@@ -226,10 +226,10 @@ class LiveSession {
   std::optional<ResultsFolder> folder_;
   std::unique_ptr<LineServer> server_;
   std::unique_ptr<LiveView> view_;
+  std::atomic<bool> view_failed_{false};  // asked by the thread of the estimation, so before that
   std::unique_ptr<LiveEstimation> estimation_;
   std::unique_ptr<LiveRecorder> recorder_;
   SteadyClock::time_point started_;
-  std::atomic<bool> view_failed_{false};
   bool said_behind_ = false;
 };
 

@@ -41,21 +41,19 @@ std::vector<std::string> sectionsOfSensors(const Settings& settings) {
   return all;
 }
 
-void refuseSharedSections(const Settings& settings, const std::vector<std::string>& sensors,
-                          Estimator& estimator) {
+void refuseMixedSections(const Settings& settings, const std::vector<std::string>& sensors,
+                         Estimator& estimator) {
   IniWriter writer(IniWriter::Style::values);
   estimator.describe(writer);
-  const std::vector<std::string> own =
-      Settings::fromText(writer.text(), "the estimator's settings").sections();
+  const Settings own = Settings::fromText(writer.text(), "the estimator's settings");
   for (const std::string& sensor : sensors) {
-    if (settings.find(sensor, "process_rate") == nullptr) continue;
-    for (const std::string& section : own) {
-      if (lowerCase(section) != lowerCase(sensor)) continue;
-      throw SettingsError({settings.name(), 0}, sensor, "",
-                          "[" + section +
-                              "] holds settings of the estimator: give the sensor's "
-                              "section another name, e.g. [" +
-                              sensor + "0]");
+    for (const Setting& s : own.all()) {
+      const Setting* mixed = settings.find(sensor, s.key);
+      if (mixed == nullptr || lowerCase(s.section) != lowerCase(sensor)) continue;
+      throw SettingsError(*mixed, "[" + s.section +
+                                      "] is the estimator's, and here a sensor's as well: give the "
+                                      "sensor's section another name, e.g. [" +
+                                      sensor + "0]");
     }
   }
 }

@@ -26,10 +26,10 @@ void describe(OptionVisitor& v, RecordOptions& o);
 
 /// Sections of a live ini that are for sensors and for rawlog-grabber, those switched off included.
 std::vector<std::string> sectionsOfSensors(const Settings& settings);
-/// Sections are the same whatever their case. Throws SettingsError if a sensor's section has the
-/// name of one with settings of the estimator: one of the two would not be read.
-void refuseSharedSections(const Settings& settings, const std::vector<std::string>& sensors,
-                          Estimator& estimator);
+/// Sections are the same whatever their case. Throws SettingsError if a sensor's section holds a
+/// setting of the estimator as well: neither could tell the other's from a mistake.
+void refuseMixedSections(const Settings& settings, const std::vector<std::string>& sensors,
+                         Estimator& estimator);
 /// What an ini says to rawlog-grabber only.
 constexpr const char* kGrabberIgnore = "rawlog-grabber-ignore";
 

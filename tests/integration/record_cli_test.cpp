@@ -188,6 +188,26 @@ std::string deviceIni(const test::TempFolder& folder, long start_s) {
          (folder / "uwb").string() + "\n";
 }
 
+/// Sections are the same whatever their case; with no setting of both that does no harm.
+TEST(RecordCli, SettingsOfASensorAndOfTheEstimatorInOneSectionAreRefused) {
+  const test::TempFolder folder;
+  const std::string ini = (folder / "a.ini").string();
+  const std::string sensor =
+      "[imu]\ndriver = RawlogReplay\nprocess_rate = 100\nrawlog = " + std::string(kSample) +
+      "\nlabels = IMU0\n";
+  const std::string out = (folder / "a.rawlog").string();
+  const std::string command = "record " + quoted(ini) + " --estimate --duration-s 0.5 --out " +
+                              quoted(out) + " --results " + quoted((folder / "results").string());
+  test::writeText(ini, sensor + "noise_scale = 2\n");
+  const test::Outcome refused = test::virSlam(command);
+  EXPECT_EQ(refused.code, 2) << refused.text;
+  EXPECT_TRUE(contains(refused.text, "[Imu] is the estimator's")) << refused.text;
+  EXPECT_FALSE(fs::exists(out));
+  test::writeText(ini, sensor);
+  const test::Outcome alone = test::virSlam(command);
+  EXPECT_EQ(alone.code, 0) << alone.text;
+}
+
 TEST(RecordCli, DevicesOnPortsAreRecordedWholeAndEstimatedWith) {
   const test::TempFolder folder;
   const auto now = std::chrono::system_clock::now().time_since_epoch();
