@@ -33,7 +33,7 @@ Feedback BackEnd::process(Packet packet) {
     results.push_back(estimate(&packet));
   }
   Feedback out;
-  out.resets = resets;
+  out.resets = segment;
   if (window) out.gyro_bias = running ? window->newest().bg : startup->gyroBias();
   if (!drops.empty() && drops.back().packet == packets) out.drop = drops.back().ids;
   return out;
@@ -88,7 +88,7 @@ void BackEnd::estimateImage(const Packet& packet, FrameEstimate* out) {
   out->ms_detect = frame.ms_detect;
   pixels.clear();
   for (const FeatureObservation& f : frame.features) pixels.emplace_back(f.px.cast<float>());
-  if (packet.tracker_resets != resets) {
+  if (packet.tracker_resets != segment) {
     // Its tracks will not go on: nothing to begin a segment with.
     out->health = "tracked before the restart";
   } else {
@@ -222,7 +222,6 @@ std::string BackEnd::failure(const TrackedFrame& frame, const SolveSummary& solv
 
 void BackEnd::restart(const std::string& why) {
   ++segment;
-  ++resets;
   warn("segment " + std::to_string(segment) + " starts at " + std::to_string(last_image) +
        " ns: " + why);
   window->handOver();

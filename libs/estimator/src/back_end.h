@@ -74,8 +74,7 @@ struct BackEnd {
   long imu_gaps = 0;
   Pose origin;  // where the next segment starts
   bool running = false;
-  int segment = 0;
-  int resets = 0;
+  int segment = 0;                      // grows with every restart
   std::vector<Eigen::Vector2f> pixels;  // of the features of the last image
   bool in_gap = false;                  // warn once per stretch
   TimeNs last_image = 0;                // on the IMU clock

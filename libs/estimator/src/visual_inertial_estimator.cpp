@@ -137,7 +137,7 @@ Pose VisualInertialEstimator::extrinsics() const {
   const BackEnd& back = impl_->back;
   return back.window ? back.window->extrinsics() : back.T_B_C;
 }
-int VisualInertialEstimator::resets() const { return impl_->back.resets; }
+int VisualInertialEstimator::resets() const { return impl_->back.segment; }
 const std::vector<std::string>& VisualInertialEstimator::warnings() const {
   return impl_->back.warnings;
 }
