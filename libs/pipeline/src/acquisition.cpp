@@ -3,6 +3,7 @@
 #include <mrpt/hwdrivers/CGenericSensor.h>
 #include <mrpt/obs/CObservationImage.h>
 #include <mrpt/system/COutputLogger.h>
+#include <mrpt/system/string_utils.h>
 
 #include <algorithm>
 #include <chrono>
@@ -40,16 +41,13 @@ CGenericSensor::Ptr makeSensor(const std::string& driver) {
 
 /// Sections whose `driver` is no sensor.
 bool isOurs(const std::string& section) {
-  std::string name = section;
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string name = mrpt::system::lowerCase(section);
   return name == "estimator" || name == "rendezvous";
 }
 
 /// As MRPT reads it.
-bool isYes(std::string word) {
-  std::transform(word.begin(), word.end(), word.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+bool isYes(const std::string& value) {
+  const std::string word = mrpt::system::lowerCase(value);
   return word == "true" || word == "1" || word == "yes";
 }
 

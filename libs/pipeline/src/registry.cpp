@@ -1,7 +1,7 @@
 #include "registry.h"
 
-#include <algorithm>
-#include <cctype>
+#include <mrpt/system/string_utils.h>
+
 #include <map>
 #include <mutex>
 #include <utility>
@@ -13,6 +13,8 @@
 
 namespace vir {
 namespace {
+
+using mrpt::system::lowerCase;
 
 struct EstimatorRecord {
   EstimatorEntry entry;
@@ -36,12 +38,6 @@ struct Registries {
 Registries& all() {
   static Registries registries;
   return registries;
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
 }
 
 std::string origin(const std::string& plugin_file) {
@@ -86,28 +82,28 @@ void registerEstimator(const std::string& name, EstimatorFactory factory,
                        const std::string& description) {
   Registries& r = all();
   const std::lock_guard<std::mutex> lock(r.mutex);
-  const auto known = r.estimators.find(lower(name));
+  const auto known = r.estimators.find(lowerCase(name));
   if (known != r.estimators.end()) {
     r.problems.push_back("estimator '" + name + "' is registered twice: by " +
                          origin(known->second.entry.plugin_file) + " and by " +
                          origin(r.current_plugin));
     return;
   }
-  r.estimators[lower(name)] = {{name, description, r.current_plugin}, std::move(factory)};
+  r.estimators[lowerCase(name)] = {{name, description, r.current_plugin}, std::move(factory)};
 }
 
 void registerRendezvous(const std::string& name, RendezvousFactory factory,
                         const std::string& description) {
   Registries& r = all();
   const std::lock_guard<std::mutex> lock(r.mutex);
-  const auto known = r.rendezvous.find(lower(name));
+  const auto known = r.rendezvous.find(lowerCase(name));
   if (known != r.rendezvous.end()) {
     r.problems.push_back("rendezvous '" + name + "' is registered twice: by " +
                          origin(known->second.entry.plugin_file) + " and by " +
                          origin(r.current_plugin));
     return;
   }
-  r.rendezvous[lower(name)] = {{name, description, r.current_plugin}, std::move(factory)};
+  r.rendezvous[lowerCase(name)] = {{name, description, r.current_plugin}, std::move(factory)};
 }
 
 void registerSensor(const mrpt::hwdrivers::TSensorClassId* id, const std::string& alias,
@@ -116,7 +112,7 @@ void registerSensor(const mrpt::hwdrivers::TSensorClassId* id, const std::string
   const std::lock_guard<std::mutex> lock(r.mutex);
   const std::string class_name = id->className;
   for (const auto& [known_alias, known] : r.sensors) {
-    if (known_alias != lower(alias) && known.class_name != class_name) continue;
+    if (known_alias != lowerCase(alias) && known.class_name != class_name) continue;
     r.problems.push_back("sensor '" + alias + "' (class " + class_name +
                          ") is registered twice: by " + origin(known.plugin_file) + " and by " +
                          origin(r.current_plugin));
@@ -126,7 +122,7 @@ void registerSensor(const mrpt::hwdrivers::TSensorClassId* id, const std::string
     r.problems.push_back("sensor '" + alias + "': MRPT has a class " + class_name + " already");
     return;
   }
-  r.sensors[lower(alias)] = {lower(alias), class_name, description, r.current_plugin};
+  r.sensors[lowerCase(alias)] = {lowerCase(alias), class_name, description, r.current_plugin};
   mrpt::hwdrivers::CGenericSensor::registerClass(id);
 }
 
@@ -156,7 +152,7 @@ std::unique_ptr<Estimator> createEstimator(const std::string& name) {
   EstimatorFactory factory;
   {
     const std::lock_guard<std::mutex> lock(r.mutex);
-    const auto found = r.estimators.find(lower(name));
+    const auto found = r.estimators.find(lowerCase(name));
     if (found == r.estimators.end()) {
       throw PluginError("unknown estimator '" + name + "'; available: " +
                         listed(r.estimators, [](auto& e) { return e.second.entry.name; }));
@@ -171,7 +167,7 @@ std::unique_ptr<Rendezvous> createRendezvous(const std::string& name) {
   RendezvousFactory factory;
   {
     const std::lock_guard<std::mutex> lock(r.mutex);
-    const auto found = r.rendezvous.find(lower(name));
+    const auto found = r.rendezvous.find(lowerCase(name));
     if (found == r.rendezvous.end()) {
       throw PluginError("unknown rendezvous solver '" + name + "'; available: " +
                         listed(r.rendezvous, [](auto& e) { return e.second.entry.name; }));
@@ -187,7 +183,7 @@ mrpt::hwdrivers::CGenericSensor::Ptr createSensor(const std::string& name) {
   {
     const std::lock_guard<std::mutex> lock(r.mutex);
     for (const auto& [alias, entry] : r.sensors) {
-      if (alias == lower(name) || entry.class_name == name) class_name = entry.class_name;
+      if (alias == lowerCase(name) || entry.class_name == name) class_name = entry.class_name;
     }
     if (class_name.empty()) {
       throw PluginError("unknown sensor driver '" + name +
