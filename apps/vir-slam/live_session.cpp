@@ -120,7 +120,7 @@ class LiveSession {
     while (!interrupted() && !acquisition_.ended()) {
       pass(acquisition_.take(kTurn));
       const SteadyClock::time_point now = SteadyClock::now();
-      if (options_.duration_s > 0 && secondsUntil(now) >= options_.duration_s) break;
+      if (options_.duration_s > 0 && secondsFromStart(now) >= options_.duration_s) break;
       if (!recorder_->problem().empty()) break;
       tellWhoEnded();
       tellIfBehind();
@@ -157,13 +157,13 @@ class LiveSession {
              "embed or jpg, or a faster disk)");
   }
 
-  double secondsUntil(SteadyClock::time_point now) const {
+  double secondsFromStart(SteadyClock::time_point now) const {
     return std::chrono::duration<double>(now - started_).count();
   }
 
   void showStatus(SteadyClock::time_point now) const {
     if (isatty(STDERR_FILENO) != 1) return;
-    std::string line = fixed(secondsUntil(now), 0) + " s";
+    std::string line = fixed(secondsFromStart(now), 0) + " s";
     for (const SensorStatus& s : acquisition_.sensors()) {
       line += "  " + s.name + " " + std::to_string(s.observations);
       if (s.state != "running") line += " (" + s.state + ")";

@@ -1,21 +1,9 @@
 #include "record_options.h"
 
-#include <algorithm>
-#include <cctype>
-
 #include "vir/core/ini_writer.h"
 #include "vir/pipeline/acquisition.h"
 
 namespace vir::app {
-namespace {
-
-std::string lowerCase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-}  // namespace
 
 void describe(OptionVisitor& v, RecordOptions& o) {
   v.section("Recording", "How a live recording is written, and what else is done with it");
@@ -49,7 +37,7 @@ void refuseMixedSections(const Settings& settings, const std::vector<std::string
   for (const std::string& sensor : sensors) {
     for (const Setting& s : own.all()) {
       const Setting* mixed = settings.find(sensor, s.key);
-      if (mixed == nullptr || lowerCase(s.section) != lowerCase(sensor)) continue;
+      if (mixed == nullptr || mixed != settings.find(s.section, s.key)) continue;
       throw SettingsError(*mixed, "[" + s.section +
                                       "] is the estimator's, and here a sensor's as well: give the "
                                       "sensor's section another name, e.g. [" +
