@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/rawlog_reader.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/rawlog_reader.h"
 
 namespace vir::emulator {
 namespace {
@@ -37,10 +37,10 @@ void addRanges(const CObservationBeaconRanges& o, TimeNs t, std::vector<Event>* 
 }  // namespace
 
 std::vector<Event> readRecording(const std::string& rawlog, const RecordingLabels& labels) {
-  RawlogReader reader(rawlog);
+  rawlog::RawlogReader reader(rawlog);
   std::vector<Event> events;
   while (const auto observation = reader.next()) {
-    const TimeNs t = fromMrptTime(observation->timestamp);
+    const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
     const auto& label = observation->sensorLabel;
     if (const auto imu = std::dynamic_pointer_cast<CObservationIMU>(observation)) {
       if (label == labels.imu) events.push_back({t, messageOf(*imu)});

@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "commands.h"
+#include "commands/commands.h"
 #include "vir/core/settings.h"
-#include "vir/pipeline/plugin_loader.h"
+#include "vir/roles/plugin_loader.h"
 
 namespace vir::app {
 namespace {
@@ -46,7 +46,7 @@ int dispatch(int argc, char** argv) {
     return fail(kUsage, e.what());
   } catch (const UsageError& e) {
     return fail(kUsage, e.what());
-  } catch (const PluginError& e) {
+  } catch (const roles::PluginError& e) {
     return fail(kUsage, e.what());
   } catch (const std::exception& e) {
     return fail(kRunFailed, e.what());
@@ -57,7 +57,8 @@ int dispatch(int argc, char** argv) {
 }  // namespace
 
 void loadPlugins(const Common& common) {
-  loadPluginFolder(common.plugin_dir.empty() ? defaultPluginFolder() : common.plugin_dir);
+  roles::loadPluginFolder(common.plugin_dir.empty() ? roles::defaultPluginFolder()
+                                                    : common.plugin_dir);
 }
 
 void requireFile(const std::string& path, const std::string& what) {

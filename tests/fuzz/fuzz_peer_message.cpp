@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "vir/alignment/peer_message.h"
+#include "vir/team/peer_message.h"
 
 namespace {
 
@@ -17,23 +17,24 @@ std::uint32_t crc32(const std::uint8_t* bytes, std::size_t size) {
 }
 
 void tryOne(const std::uint8_t* data, std::size_t size) {
-  vir::PeerMessage message;
-  if (vir::decode(data, size, &message) != vir::PeerDecoding::ok) return;
+  vir::team::PeerMessage message;
+  if (vir::team::decode(data, size, &message) != vir::team::PeerDecoding::ok) return;
   if (!message.p_W.allFinite() || !message.covariance.allFinite()) std::abort();
   // Not farther than encode() accepts.
   if (message.p_W.cwiseAbs().maxCoeff() > 2e5) return;
   if (message.anchor && message.anchor->p_W.cwiseAbs().maxCoeff() > 2e5) return;
-  const vir::PeerPacket again = vir::encode(message);
-  if (vir::decode(again.data(), again.size(), &message) != vir::PeerDecoding::ok) std::abort();
+  const vir::team::PeerPacket again = vir::team::encode(message);
+  if (vir::team::decode(again.data(), again.size(), &message) != vir::team::PeerDecoding::ok)
+    std::abort();
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   tryOne(data, size);
-  if (size != vir::kPeerMessageBytes) return 0;
+  if (size != vir::team::kPeerMessageBytes) return 0;
   // Chance never hits the checksum: set it, so that what lies behind it is tried too.
-  std::uint8_t sealed[vir::kPeerMessageBytes];
+  std::uint8_t sealed[vir::team::kPeerMessageBytes];
   std::memcpy(sealed, data, size);
   sealed[0] = 0xA7;
   sealed[1] = 1;

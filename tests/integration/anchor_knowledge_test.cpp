@@ -7,9 +7,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "vir/pipeline/mrpt_pose.h"
-#include "vir/pipeline/rawlog_writer.h"
 #include "vir/ranging/range_bias_model.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/rawlog_writer.h"
 #include "vir/simulation/flights.h"
 #include "vir/simulation/simulate_odometry.h"
 #include "vir/simulation/simulate_ranges.h"
@@ -31,31 +31,31 @@ double biasAt(double distance_m) { return 0.1 + 0.04 * distance_m; }
 std::shared_ptr<mrpt::obs::CObservationRobotPose> posed(TimeNs t, const std::string& label,
                                                         const Pose& pose) {
   auto o = std::make_shared<mrpt::obs::CObservationRobotPose>();
-  o->timestamp = toMrptTime(kOffset + t);
+  o->timestamp = rawlog::toMrptTime(kOffset + t);
   o->sensorLabel = label;
-  o->pose.mean = toMrptPose(pose);
+  o->pose.mean = rawlog::toMrptPose(pose);
   return o;
 }
 
 /// Odometry with ranges to anchor 3. `biased`: ranges err with the distance. `drop_s` > 0: then the
 /// robot says that it has put the anchor down (which was there all the time).
 void write(const std::string& path, bool biased, double drop_s) {
-  FlightOptions flight_options;
+  simulation::FlightOptions flight_options;
   flight_options.length_m = 60;
-  const Motion motion = flight("eight", flight_options);
-  OdometrySimulationOptions drift;
+  const simulation::Motion motion = simulation::flight("eight", flight_options);
+  simulation::OdometrySimulationOptions drift;
   drift.scale_error = 0.02;
   drift.yaw_walk = 0.005;
   drift.position_walk = 0.01;
-  RangeSimulationOptions o;
+  simulation::RangeSimulationOptions o;
   o.anchor_m.assign(kAnchor.data(), kAnchor.data() + 3);
   o.anchor_id = {3};
   o.sigma_m = 0.05;
-  const std::vector<SimulatedRange> ranges = simulateRanges(motion, o);
-  RawlogWriter writer(path);
+  const std::vector<simulation::SimulatedRange> ranges = simulation::simulateRanges(motion, o);
+  rawlog::RawlogWriter writer(path);
   std::size_t next = 0;
   bool dropped = drop_s <= 0;
-  for (const StampedPose& p : simulateOdometry(motion, drift)) {
+  for (const evaluation::StampedPose& p : simulation::simulateOdometry(motion, drift)) {
     for (; next < ranges.size() && ranges[next].t <= p.t; ++next) {
       auto range = test::rangeAt(kOffset + ranges[next].t, 3);
       range->stdError = 0.05F;
@@ -109,9 +109,9 @@ TEST(AnchorKnowledge, ABiasModelTakesTheBiasOut) {
   const test::TempFolder folder;
   const std::string rawlog = (folder / "a.rawlog").string(), model = (folder / "bias.csv").string();
   write(rawlog, true, 0);
-  std::vector<RangeBiasModel::Node> nodes;
+  std::vector<ranging::RangeBiasModel::Node> nodes;
   for (int d = 0; d <= 30; ++d) nodes.push_back({static_cast<double>(d), biasAt(d), 0.01});
-  std::ofstream(model) << RangeBiasModel(nodes).text();
+  std::ofstream(model) << ranging::RangeBiasModel(nodes).text();
   const auto raw = run(rawlog, (folder / "raw").string(), "");
   const auto corrected =
       run(rawlog, (folder / "corrected").string(), "--set " + quoted("Ranges.bias_model=" + model));

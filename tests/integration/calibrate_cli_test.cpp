@@ -39,7 +39,7 @@ class CalibrateCli : public testing::Test {
   /// 100 s, ground truth at 100 Hz, ranges to two anchors at 20 Hz between its stamps; every 20th
   /// without line of sight.
   void writeRecording(const std::string& name, bool truth = true) {
-    RawlogWriter writer(path(name));
+    rawlog::RawlogWriter writer(path(name));
     test::Noise noise(7);
     for (int i = 0; i < 10000; ++i) {
       const TimeNs t = kStart + 10 * i * kMs;
@@ -94,7 +94,7 @@ TEST_F(CalibrateCli, FindsTheBiasThatWasPutIn) {
                            " --json " + quoted(path("bias.json"));
   const Outcome o = virSlam(call + " --plot " + quoted(path("bias.svg")));
   ASSERT_EQ(o.code, 0) << o.text;
-  const RangeBiasModel model = RangeBiasModel::fromText(content("bias.csv"));
+  const ranging::RangeBiasModel model = ranging::RangeBiasModel::fromText(content("bias.csv"));
   const auto json = nlohmann::json::parse(content("bias.json"));
   const double low = json["distance_m"]["min"], high = json["distance_m"]["max"];
   ASSERT_LT(low, 3);
@@ -160,7 +160,7 @@ TEST_F(CalibrateCli, RecordingsThatDoNotServeAreCodeOne) {
   const Outcome none = virSlam("calibrate uwb " + quoted(path("norange.rawlog")) + rest);
   EXPECT_EQ(none.code, 1);
   EXPECT_TRUE(test::contains(none.text, "no ranges")) << none.text;
-  RawlogWriter writer(path("few.rawlog"));
+  rawlog::RawlogWriter writer(path("few.rawlog"));
   for (int i = 0; i < 10; ++i) {
     writer.write(*truthAt(kStart + i * kMs));
     writer.write(*test::rangeAt(kStart + i * kMs, 0));
@@ -182,7 +182,7 @@ TEST_F(CalibrateCli, AnImportedRecordingWithoutBias) {
                             quoted((data / "mav0/uwb0/anchors_truth.csv").string()) + " --out " +
                             quoted(path("bias.csv")));
   ASSERT_EQ(o.code, 0) << o.text;
-  const RangeBiasModel model = RangeBiasModel::fromText(content("bias.csv"));
+  const ranging::RangeBiasModel model = ranging::RangeBiasModel::fromText(content("bias.csv"));
   EXPECT_NEAR(model.noiseSigma(), 0.05, 0.005);
   for (const auto& n : model.nodes()) EXPECT_LT(std::abs(n.bias_m), 0.03 + 3 * n.sigma_m);
 }

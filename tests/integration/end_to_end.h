@@ -21,8 +21,8 @@ inline const char* const kRendered = "rendered_V102_32s";
 struct RunResult {
   Outcome outcome;
   std::string folder;
-  nlohmann::json summary;  ///< null when there is none
-  Trajectory trajectory;   ///< trajectory.tum
+  nlohmann::json summary;             ///< null when there is none
+  evaluation::Trajectory trajectory;  ///< trajectory.tum
 
   long counter(const std::string& name) const {
     if (!summary.is_object() || !summary["counters"].contains(name)) return -1;
@@ -55,8 +55,8 @@ inline RunResult runVir(const std::string& rawlog, const std::string& folder,
   }
   if (fs::exists(folder + "/trajectory.tum")) {
     std::ifstream in(folder + "/trajectory.tum");
-    ReadReport report;
-    r.trajectory = readTum(in, &report);
+    evaluation::ReadReport report;
+    r.trajectory = evaluation::readTum(in, &report);
   }
   return r;
 }
@@ -64,16 +64,16 @@ inline RunResult runVir(const std::string& rawlog, const std::string& folder,
 /// Stamps of cam0/data.csv, ascending.
 inline std::vector<TimeNs> imageStamps(const std::filesystem::path& recording) {
   std::ifstream in(recording / "mav0/cam0/data.csv");
-  return readStamps(in);
+  return evaluation::readStamps(in);
 }
 
 /// The ground truth of either layout of the test data.
-inline Trajectory groundTruth(const std::filesystem::path& recording) {
+inline evaluation::Trajectory groundTruth(const std::filesystem::path& recording) {
   const std::filesystem::path folder = recording / "mav0/state_groundtruth_estimate0";
   const bool csv = std::filesystem::exists(folder / "data.csv");
   std::ifstream in(folder / (csv ? "data.csv" : "gt_tum.txt"));
-  ReadReport report;
-  return readTrajectory(in, &report);
+  evaluation::ReadReport report;
+  return evaluation::readTrajectory(in, &report);
 }
 
 /// "nan" or "inf" as a word of a file below `folder`: "file: line", or empty. The log may use
@@ -99,22 +99,23 @@ inline std::string notFinite(const std::string& folder) {
 /// Position errors against the truth after a position and yaw alignment on the poses before
 /// `split`; that is what drifted away since.
 struct SplitError {
-  double before = 0;  ///< RMS [m]
-  Statistics after;   ///< [m]
+  double before = 0;             ///< RMS [m]
+  evaluation::Statistics after;  ///< [m]
 };
 
-inline SplitError splitError(const Trajectory& truth, const Trajectory& estimate, TimeNs split) {
-  const Association all = associate(truth, estimate, {});
-  std::vector<PosePair> fitted;
-  for (const PosePair& p : all.pairs) {
+inline SplitError splitError(const evaluation::Trajectory& truth,
+                             const evaluation::Trajectory& estimate, TimeNs split) {
+  const evaluation::Association all = evaluation::associate(truth, estimate, {});
+  std::vector<evaluation::PosePair> fitted;
+  for (const evaluation::PosePair& p : all.pairs) {
     if (p.t < split) fitted.push_back(p);
   }
-  const AlignmentResult a = align(fitted, Alignment::posyaw);
+  const evaluation::AlignmentResult a = evaluation::align(fitted, evaluation::Alignment::posyaw);
   std::vector<double> before, after;
-  for (const PosePair& p : all.pairs) {
+  for (const evaluation::PosePair& p : all.pairs) {
     (p.t < split ? before : after).push_back((a.apply(p.estimate).p - p.reference.p).norm());
   }
-  return {statisticsOf(before).rmse, statisticsOf(after)};
+  return {evaluation::statisticsOf(before).rmse, evaluation::statisticsOf(after)};
 }
 
 }  // namespace vir::test

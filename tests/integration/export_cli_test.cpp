@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "vir/pipeline/rawlog_reader.h"
+#include "vir/rawlog/rawlog_reader.h"
 #include "vir_test_rawlog.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
@@ -20,7 +20,7 @@ using test::virSlam;
 class ExportCli : public testing::Test {
  protected:
   void SetUp() override {
-    RawlogWriter writer(path("a.rawlog"));
+    rawlog::RawlogWriter writer(path("a.rawlog"));
     for (int i = 0; i < 40; ++i) {
       const TimeNs t = kStart + 5 * i * kMs;
       auto imu = test::imuAt(t);
@@ -58,7 +58,7 @@ class ExportCli : public testing::Test {
 };
 
 std::vector<mrpt::obs::CObservation::Ptr> readAll(const std::string& path) {
-  RawlogReader reader(path);
+  rawlog::RawlogReader reader(path);
   std::vector<mrpt::obs::CObservation::Ptr> all;
   while (auto o = reader.next()) all.push_back(o);
   EXPECT_EQ(reader.damage(), "");

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "robot_truth.h"
-#include "vir/alignment/world_transform.h"
+#include "vir/team/world_transform.h"
 
 namespace vir {
 namespace {
@@ -55,12 +55,12 @@ Vec3 pathAt(double s, double phase) {
 struct Air {
   int broadcast_every = 1;  ///< of so many ranges one comes with a broadcast
   double restart_s = 1e9;   ///< then the other robot begins a new world
-  WorldTransform T{0.7, Vec3(3, -2, 0.3)}, T_later{-1.2, Vec3(-9, 12, 0.1)};
+  team::WorldTransform T{0.7, Vec3(3, -2, 0.3)}, T_later{-1.2, Vec3(-9, 12, 0.1)};
 };
 
 /// Exact odometry at 20 Hz, ranges to robot 5 at 5 Hz with what it tells.
 void writeMeeting(const std::string& path, double seconds, const Air& air) {
-  RawlogWriter writer(path);
+  rawlog::RawlogWriter writer(path);
   for (int i = 0; i < 20 * seconds; ++i) {
     const double s = 0.05 * i;
     const TimeNs t = test::kStart + 50 * i * test::kMs;
@@ -77,7 +77,7 @@ void writeMeeting(const std::string& path, double seconds, const Air& air) {
     range->sensedData[0].sensedDistance = static_cast<float>((then - there).norm());
     writer.write(*range);
     if ((i / 4) % air.broadcast_every != 0) continue;
-    const WorldTransform& T = s < air.restart_s ? air.T : air.T_later;
+    const team::WorldTransform& T = s < air.restart_s ? air.T : air.T_later;
     const Vec3 told = T.inverse() * there;
     const auto sent = test::odometryAt(t + 10 * test::kMs, 0);
     sent->sensorLabel = "PEER:5";
@@ -95,7 +95,7 @@ test::Outcome runOdometry(const fs::path& rawlog, const fs::path& out,
                        quoted(rawlog.string()) + " --out " + quoted(out.string()) + " " + more);
 }
 
-void expectTransform(const Json& t, const WorldTransform& wanted) {
+void expectTransform(const Json& t, const team::WorldTransform& wanted) {
   ASSERT_EQ(t["status"], "unique") << t;
   EXPECT_NEAR(std::remainder(t["yaw_rad"].get<double>() - wanted.yaw_rad, 2 * M_PI), 0, 0.03);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(t["t_m"][i].get<double>(), wanted.t_m[i], 0.1) << i;
@@ -152,7 +152,7 @@ TEST(PeerRun, TwiceTheSameAndNotAtAllIfNotWanted) {
 
 TEST(PeerRun, NothingWhereThereIsNoOtherRobot) {
   const test::TempFolder folder;
-  RawlogWriter writer((folder / "a.rawlog").string());
+  rawlog::RawlogWriter writer((folder / "a.rawlog").string());
   for (int i = 0; i < 100; ++i) {
     writer.write(*test::odometryAt(test::kStart + 50 * i * test::kMs, 0.05 * i));
   }

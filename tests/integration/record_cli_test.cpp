@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/rawlog_reader.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/rawlog_reader.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
 
@@ -36,9 +36,9 @@ struct Content {
 
 Content contentOf(const std::string& rawlog) {
   Content out;
-  RawlogReader reader(rawlog);
+  rawlog::RawlogReader reader(rawlog);
   while (const auto o = reader.next()) {
-    const TimeNs t = fromMrptTime(o->timestamp);
+    const TimeNs t = rawlog::fromMrptTime(o->timestamp);
     if (out.first == 0) out.first = t;
     out.sorted = out.sorted && t >= out.last;
     out.last = t;

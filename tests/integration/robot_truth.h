@@ -5,9 +5,9 @@
 #include <string>
 
 #include "end_to_end.h"
-#include "vir/pipeline/mrpt_pose.h"
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/rawlog_reader.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/rawlog_reader.h"
 #include "vir_test_rawlog.h"
 
 namespace vir::test {
@@ -16,14 +16,14 @@ inline nlohmann::json readJson(const std::filesystem::path& path) {
   return nlohmann::json::parse(readText(path));
 }
 
-inline Trajectory truthIn(const std::string& rawlog) {
-  Trajectory out;
-  RawlogReader reader(rawlog);
+inline evaluation::Trajectory truthIn(const std::string& rawlog) {
+  evaluation::Trajectory out;
+  rawlog::RawlogReader reader(rawlog);
   while (const auto o = reader.next()) {
     const auto pose = std::dynamic_pointer_cast<mrpt::obs::CObservationRobotPose>(o);
     if (!pose || pose->sensorLabel != "GT") continue;
-    const TimeNs t = fromMrptTime(pose->timestamp);
-    if (out.empty() || t > out.back().t) out.push_back({t, fromMrptPose(pose->pose.mean)});
+    const TimeNs t = rawlog::fromMrptTime(pose->timestamp);
+    if (out.empty() || t > out.back().t) out.push_back({t, rawlog::fromMrptPose(pose->pose.mean)});
   }
   return out;
 }
@@ -47,8 +47,8 @@ inline Deviation deviation(const nlohmann::json& transform, const Pose& wanted) 
 }
 
 /// Takes an estimate's world to that of the truth.
-inline Pose worldOf(const Trajectory& truth, const Trajectory& estimate) {
-  return evaluate(truth, estimate, EvaluationOptions{}).transform.T_R_E;
+inline Pose worldOf(const evaluation::Trajectory& truth, const evaluation::Trajectory& estimate) {
+  return evaluation::evaluate(truth, estimate, evaluation::EvaluationOptions{}).transform.T_R_E;
 }
 
 }  // namespace vir::test

@@ -52,7 +52,7 @@ TEST_F(RunCli, WritesItsFilesAndSaysWhere) {
 
 TEST_F(RunCli, SaysWhatBecameOfAnchorsAndRanges) {
   {
-    RawlogWriter writer(path("ranges.rawlog"));
+    rawlog::RawlogWriter writer(path("ranges.rawlog"));
     for (int i = 0; i < 30; ++i) {
       const TimeNs t = test::kStart + 50 * i * test::kMs;
       writer.write(*test::imageAt(t, i));

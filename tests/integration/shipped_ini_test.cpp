@@ -30,7 +30,7 @@ bool describesABenchmark(const fs::path& ini) {
 TEST(ShippedIni, EachIsAccepted) {
   const test::TempFolder folder;
   const std::string rawlog = (folder / "imu.rawlog").string();
-  RawlogWriter writer(rawlog);
+  rawlog::RawlogWriter writer(rawlog);
   for (int i = 0; i < 20; ++i) writer.write(*test::imuAt(test::kStart + 5 * i * test::kMs));
   writer.finish();
   int seen = 0;

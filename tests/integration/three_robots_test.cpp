@@ -86,10 +86,10 @@ class ThreeRobots : public testing::Test {
     return (*folder_ / ("three_" + robot + ".rawlog")).string();
   }
   static std::string out(const std::string& name) { return (*folder_ / name).string(); }
-  static Trajectory path(const std::string& file) {
+  static evaluation::Trajectory path(const std::string& file) {
     std::ifstream in(file);
-    ReadReport report;
-    return readTum(in, &report);
+    evaluation::ReadReport report;
+    return evaluation::readTum(in, &report);
   }
 
   static std::unique_ptr<test::TempFolder> folder_;

@@ -11,9 +11,9 @@ void twoRangesAndAnchor(benchmark::State& state) {
   m.rate_hz = 0.2;
   m.ranges = 2;
   const auto made = test::meet(m, 5);
-  const TransformOptions options;
+  const team::TransformOptions options;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(findTransform(made.ranges, made.anchors, options));
+    benchmark::DoNotOptimize(team::findTransform(made.ranges, made.anchors, options));
   }
 }
 BENCHMARK(twoRangesAndAnchor)->Unit(benchmark::kMicrosecond);
@@ -25,9 +25,9 @@ void manyRanges(benchmark::State& state, bool anchor) {
   m.position_sigma_m = 0.05;
   auto made = test::meet(m, 5);
   if (!anchor) made.anchors.clear();
-  const TransformOptions options;
+  const team::TransformOptions options;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(findTransform(made.ranges, made.anchors, options));
+    benchmark::DoNotOptimize(team::findTransform(made.ranges, made.anchors, options));
   }
 }
 BENCHMARK_CAPTURE(manyRanges, with_anchor, true)

@@ -11,18 +11,18 @@ namespace {
 using namespace vir;
 
 struct Views {
-  std::shared_ptr<const CameraModel> camera;
+  std::shared_ptr<const camera::CameraModel> camera;
   std::vector<cv::Mat> images;
   std::vector<Mat3> R_C0_C1;
 
   Views() {
-    CameraCalibration c = test::smallCamera();
+    camera::CameraCalibration c = test::smallCamera();
     c.width *= 2;
     c.height *= 2;
     c.fx = c.fy = 458.0;
     c.cx *= 2;
     c.cy *= 2;
-    camera = makeCamera(c);
+    camera = camera::makeCamera(c);
     const test::SyntheticPlane plane(0.002);
     // Back and forth, so that the loop has no jump.
     for (int i = 0; i < 16; ++i) {
@@ -42,14 +42,14 @@ struct Views {
 void trackImages(benchmark::State& state) {
   static const Views views;
   cv::setNumThreads(1);
-  TrackerOptions options;
+  vision::TrackerOptions options;
   options.max_tracks = static_cast<int>(state.range(0));
-  FeatureTracker tracker(options, views.camera);
+  vision::FeatureTracker tracker(options, views.camera);
   std::size_t i = 0;
   double tracks = 0;
   for (auto _ : state) {
     const std::size_t k = i % views.images.size();
-    const TrackedFrame frame =
+    const vision::TrackedFrame frame =
         tracker.process(static_cast<TimeNs>(i) * 50000000, views.images[k], views.R_C0_C1[k]);
     tracks += frame.continued;
     ++i;

@@ -19,20 +19,20 @@ namespace {
 constexpr int kWrittenEvery = 8;
 
 /// EuRoC's left camera, looking along the body's x axis.
-CameraCalibration calibration() {
-  CameraCalibration c;
+camera::CameraCalibration calibration() {
+  camera::CameraCalibration c;
   c.width = 752;
   c.height = 480;
   c.fx = 458.654;
   c.fy = 457.296;
   c.cx = 367.215;
   c.cy = 248.375;
-  c.distortion = Distortion::radtan;
+  c.distortion = camera::Distortion::radtan;
   c.dist = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0};
   return c;
 }
 
-void write(const std::string& prefix, int number, const GrayImage& image) {
+void write(const std::string& prefix, int number, const rendering::GrayImage& image) {
   cv::Mat pixels(image.height, image.width, CV_8UC1,
                  const_cast<std::uint8_t*>(image.pixels.data()));
   char name[32];
@@ -48,15 +48,16 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const Motion motion = flight(argv[1], {});
+    const simulation::Motion motion = simulation::flight(argv[1], {});
     std::vector<Vec3> path;
     for (const StampedPose& s : motion.sampled(4)) path.push_back(s.T_W_B.p);
-    SceneOptions scene_options;
+    rendering::SceneOptions scene_options;
     scene_options.layout = argv[2];
-    const auto scene = std::make_shared<Scene>(makeScene(scene_options, path, {}));
-    CameraSimulationOptions options;
+    const auto scene =
+        std::make_shared<rendering::Scene>(rendering::makeScene(scene_options, path, {}));
+    rendering::CameraSimulationOptions options;
     if (argc > 3) options.exposure_s = std::atof(argv[3]);
-    CameraSimulator camera(options, scene, makeCamera(calibration()));
+    rendering::CameraSimulator camera(options, scene, camera::makeCamera(calibration()));
     Mat3 R;
     R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
     const Pose T_B_C(Quat(R), Vec3(0.05, 0.02, -0.01));
@@ -64,9 +65,9 @@ int main(int argc, char** argv) {
     double cpu = 0;
     for (double s = 1; s < motion.duration() - 1; s += 1.0, ++images) {
       const std::clock_t begin = std::clock();
-      const GrayImage& image = camera.take(s, static_cast<std::uint64_t>(images), [&](double dt) {
-        return motion.poseAt(motion.begin() + fromSeconds(s + dt)) * T_B_C;
-      });
+      const rendering::GrayImage& image = camera.take(
+          s, static_cast<std::uint64_t>(images),
+          [&](double dt) { return motion.poseAt(motion.begin() + fromSeconds(s + dt)) * T_B_C; });
       cpu += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
       if (argc > 4 && images % kWrittenEvery == 0) write(argv[4], images, image);
     }

@@ -77,7 +77,7 @@ std::pair<int, int> seedRange(const std::string& text) {
 }
 
 bool isFlight(const std::string& name) {
-  const auto names = flightNames();
+  const auto names = simulation::flightNames();
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
@@ -101,7 +101,7 @@ void mountEuroc(RunSettings* s) {
   s->camera.fy = 457.296;
   s->camera.cx = 367.215;
   s->camera.cy = 248.375;
-  s->camera.distortion = Distortion::radtan;
+  s->camera.distortion = camera::Distortion::radtan;
   s->camera.dist = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0};
   Mat3 R;
   R << 0.0148655429818, -0.999880929698, 0.00414029679422, 0.999557249008, 0.0149672133247,
@@ -119,7 +119,7 @@ void setErrors(const std::string& word, RunSettings* s) {
   s->imu.scale_error = s->imu.misalignment_rad = 0.002;
 }
 
-RunSettings readSettings(const Arguments& a, FlightOptions* flight_options) {
+RunSettings readSettings(const Arguments& a, simulation::FlightOptions* flight_options) {
   RunSettings s;
   setErrors(a.errors, &s);
   Settings settings;
@@ -147,19 +147,22 @@ RunSettings readSettings(const Arguments& a, FlightOptions* flight_options) {
   return s;
 }
 
-std::shared_ptr<const Motion> readMotion(const Arguments& a, const FlightOptions& o) {
-  if (isFlight(a.trajectory)) return std::make_shared<Motion>(flight(a.trajectory, o));
+std::shared_ptr<const simulation::Motion> readMotion(const Arguments& a,
+                                                     const simulation::FlightOptions& o) {
+  if (isFlight(a.trajectory))
+    return std::make_shared<simulation::Motion>(simulation::flight(a.trajectory, o));
   std::ifstream in(a.trajectory);
   if (!in) throw std::invalid_argument("cannot read " + a.trajectory);
-  ReadReport report;
-  FlyAgainOptions again;
+  evaluation::ReadReport report;
+  simulation::FlyAgainOptions again;
   again.from_s = a.start_s;
   again.duration_s = a.duration_s;
-  return std::make_shared<Motion>(flyAgain(readTrajectory(in, &report), again));
+  return std::make_shared<simulation::Motion>(
+      simulation::flyAgain(evaluation::readTrajectory(in, &report), again));
 }
 
-std::vector<RunResult> runAll(const std::shared_ptr<const Motion>& motion, const RunSettings& s,
-                              std::pair<int, int> seeds, int jobs) {
+std::vector<RunResult> runAll(const std::shared_ptr<const simulation::Motion>& motion,
+                              const RunSettings& s, std::pair<int, int> seeds, int jobs) {
   std::vector<RunResult> out;
   std::vector<std::future<RunResult>> running;
   int next = seeds.first;
@@ -266,21 +269,23 @@ void writeCsv(const std::string& file, const std::vector<RunResult>& runs) {
   if (!out) throw std::runtime_error("cannot write " + file);
 }
 
-void writeFiles(const Arguments& a, const Motion& motion, const std::vector<RunResult>& runs) {
+void writeFiles(const Arguments& a, const simulation::Motion& motion,
+                const std::vector<RunResult>& runs) {
   if (!a.csv.empty()) writeCsv(a.csv, runs);
   if (!a.tum.empty()) {
     std::ofstream truth(a.tum + "_truth.tum");
-    writeTum(truth, motion.sampled(20));
+    evaluation::writeTum(truth, motion.sampled(20));
     for (const RunResult& r : runs) {
       std::ofstream out(a.tum + "_" + std::to_string(r.seed) + ".tum");
-      writeTum(out, r.estimate);
+      evaluation::writeTum(out, r.estimate);
     }
   }
   if (!a.plot.empty() && runs.front().valid) {
-    const std::vector<NamedResult> named{
+    const std::vector<evaluation::NamedResult> named{
         {"seed " + std::to_string(runs.front().seed), runs.front().evaluation}};
     std::ofstream out(a.plot);
-    out << toSvg(comparisonFigure(runs.front().truth, named, describeComparison({})));
+    out << evaluation::toSvg(evaluation::comparisonFigure(runs.front().truth, named,
+                                                          evaluation::describeComparison({})));
   }
 }
 
@@ -291,7 +296,7 @@ int main(int argc, char** argv) {
   Arguments a;
   try {
     parse(argc, argv, &app, &a);
-    FlightOptions flight_options;
+    simulation::FlightOptions flight_options;
     RunSettings settings = readSettings(a, &flight_options);
     const auto motion = readMotion(a, flight_options);
     const Vec3 start = motion->poseAt(motion->begin()).p;

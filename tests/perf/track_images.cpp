@@ -64,7 +64,7 @@ double quantile(std::vector<double> v, double q) {
 /// Robust least squares point from the true camera poses; residual [px] of each sighting. Empty
 /// where there is too little parallax.
 std::vector<Vec2> residuals(const std::vector<Sighting>& s, const std::vector<Pose>& T_W_C,
-                            const CameraModel& camera) {
+                            const camera::CameraModel& camera) {
   Mat3 H = Mat3::Zero();
   Vec3 g = Vec3::Zero();
   double parallax = 0.0;
@@ -98,7 +98,8 @@ std::vector<Vec2> residuals(const std::vector<Sighting>& s, const std::vector<Po
   return r;
 }
 
-void reportAccuracy(const Tracks& tracks, const std::vector<Pose>& T_W_C, const CameraModel& cam) {
+void reportAccuracy(const Tracks& tracks, const std::vector<Pose>& T_W_C,
+                    const camera::CameraModel& cam) {
   struct Bin {
     int low, high;
     double sum = 0, steps = 0;
@@ -166,7 +167,7 @@ void reportAccuracy(const Tracks& tracks, const std::vector<Pose>& T_W_C, const 
 /// Distance from the epipolar line between images `gap` apart, with the relative pose fitted to the
 /// tracks themselves: needs no ground truth, sees only one of two axes.
 void reportEpipolar(const Tracks& tracks, std::size_t images, std::size_t gap,
-                    const std::vector<Mat3>& R_C0_C, const CameraModel& camera) {
+                    const std::vector<Mat3>& R_C0_C, const camera::CameraModel& camera) {
   std::vector<double> all;
   for (std::size_t i = 0; i + gap < images; i += 5) {
     std::vector<BearingPair> pairs;
@@ -208,11 +209,11 @@ void reportEpipolar(const Tracks& tracks, std::size_t images, std::size_t gap,
       share(2.0));
 }
 
-void draw(const cv::Mat& gray, const TrackedFrame& frame, const Tracks& tracks, std::size_t image,
-          const std::string& file) {
+void draw(const cv::Mat& gray, const vision::TrackedFrame& frame, const Tracks& tracks,
+          std::size_t image, const std::string& file) {
   cv::Mat canvas;
   cv::cvtColor(gray, canvas, cv::COLOR_GRAY2BGR);
-  for (const FeatureObservation& f : frame.features) {
+  for (const vision::FeatureObservation& f : frame.features) {
     const auto& s = tracks.at(f.id);
     const double u = std::min(1.0, f.age / 30.0);
     const cv::Scalar colour(255 * (1 - u), 60, 255 * u);
@@ -236,11 +237,11 @@ int run(int argc, char** argv) {
   }
   cv::setNumThreads(1);
   const Recording r = readRecording(argv[1], a["truth"]);
-  const auto camera = makeCamera(r.calibration);
-  TrackerOptions options;
+  const auto camera = camera::makeCamera(r.calibration);
+  vision::TrackerOptions options;
   ArgumentReader reader(a);
   describe(reader, options);
-  FeatureTracker tracker(options, camera);
+  vision::FeatureTracker tracker(options, camera);
   Vec3 bias = Vec3::Zero();
   if (!a["bias"].empty()) bias = Eigen::Map<const Vec3>(numbers(a["bias"]).data());
   const std::size_t frames =
@@ -264,7 +265,7 @@ int run(int argc, char** argv) {
       R = r.gyroRotation(last, t, bias);
     R_C0_C.push_back(i == 0 ? R : Mat3(R_C0_C.back() * R));
     const std::clock_t before = std::clock();
-    const TrackedFrame frame = tracker.process(t, gray, R);
+    const vision::TrackedFrame frame = tracker.process(t, gray, R);
     cpu += 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     last = t;
     pyramid += frame.ms_pyramid;
@@ -279,7 +280,8 @@ int run(int argc, char** argv) {
       lost[2] += frame.lost_outlier;
       detected += frame.detected;
     }
-    for (const FeatureObservation& f : frame.features) tracks[f.id].push_back({i, f.px, f.bearing});
+    for (const vision::FeatureObservation& f : frame.features)
+      tracks[f.id].push_back({i, f.px, f.bearing});
     if (!a["draw"].empty() && (i % 100 == 60)) {
       draw(gray, frame, tracks, i, a["draw"] + std::to_string(i) + ".png");
     }

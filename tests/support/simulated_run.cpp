@@ -21,11 +21,11 @@ class Feeder {
  public:
   Feeder(const std::shared_ptr<const Motion>& motion, const RunSettings& s, int seed)
       : settings_(s),
-        imu_(simulateImu(*motion, s.imu)),
-        tracks_(s.tracks, motion, makeCamera(s.camera), s.T_B_C),
+        imu_(simulation::simulateImu(*motion, s.imu)),
+        tracks_(s.tracks, motion, camera::makeCamera(s.camera), s.T_B_C),
         estimator_(s.estimator, sinkOf(s, seed)) {
     estimator_.setCamera(s.camera, s.T_B_C);
-    if (s.use_ranges) ranges_ = simulateRanges(*motion, s.ranges);
+    if (s.use_ranges) ranges_ = simulation::simulateRanges(*motion, s.ranges);
   }
 
   void run() {
@@ -45,14 +45,14 @@ class Feeder {
     collect();
   }
 
-  const std::vector<FrameEstimate>& frames() const { return frames_; }
-  const std::vector<RangeDecision>& decisions() const { return decisions_; }
-  const VisualInertialEstimator& estimator() const { return estimator_; }
+  const std::vector<estimator::FrameEstimate>& frames() const { return frames_; }
+  const std::vector<estimator::RangeDecision>& decisions() const { return decisions_; }
+  const estimator::VisualInertialEstimator& estimator() const { return estimator_; }
   long ranges() const { return static_cast<long>(ranges_.size()); }
 
  private:
-  void addRange(const SimulatedRange& r) {
-    RangeMeasurement m;
+  void addRange(const simulation::SimulatedRange& r) {
+    estimator::RangeMeasurement m;
     m.t = r.t;
     m.anchor = static_cast<std::uint64_t>(r.anchor);
     m.range_m = r.range_m;
@@ -61,20 +61,20 @@ class Feeder {
     estimator_.addRange(m);
   }
   void collect() {
-    for (FrameEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
-    for (RangeDecision& d : estimator_.takeRanges()) decisions_.push_back(std::move(d));
+    for (estimator::FrameEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
+    for (estimator::RangeDecision& d : estimator_.takeRanges()) decisions_.push_back(std::move(d));
   }
 
   const RunSettings& settings_;
-  SimulatedImu imu_;
-  TrackSimulator tracks_;
-  VisualInertialEstimator estimator_;
-  std::vector<SimulatedRange> ranges_;
-  std::vector<FrameEstimate> frames_;
-  std::vector<RangeDecision> decisions_;
+  simulation::SimulatedImu imu_;
+  simulation::TrackSimulator tracks_;
+  estimator::VisualInertialEstimator estimator_;
+  std::vector<simulation::SimulatedRange> ranges_;
+  std::vector<estimator::FrameEstimate> frames_;
+  std::vector<estimator::RangeDecision> decisions_;
 };
 
-PoseError errorOf(const FrameEstimate& f, const Pose& truth, const Pose& T_R_E) {
+PoseError errorOf(const estimator::FrameEstimate& f, const Pose& truth, const Pose& T_R_E) {
   const Pose e = T_R_E * f.state.T_W_B;
   PoseError out;
   out.t = f.t;
@@ -91,7 +91,8 @@ PoseError errorOf(const FrameEstimate& f, const Pose& truth, const Pose& T_R_E) 
   return out;
 }
 
-AnchorError errorOf(const AnchorReport& a, const RangeSimulationOptions& ranges, double end_s,
+AnchorError errorOf(const estimator::AnchorReport& a,
+                    const simulation::RangeSimulationOptions& ranges, double end_s,
                     const Pose& T_R_E, const Pose& aligned) {
   AnchorError out;
   out.id = static_cast<int>(a.id);
@@ -102,7 +103,7 @@ AnchorError errorOf(const AnchorReport& a, const RangeSimulationOptions& ranges,
   }
   if (!a.has_position || 3 * index >= ranges.anchor_m.size()) return out;
   out.found = true;
-  const Vec3 truth = anchorAt(ranges, index, end_s);
+  const Vec3 truth = simulation::anchorAt(ranges, index, end_s);
   const Vec3 error = T_R_E * a.p_W - truth, after = aligned * a.p_W - truth;
   out.error_first_m = error.norm();
   out.error_m = after.norm();
@@ -113,14 +114,14 @@ AnchorError errorOf(const AnchorReport& a, const RangeSimulationOptions& ranges,
 }
 
 /// Of the keyframes as they were last seen, position and yaw aligned; -1 if there are too few.
-double smoothedError(const Motion& motion, const std::vector<NavState>& keyframes) {
-  Trajectory estimate, truth;
-  for (const NavState& k : keyframes) {
+double smoothedError(const Motion& motion, const std::vector<window::NavState>& keyframes) {
+  evaluation::Trajectory estimate, truth;
+  for (const window::NavState& k : keyframes) {
     if (!estimate.empty() && k.t <= estimate.back().t) continue;
     estimate.push_back({k.t, k.T_W_B});
     truth.push_back({k.t, motion.poseAt(k.t)});
   }
-  return estimate.size() < 10 ? -1 : evaluate(truth, estimate, {}).ate_position_m.rmse;
+  return estimate.size() < 10 ? -1 : evaluation::evaluate(truth, estimate, {}).ate_position_m.rmse;
 }
 
 }  // namespace
@@ -134,7 +135,7 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
   out.resets = feeder.estimator().resets();
   out.ranges = feeder.ranges();
   double ms = 0, tracks = 0;
-  for (const FrameEstimate& f : feeder.frames()) {
+  for (const estimator::FrameEstimate& f : feeder.frames()) {
     ms += f.ms_total;
     tracks += f.tracks;
     if (!f.valid) continue;
@@ -150,12 +151,12 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
   }
   out.valid = true;
   out.init_s = toSeconds(out.estimate.front().t - feeder.frames().front().t);
-  out.evaluation = evaluate(out.truth, out.estimate, {});
-  const NavState first = feeder.estimator().keyframes().front();
-  const Pose T_R_E = gaugeAt(motion->poseAt(first.t), first.T_W_B);
+  out.evaluation = evaluation::evaluate(out.truth, out.estimate, {});
+  const window::NavState first = feeder.estimator().keyframes().front();
+  const Pose T_R_E = evaluation::gaugeAt(motion->poseAt(first.t), first.T_W_B);
   double nees = 0;
   long count = 0;
-  for (const FrameEstimate& f : feeder.frames()) {
+  for (const estimator::FrameEstimate& f : feeder.frames()) {
     if (!f.valid) continue;
     const PoseError e = errorOf(f, motion->poseAt(f.t), T_R_E);
     if (!out.errors.empty()) {
@@ -167,12 +168,12 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
     nees += out.errors.back().nees;
     ++count;
   }
-  for (const AnchorReport& a : feeder.estimator().anchors()) {
+  for (const estimator::AnchorReport& a : feeder.estimator().anchors()) {
     out.anchors.push_back(
         errorOf(a, s.ranges, motion->duration(), T_R_E, out.evaluation.transform.T_R_E));
   }
   out.smoothed_ate_m = smoothedError(*motion, feeder.estimator().keyframes());
-  for (const RangeDecision& d : feeder.decisions()) ++out.decisions[d.decision];
+  for (const estimator::RangeDecision& d : feeder.decisions()) ++out.decisions[d.decision];
   if (count > 0) out.mean_nees = nees / static_cast<double>(count);
   out.end_error_m = out.errors.back().position.norm();
   return out;

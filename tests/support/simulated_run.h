@@ -17,11 +17,11 @@
 namespace vir::tool {
 
 struct RunSettings {
-  EstimatorConfig estimator;
-  ImuSimulationOptions imu;
-  TrackSimulationOptions tracks;
-  RangeSimulationOptions ranges;
-  CameraCalibration camera;
+  estimator::EstimatorConfig estimator;
+  simulation::ImuSimulationOptions imu;
+  simulation::TrackSimulationOptions tracks;
+  simulation::RangeSimulationOptions ranges;
+  camera::CameraCalibration camera;
   Pose T_B_C;
   bool use_ranges = false;
   std::FILE* log = nullptr;  ///< what the estimator says goes there
@@ -53,8 +53,8 @@ struct RunResult {
   int seed = 0;
   bool valid = false;  ///< false: never started
   std::string note;
-  EvaluationResult evaluation;  ///< causal trajectory, position and yaw aligned
-  Trajectory estimate, truth;
+  evaluation::EvaluationResult evaluation;  ///< causal trajectory, position and yaw aligned
+  evaluation::Trajectory estimate, truth;
   std::vector<PoseError> errors;
   std::vector<AnchorError> anchors;
   double init_s = 0;  ///< from the first image to the first pose

@@ -28,9 +28,9 @@ class SyntheticPlane {
 
   /// The image at camera pose T_W_C, in grey levels times `gain` plus `offset`, black off the
   /// plane.
-  cv::Mat render(const CameraModel& camera, const Pose& T_W_C, double gain = 1.0,
+  cv::Mat render(const camera::CameraModel& camera, const Pose& T_W_C, double gain = 1.0,
                  double offset = 0.0) const {
-    const CameraCalibration& c = camera.calibration();
+    const camera::CameraCalibration& c = camera.calibration();
     cv::Mat image(c.height, c.width, CV_8UC1);
     for (int y = 0; y < c.height; ++y) {
       for (int x = 0; x < c.width; ++x) {
@@ -44,14 +44,15 @@ class SyntheticPlane {
   }
 
   /// Where a pixel of the view from T_W_C0 appears from T_W_C1.
-  bool transfer(const CameraModel& camera, const Pose& T_W_C0, const Pose& T_W_C1, const Vec2& px0,
-                Vec2* px1) const {
+  bool transfer(const camera::CameraModel& camera, const Pose& T_W_C0, const Pose& T_W_C1,
+                const Vec2& px0, Vec2* px1) const {
     Vec3 p;
     return meet(camera, T_W_C0, px0, &p) && camera.project(T_W_C1.inverse() * p, px1);
   }
 
  private:
-  static bool meet(const CameraModel& camera, const Pose& T_W_C, const Vec2& px, Vec3* p_W) {
+  static bool meet(const camera::CameraModel& camera, const Pose& T_W_C, const Vec2& px,
+                   Vec3* p_W) {
     Vec3 b;
     if (!camera.unproject(px, &b)) return false;
     const Vec3 ray = T_W_C.q * b;
@@ -82,16 +83,16 @@ inline Pose lookingDown(const Vec3& position, const Vec3& theta = Vec3::Zero()) 
   return {down * expQuat(theta), position};
 }
 
-inline CameraCalibration smallCamera(Distortion kind = Distortion::radtan) {
-  CameraCalibration c;
+inline camera::CameraCalibration smallCamera(camera::Distortion kind = camera::Distortion::radtan) {
+  camera::CameraCalibration c;
   c.width = 376;
   c.height = 240;
   c.fx = c.fy = 229.0;
   c.cx = 183.6;
   c.cy = 124.2;
   c.distortion = kind;
-  if (kind == Distortion::radtan) c.dist = {-0.28, 0.074, 2e-4, 2e-5, 0.0};
-  if (kind == Distortion::equidistant) c.dist = {0.0035, 7e-4, -2e-3, 2e-4, 0.0};
+  if (kind == camera::Distortion::radtan) c.dist = {-0.28, 0.074, 2e-4, 2e-5, 0.0};
+  if (kind == camera::Distortion::equidistant) c.dist = {0.0035, 7e-4, -2e-3, 2e-4, 0.0};
   return c;
 }
 

@@ -18,7 +18,7 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 
 inline std::vector<double> poseBlock(const vir::Pose& T) {
   std::vector<double> x(7);
-  vir::poseTo(T, x.data());
+  vir::factors::poseTo(T, x.data());
   return x;
 }
 
@@ -60,7 +60,7 @@ inline RowMajor numericJacobian(const ceres::CostFunction& f, const Blocks& x, s
     if (pose) {
       double delta[6] = {};
       delta[column] = h;
-      vir::PoseManifold().Plus(x[k].data(), delta, y[k].data());
+      vir::factors::PoseManifold().Plus(x[k].data(), delta, y[k].data());
     } else {
       y[k][static_cast<std::size_t>(column)] += h;
     }

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "vir/core/time.h"
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/rawlog_writer.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/rawlog_writer.h"
 
 namespace vir::test {
 
@@ -19,7 +19,7 @@ constexpr TimeNs kMs = 1'000'000;
 
 inline std::shared_ptr<mrpt::obs::CObservationIMU> imuAt(TimeNs t) {
   auto imu = std::make_shared<mrpt::obs::CObservationIMU>();
-  imu->timestamp = toMrptTime(t);
+  imu->timestamp = rawlog::toMrptTime(t);
   imu->sensorLabel = "IMU0";
   imu->set(mrpt::obs::IMU_Z_ACC, 9.81);
   return imu;
@@ -28,7 +28,7 @@ inline std::shared_ptr<mrpt::obs::CObservationIMU> imuAt(TimeNs t) {
 /// 16 x 12 pixels, embedded; the first one is `value`.
 inline std::shared_ptr<mrpt::obs::CObservationImage> imageAt(TimeNs t, int value = 0) {
   auto image = std::make_shared<mrpt::obs::CObservationImage>();
-  image->timestamp = toMrptTime(t);
+  image->timestamp = rawlog::toMrptTime(t);
   image->sensorLabel = "CAM0";
   image->image.resize(16, 12, mrpt::img::CH_GRAY);
   for (int y = 0; y < 12; ++y) {
@@ -40,7 +40,7 @@ inline std::shared_ptr<mrpt::obs::CObservationImage> imageAt(TimeNs t, int value
 
 inline std::shared_ptr<mrpt::obs::CObservationRobotPose> truthAt(TimeNs t, double x) {
   auto pose = std::make_shared<mrpt::obs::CObservationRobotPose>();
-  pose->timestamp = toMrptTime(t);
+  pose->timestamp = rawlog::toMrptTime(t);
   pose->sensorLabel = "GT";
   pose->pose.mean = mrpt::poses::CPose3D(x, 0, 0, 0, 0, 0);
   return pose;
@@ -48,7 +48,7 @@ inline std::shared_ptr<mrpt::obs::CObservationRobotPose> truthAt(TimeNs t, doubl
 
 inline std::shared_ptr<mrpt::obs::CObservationBeaconRanges> rangeAt(TimeNs t, int anchor) {
   auto range = std::make_shared<mrpt::obs::CObservationBeaconRanges>();
-  range->timestamp = toMrptTime(t);
+  range->timestamp = rawlog::toMrptTime(t);
   range->sensorLabel = "UWB0";
   range->sensedData.emplace_back();
   range->sensedData.back().beaconID = anchor;
@@ -65,7 +65,7 @@ inline std::shared_ptr<mrpt::obs::CObservationRobotPose> odometryAt(TimeNs t, do
 /// `images` images at 20 Hz, IMU at 200 Hz around them, ground truth with each image (0.1 m along x
 /// per image).
 inline void writeRecording(const std::string& path, int images) {
-  RawlogWriter writer(path);
+  rawlog::RawlogWriter writer(path);
   for (int i = 0; i < 10 * images; ++i) {
     const TimeNs t = kStart + 5 * i * kMs;
     writer.write(*imuAt(t));

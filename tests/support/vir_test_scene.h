@@ -70,9 +70,9 @@ class Scene {
   double noise_px = 0, noise_gyro = 0, noise_acc = 0;  ///< of pixels; densities
   std::size_t max_tracks = 60;
 
-  vir::NavState truth(TimeNs t) const {
+  vir::window::NavState truth(TimeNs t) const {
     const double s = vir::toSeconds(t);
-    vir::NavState out;
+    vir::window::NavState out;
     out.t = t;
     out.T_W_B = motion_(s);
     out.v = (8 * (p(s + kH) - p(s - kH)) - (p(s + 2 * kH) - p(s - 2 * kH))) / (12 * kH);
@@ -82,7 +82,7 @@ class Scene {
   }
 
   /// The reading at t, `rate_hz` being the rate that the noise density is turned into noise with.
-  vir::ImuSample imu(TimeNs t, double rate_hz = 200) {
+  vir::imu::ImuSample imu(TimeNs t, double rate_hz = 200) {
     const double s = vir::toSeconds(t);
     const Vec3 a = (16 * (p(s + kH) + p(s - kH)) - (p(s + 2 * kH) + p(s - 2 * kH)) - 30 * p(s)) /
                    (12 * kH * kH);
@@ -98,10 +98,10 @@ class Scene {
 
   /// What a perfect tracker sees: tracks live while the point stays in view; who comes back gets a
   /// new number. Ordered by id.
-  std::vector<vir::FeatureObservation> observe(TimeNs t) {
+  std::vector<vir::vision::FeatureObservation> observe(TimeNs t) {
     const Pose T_C_W = (motion_(vir::toSeconds(t)) * T_B_C()).inverse();
     std::map<int, std::uint64_t> seen;
-    std::map<std::uint64_t, vir::FeatureObservation> out;
+    std::map<std::uint64_t, vir::vision::FeatureObservation> out;
     const auto take = [&](int k, bool fresh) {
       const Vec3 p_C = T_C_W * points_[static_cast<std::size_t>(k)];
       if (p_C.z() < 0.3) return;
@@ -118,14 +118,14 @@ class Scene {
       if (!live_.count(k)) take(k, true);
     }
     live_ = seen;
-    std::vector<vir::FeatureObservation> list;
+    std::vector<vir::vision::FeatureObservation> list;
     for (const auto& [id, o] : out) list.push_back(o);
     return list;
   }
 
   /// As a tracker with a pinhole camera reports a pixel.
-  static vir::FeatureObservation observation(std::uint64_t id, const Vec2& px) {
-    vir::FeatureObservation o;
+  static vir::vision::FeatureObservation observation(std::uint64_t id, const Vec2& px) {
+    vir::vision::FeatureObservation o;
     o.id = id;
     o.px = px;
     o.bearing << (px - Vec2(kWidth, kHeight) / 2) / kFocal, 1;

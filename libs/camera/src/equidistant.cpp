@@ -3,7 +3,7 @@
 
 #include "models.h"
 
-namespace vir {
+namespace vir::camera {
 
 namespace {
 constexpr double kMaxTheta = 170.0 * 3.14159265358979323846 / 180.0;
@@ -81,4 +81,4 @@ bool EquidistantCamera::unproject(const Vec2& px, Vec3* bearing) const {
   return true;
 }
 
-}  // namespace vir
+}  // namespace vir::camera

@@ -3,7 +3,7 @@
 
 #include "models.h"
 
-namespace vir {
+namespace vir::camera {
 
 double turningPoint(const std::vector<double>& coefficients, double x_max) {
   const auto slope = [&](double x) {
@@ -55,4 +55,4 @@ std::shared_ptr<const CameraModel> makeCamera(const CameraCalibration& c) {
   return std::make_shared<PinholeCamera>(c);
 }
 
-}  // namespace vir
+}  // namespace vir::camera

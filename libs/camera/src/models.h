@@ -4,7 +4,7 @@
 
 #include "vir/camera/camera_model.h"
 
-namespace vir {
+namespace vir::camera {
 
 /// Smallest x in (0, x_max] where the slope of the odd polynomial x (1 + c0 x^2 + c1 x^4 + ...)
 /// vanishes; x_max if there is none. Beyond it the distortion folds back and has no inverse.
@@ -37,4 +37,4 @@ class EquidistantCamera : public CameraModel {
   double theta_max_ = 0.0;
 };
 
-}  // namespace vir
+}  // namespace vir::camera

@@ -2,7 +2,7 @@
 
 #include "models.h"
 
-namespace vir {
+namespace vir::camera {
 
 namespace {
 // 89.4 deg from the axis: nearer to the image plane a pinhole projection means nothing.
@@ -99,4 +99,4 @@ bool PinholeCamera::unproject(const Vec2& px, Vec3* bearing) const {
   return true;
 }
 
-}  // namespace vir
+}  // namespace vir::camera

@@ -5,6 +5,7 @@
 #include <vector>
 
 namespace vir {
+inline namespace core {
 namespace {
 
 constexpr int kFewestInPeriod = 10;
@@ -163,4 +164,5 @@ void DeviceClock::fit() {
   }
 }
 
+}  // namespace core
 }  // namespace vir

@@ -5,6 +5,7 @@
 #include "ini_text.h"
 
 namespace vir {
+inline namespace core {
 
 std::string numberText(double v) {
   char buffer[40];
@@ -65,4 +66,5 @@ std::string IniWriter::text() const {
   return out;
 }
 
+}  // namespace core
 }  // namespace vir

@@ -1,6 +1,7 @@
 #include "vir/core/markup.h"
 
 namespace vir {
+inline namespace core {
 
 std::string escapedMarkup(const std::string& text) {
   std::string out;
@@ -25,4 +26,5 @@ std::string escapedMarkup(const std::string& text) {
   return out;
 }
 
+}  // namespace core
 }  // namespace vir

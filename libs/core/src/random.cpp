@@ -3,6 +3,7 @@
 #include <cmath>
 
 namespace vir {
+inline namespace core {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -28,4 +29,5 @@ double Random::normal() {
   return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * kPi * v);
 }
 
+}  // namespace core
 }  // namespace vir

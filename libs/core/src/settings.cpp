@@ -12,6 +12,7 @@
 #include "ini_text.h"
 
 namespace vir {
+inline namespace core {
 namespace {
 
 std::string message(const SettingOrigin& origin, const std::string& section, const std::string& key,
@@ -193,4 +194,5 @@ const Setting* Settings::find(const std::string& section, const std::string& key
   return nullptr;
 }
 
+}  // namespace core
 }  // namespace vir

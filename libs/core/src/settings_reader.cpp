@@ -5,6 +5,7 @@
 #include "vir/core/settings.h"
 
 namespace vir {
+inline namespace core {
 namespace {
 
 [[noreturn]] void refuse(const Setting& s, const std::string& problem, const std::string& allowed) {
@@ -147,4 +148,5 @@ void SettingsReader::finish() const {
   }
 }
 
+}  // namespace core
 }  // namespace vir

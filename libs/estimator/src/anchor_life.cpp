@@ -7,7 +7,7 @@
 #include "range_layer_impl.h"
 #include "vir/ranging/range_correlation.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 /// Keyframes between two looks at an open mirror image, and between two estimates of correlation.
@@ -54,23 +54,23 @@ double logLikelihood(double residual, double innovation_variance) {
 
 }  // namespace
 
-AnchorInitialization RangeLayer::Impl::solve(const AnchorTrack& a,
-                                             const std::vector<HeldRange>& held) const {
-  std::vector<AntennaRange> samples;
+ranging::AnchorInitialization RangeLayer::Impl::solve(
+    const AnchorTrack& a, const std::vector<window::HeldRange>& held) const {
+  std::vector<ranging::AntennaRange> samples;
   samples.reserve(held.size());
-  for (const HeldRange& r : held) samples.push_back({r.motion, r.range_m, r.sigma_m});
-  AnchorInitOptions o;
+  for (const window::HeldRange& r : held) samples.push_back({r.motion, r.range_m, r.sigma_m});
+  ranging::AnchorInitOptions o;
   o.min_ranges = options.min_ranges;
   o.bias_sigma_m = options.bias_sigma_m;
   o.max_sigma_m = options.max_anchor_sigma_m;
   o.drift_ratio = options.drift_ratio;
   o.scale_sigma = options.path_scale_sigma;
   o.correlation = options.correlation;
-  return initializeAnchor(samples, o, a.prior);
+  return ranging::initializeAnchor(samples, o, a.prior);
 }
 
-void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const AnchorInitialization& found) {
-  const AnchorSolution& best = found.solutions.front();
+void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found) {
+  const ranging::AnchorSolution& best = found.solutions.front();
   // The ranges themselves stay factors of the window: the start's covariance must not count too.
   const double far = 20 + best.p_W.norm();
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity() * far * far;
@@ -81,7 +81,7 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const AnchorInitializatio
     covariance.topLeftCorner<3, 3>() = a->prior->covariance;
     mean.head<3>() = a->prior->p_W;
   }
-  AnchorState& state = window->addAnchor(a->key(), mean, covariance);
+  window::AnchorState& state = window->addAnchor(a->key(), mean, covariance);
   for (int i = 0; i < 3; ++i) state.x[i] = best.p_W[i];
   state.x[3] = best.bias_m;
   a->phase = found.solutions.size() > 1 ? AnchorPhase::mirror_open : AnchorPhase::estimated;
@@ -102,17 +102,17 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const AnchorInitializatio
 }
 
 bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, const Held& held) {
-  const std::vector<HeldRange> ranges = held(a->key());
+  const std::vector<window::HeldRange> ranges = held(a->key());
   std::size_t n = 0;
-  for (const HeldRange& r : ranges) n += static_cast<std::size_t>(r.merged);
+  for (const window::HeldRange& r : ranges) n += static_cast<std::size_t>(r.merged);
   if (static_cast<int>(n) < options.min_ranges || n < a->tried_with + a->tried_with / 20 + 3) {
     return false;
   }
   a->tried_with = n;
-  const AnchorInitialization found = solve(*a, ranges);
+  const ranging::AnchorInitialization found = solve(*a, ranges);
   a->advice = found.advice;
-  const bool usable =
-      found.geometry == AnchorGeometry::good || found.geometry == AnchorGeometry::mirror;
+  const bool usable = found.geometry == ranging::AnchorGeometry::good ||
+                      found.geometry == ranging::AnchorGeometry::mirror;
   if (!usable || found.solutions.empty()) return false;
   adopt(t, a, found);
   return true;
@@ -124,7 +124,7 @@ void RangeLayer::Impl::settle(AnchorTrack* a, bool settled) {
 }
 
 void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W) {
-  AnchorState& state = *window->anchor(a->key());
+  window::AnchorState& state = *window->anchor(a->key());
   for (int i = 0; i < 3; ++i) state.x[i] = p_W[i];
   // Its mirror image is another one now: settleMirror() looks for it.
   a->phase = AnchorPhase::estimated;
@@ -139,15 +139,15 @@ void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W) {
 /// of the point the search landed on may stay behind a ridge. So a young anchor is searched for
 /// again and again, and goes where the long window, path and all, is better explained.
 bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
-                                   const std::vector<HeldRange>& front) {
+                                   const std::vector<window::HeldRange>& front) {
   if (a->settled || --a->next_search > 0) return false;
   a->next_search = kSearchPeriod;
-  AnchorState& state = *window->anchor(a->key());
-  const std::vector<HeldRange> ranges = held(a->key());
-  const AnchorInitialization found = solve(*a, ranges);
+  window::AnchorState& state = *window->anchor(a->key());
+  const std::vector<window::HeldRange> ranges = held(a->key());
+  const ranging::AnchorInitialization found = solve(*a, ranges);
   const bool old = t - a->found_at > fromSeconds(kLongestYouthS);
-  const bool usable =
-      found.geometry == AnchorGeometry::good || found.geometry == AnchorGeometry::mirror;
+  const bool usable = found.geometry == ranging::AnchorGeometry::good ||
+                      found.geometry == ranging::AnchorGeometry::mirror;
   if (usable) a->search_covariance = found.solutions.front().covariance;
   bool moved = false;
   if (usable && !state.fixed) {
@@ -165,10 +165,10 @@ bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
 }
 
 bool RangeLayer::Impl::settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
-                                    const std::vector<HeldRange>& front) {
+                                    const std::vector<window::HeldRange>& front) {
   if (a->mirror_closed || --a->next_check > 0) return false;
   a->next_check = a->phase == AnchorPhase::mirror_open ? kOpenMirrorPeriod : kMirrorPeriod;
-  AnchorState& state = *window->anchor(a->key());
+  window::AnchorState& state = *window->anchor(a->key());
   if (state.fixed) return false;
   const MirrorComparison m =
       compareMirror(*window, a->key(), held(a->key()), front,
@@ -224,14 +224,14 @@ bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
 }
 
 void RangeLayer::Impl::compareWithFormer(AnchorTrack* a, const AntennaPrediction& antenna,
-                                         const HeldRange& held) {
+                                         const window::HeldRange& held) {
   if (!a->former) return;
-  const AnchorState* before = window->anchor(a->former->key());
+  const window::AnchorState* before = window->anchor(a->former->key());
   if (before == nullptr) {
     a->former.reset();
     return;
   }
-  const AnchorState* now = window->anchor(a->key());
+  const window::AnchorState* now = window->anchor(a->key());
   const Innovation there = innovation(*a->former, *before, antenna, held);
   double here = kAnywhere;
   if (now != nullptr) {
@@ -259,21 +259,23 @@ bool RangeLayer::Impl::returnIfFormerFits(TimeNs t, AnchorTrack* a) {
 }
 
 void RangeLayer::Impl::reweigh(AnchorTrack* a, const Held& held) {
-  AnchorState& state = *window->anchor(a->key());
-  std::vector<RangeResidual> residuals;
-  for (const HeldRange& r : held(a->key())) {
+  window::AnchorState& state = *window->anchor(a->key());
+  std::vector<ranging::RangeResidual> residuals;
+  for (const window::HeldRange& r : held(a->key())) {
     if (r.merged > 1) continue;
-    const RangePrediction e = predictRange(r.motion, state.position(), state.x[3], r.range_m);
+    const factors::RangePrediction e =
+        factors::predictRange(r.motion, state.position(), state.x[3], r.range_m);
     residuals.push_back({r.t, -e.value_m, r.sigma_m});
   }
-  const RangeCorrelation c = rangeCorrelation(withoutSlowPart(residuals, kSlowPartS));
+  const ranging::RangeCorrelation c =
+      ranging::rangeCorrelation(ranging::withoutSlowPart(residuals, kSlowPartS));
   // A claimed sigma above the scatter already covers some of the correlation.
   const double now = c.correlation_factor * c.rms_ratio * c.rms_ratio;
   // Slowly: the residuals themselves depend on the weights.
   state.variance_factor = std::clamp(0.5 * (state.variance_factor + now), kLeastFactor, 30.0);
 }
 
-bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<HeldRange>& front) {
+bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& front) {
   Impl& s = *impl_;
   ++s.keyframes;
   bool changed = false;
@@ -304,4 +306,4 @@ bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<HeldRange>
   return changed;
 }
 
-}  // namespace vir
+}  // namespace vir::estimator

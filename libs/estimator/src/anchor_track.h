@@ -8,7 +8,7 @@
 #include "vir/ranging/anchor_initialization.h"
 #include "vir/ranging/range_gate.h"
 
-namespace vir {
+namespace vir::estimator {
 
 enum class AnchorPhase { collecting, mirror_open, estimated };
 
@@ -19,9 +19,9 @@ struct AnchorTrack {
   AnchorPhase phase = AnchorPhase::collecting;
   bool moved = false;  ///< it has been found elsewhere and has no new position yet
   std::string advice = "too few ranges";
-  std::optional<AnchorPrior> prior;
+  std::optional<ranging::AnchorPrior> prior;
   Vec3 mirror_p_W = Vec3::Zero();
-  RangeGate gate;
+  ranging::RangeGate gate;
   std::size_t tried_with = 0;  ///< ranges at the last attempt to find it
   long used = 0, rejected = 0, collected = 0;
   TimeNs found_at = 0;
@@ -44,4 +44,4 @@ struct AnchorTrack {
   bool known() const { return phase != AnchorPhase::collecting; }
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

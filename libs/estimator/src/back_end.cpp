@@ -6,7 +6,7 @@
 
 #include "cpu_clock.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 /// Readings kept before the oldest time that may still be asked for [s].
@@ -15,12 +15,12 @@ constexpr const char* kClockSetBack = "the clock of the IMU was set back";
 
 }  // namespace
 
-void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrinsics) {
+void BackEnd::setCamera(const camera::CameraCalibration& calibration, const Pose& extrinsics) {
   T_B_C = extrinsics;
   const double focal = 0.5 * (calibration.fx + calibration.fy);
   startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focal);
-  window = std::make_unique<ShortWindow>(config.window, config.imu, T_B_C, focal,
-                                         config.camera_time_offset_s);
+  window = std::make_unique<window::ShortWindow>(config.window, config.imu, T_B_C, focal,
+                                                 config.camera_time_offset_s);
   window->attach(&long_window);
 }
 
@@ -40,7 +40,7 @@ Feedback BackEnd::process(Packet packet) {
 }
 
 void BackEnd::takeIn(const Packet& packet) {
-  for (const ImuSample& s : packet.readings) imu.add(s);
+  for (const imu::ImuSample& s : packet.readings) imu.add(s);
   for (const RangeMeasurement& r : packet.ranges) ranges.offer(r);
   for (const DroppedAnchor& a : packet.dropped) {
     if (running) ranges.dropped(a.id, inWorld(window->newest()).T_W_B * a.p_B, a.sigma_m);
@@ -81,13 +81,14 @@ void BackEnd::estimateInto(Packet* packet, FrameEstimate* out) {
 }
 
 void BackEnd::estimateImage(const Packet& packet, FrameEstimate* out) {
-  const TrackedFrame& frame = packet.frame;
+  const vision::TrackedFrame& frame = packet.frame;
   out->tracks = static_cast<int>(frame.features.size());
   out->ms_pyramid = frame.ms_pyramid;
   out->ms_flow = frame.ms_flow;
   out->ms_detect = frame.ms_detect;
   pixels.clear();
-  for (const FeatureObservation& f : frame.features) pixels.emplace_back(f.px.cast<float>());
+  for (const vision::FeatureObservation& f : frame.features)
+    pixels.emplace_back(f.px.cast<float>());
   if (packet.tracker_resets != segment) {
     // Its tracks will not go on: nothing to begin a segment with.
     out->health = "tracked before the restart";
@@ -108,9 +109,9 @@ void BackEnd::estimateImage(const Packet& packet, FrameEstimate* out) {
 /// A tracker that is ahead may have followed tracks that have since been found to be wrong.
 void BackEnd::leaveOutDropped(Packet* packet) {
   while (!drops.empty() && drops.front().packet <= packet->feedback) drops.pop_front();
-  std::vector<FeatureObservation>& features = packet->frame.features;
+  std::vector<vision::FeatureObservation>& features = packet->frame.features;
   for (const Drops& d : drops) {
-    const auto dropped = [&d](const FeatureObservation& f) {
+    const auto dropped = [&d](const vision::FeatureObservation& f) {
       return std::find(d.ids.begin(), d.ids.end(), f.id) != d.ids.end();
     };
     features.erase(std::remove_if(features.begin(), features.end(), dropped), features.end());
@@ -130,7 +131,7 @@ void BackEnd::dropOldReadings() {
   imu.dropBefore(oldest - fromSeconds(kImuHistoryS));
 }
 
-void BackEnd::tryStart(const TrackedFrame& frame, FrameEstimate* out) {
+void BackEnd::tryStart(const vision::TrackedFrame& frame, FrameEstimate* out) {
   StageTimer timer(&out->ms_start);
   const StartupStatus status = startup->offer(frame, imu, rest, origin, window.get());
   if (status == StartupStatus::waiting) {
@@ -159,20 +160,21 @@ void BackEnd::tryStart(const TrackedFrame& frame, FrameEstimate* out) {
   out->health = out->standing ? "standing" : "ok";
 }
 
-void BackEnd::update(const TrackedFrame& frame, FrameEstimate* out) {
-  const NavState previous = window->newest();
+void BackEnd::update(const vision::TrackedFrame& frame, FrameEstimate* out) {
+  const window::NavState previous = window->newest();
   const TimeNs t = frame.t;
   bool gap = false;
-  Preintegration link = imu.integrate(previous.t, t, config.imu, previous.bg, previous.ba, &gap);
+  imu::Preintegration link =
+      imu.integrate(previous.t, t, config.imu, previous.bg, previous.ba, &gap);
   if (gap) ++imu_gaps;
   if (gap && !in_gap) {
     warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
   }
   in_gap = gap;
-  const NavState predicted = predict(previous, link, config.imu.gravity_mps2, t);
+  const window::NavState predicted = window::predict(previous, link, config.imu.gravity_mps2, t);
   window->push(predicted, std::move(link), frame.features, rest.standing());
   attachRanges(previous, predicted);
-  SolveSummary solve;
+  window::SolveSummary solve;
   {
     StageTimer timer(&out->ms_optimise);
     out->keyframe = window->newestIsKeyframe();
@@ -207,9 +209,10 @@ void BackEnd::update(const TrackedFrame& frame, FrameEstimate* out) {
   collectRetired();
 }
 
-std::string BackEnd::failure(const TrackedFrame& frame, const SolveSummary& solve, TimeNs t) {
+std::string BackEnd::failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
+                             TimeNs t) {
   if (!solve.usable) return "the solver found no finite solution";
-  const NavState s = window->newest();
+  const window::NavState s = window->newest();
   if (window->landmarksInNewest() >= 4 || rest.standing()) last_seen = t;
   if (toSeconds(t - last_seen) > config.failure.max_blind_s) {
     return frame.usable ? "no landmarks for too long" : "no usable image for too long";
@@ -232,4 +235,4 @@ void BackEnd::restart(const std::string& why) {
   running = false;
 }
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -7,7 +7,7 @@
 #include "packet.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 
-namespace vir {
+namespace vir::estimator {
 
 struct BackEnd {
   BackEnd(const EstimatorConfig& c, LogSink l)
@@ -17,7 +17,7 @@ struct BackEnd {
         long_window(c.long_window),
         ranges(c.ranges, &long_window, log_sink) {}
 
-  void setCamera(const CameraCalibration& calibration, const Pose& extrinsics);
+  void setCamera(const camera::CameraCalibration& calibration, const Pose& extrinsics);
   /// Packets in the order they were made.
   Feedback process(Packet packet);
 
@@ -28,22 +28,23 @@ struct BackEnd {
   void leaveOutDropped(Packet* packet);
   void clockSetBack();
   void dropOldReadings();
-  void tryStart(const TrackedFrame& frame, FrameEstimate* out);
-  void update(const TrackedFrame& frame, FrameEstimate* out);
-  std::string failure(const TrackedFrame& frame, const SolveSummary& solve, TimeNs t);
+  void tryStart(const vision::TrackedFrame& frame, FrameEstimate* out);
+  void update(const vision::TrackedFrame& frame, FrameEstimate* out);
+  std::string failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
+                      TimeNs t);
   void restart(const std::string& why);
   void collectRetired();
 
   /// Ranges up to the newest frame's time are judged and hung on it. States in O.
-  void attachRanges(const NavState& previous, const NavState& newest);
+  void attachRanges(const window::NavState& previous, const window::NavState& newest);
   /// Ranges held by the keyframes of both windows, `motion` being the antenna in W.
-  std::vector<HeldRange> heldRanges(std::uint64_t key) const;
+  std::vector<window::HeldRange> heldRanges(std::uint64_t key) const;
   void updateAnchors(TimeNs t);
   void startLongWindow();
-  NavState inWorld(const NavState& s) const;
+  window::NavState inWorld(const window::NavState& s) const;
   Eigen::Matrix<double, 6, 6> covarianceInWorld() const;
-  std::vector<NavState> keyframes() const;
-  std::vector<WindowLandmark> landmarks() const;
+  std::vector<window::NavState> keyframes() const;
+  std::vector<window::WindowLandmark> landmarks() const;
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);
     warnings.push_back(text);
@@ -58,15 +59,15 @@ struct BackEnd {
   const EstimatorConfig& config;
   LogSink log_sink;
   std::unique_ptr<Startup> startup;
-  std::unique_ptr<ShortWindow> window;
+  std::unique_ptr<window::ShortWindow> window;
   Pose T_B_C;
-  ImuBuffer imu;
+  imu::ImuBuffer imu;
   RestDetector rest;
-  LongWindow long_window;
+  window::LongWindow long_window;
   RangeLayer ranges;
   std::vector<FrameEstimate> results;
-  std::vector<NavState> old_keyframes;
-  std::vector<WindowLandmark> old_landmarks;
+  std::vector<window::NavState> old_keyframes;
+  std::vector<window::WindowLandmark> old_landmarks;
   std::vector<std::string> warnings;
   std::map<std::string, double> wait_reasons;  // seconds
   std::deque<Drops> drops;                     // that the tracker may not have heard of
@@ -82,4 +83,4 @@ struct BackEnd {
   TimeNs last_seen = 0;  // last time landmarks held the pose
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

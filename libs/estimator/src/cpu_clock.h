@@ -2,7 +2,7 @@
 /// Internal: CPU time, for reports only.
 #include <time.h>
 
-namespace vir {
+namespace vir::estimator {
 
 /// CPU time of this thread [ms].
 inline double cpuMs() {
@@ -24,4 +24,4 @@ class StageTimer {
   double start_;
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -4,7 +4,7 @@
 #include "back_end.h"
 #include "start_sigma.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 /// A range older than the frame before it by more is of no use [s].
@@ -16,7 +16,7 @@ constexpr double kLostPosition = 1.0, kLostYaw = 0.1;
 constexpr int kIterationsOnChange = 6;
 
 /// Pose between two states: cubic in position (it knows both velocities), slerp in attitude.
-Pose between(const NavState& a, const NavState& b, TimeNs t) {
+Pose between(const window::NavState& a, const window::NavState& b, TimeNs t) {
   const double h = toSeconds(b.t - a.t);
   if (h <= 0) return b.T_W_B;
   const double s = toSeconds(t - a.t), u = s / h;
@@ -29,7 +29,7 @@ Pose between(const NavState& a, const NavState& b, TimeNs t) {
 
 }  // namespace
 
-void BackEnd::attachRanges(const NavState& previous, const NavState& newest) {
+void BackEnd::attachRanges(const window::NavState& previous, const window::NavState& newest) {
   const std::vector<RangeMeasurement> due = ranges.dueUntil(newest.t);
   if (due.empty()) return;
   const Pose T_B_O = newest.T_W_B.inverse();
@@ -45,7 +45,7 @@ void BackEnd::attachRanges(const NavState& previous, const NavState& newest) {
     }
     const Pose T_O_B = between(previous, newest, r.t);
     antenna.p_W = long_window.pointToWorld(T_O_B * r.p_B_U);
-    HeldRange held;
+    window::HeldRange held;
     if (!ranges.judge(r, antenna, &held)) continue;
     held.motion = T_B_O * T_O_B.p;
     held.lever = T_B_O.q * (T_O_B.q * r.p_B_U);
@@ -54,18 +54,18 @@ void BackEnd::attachRanges(const NavState& previous, const NavState& newest) {
   ranges.discard(late, "too_late");
 }
 
-std::vector<HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
-  std::vector<HeldRange> out;
-  for (const LongNode& n : long_window.nodes()) {
+std::vector<window::HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
+  std::vector<window::HeldRange> out;
+  for (const window::LongNode& n : long_window.nodes()) {
     const Mat3 R = rotZ(n.x[3]);
-    for (HeldRange r : n.ranges) {
+    for (window::HeldRange r : n.ranges) {
       if (r.anchor != key) continue;
       r.motion = n.position() + R * (r.motion + r.lever);
       r.lever.setZero();
       out.push_back(r);
     }
   }
-  for (HeldRange r : window->rangesInO(key)) {
+  for (window::HeldRange r : window->rangesInO(key)) {
     r.motion = long_window.pointToWorld(r.motion);
     out.push_back(r);
   }
@@ -83,7 +83,7 @@ void BackEnd::updateAnchors(TimeNs t) {
 }
 
 void BackEnd::startLongWindow() {
-  const NavState oldest = window->oldest();
+  const window::NavState oldest = window->oldest();
   if (long_window.empty()) {
     long_window.start(oldest.t, oldest.T_W_B, oldest.T_W_B, kStartSigma, kStartSigma);
   } else {
@@ -93,12 +93,12 @@ void BackEnd::startLongWindow() {
     sigma << Vec3::Constant(kLostPosition + kLostSpeed * std::max(0.0, lost)), kLostYaw;
     long_window.advance(oldest.t, oldest.T_W_B, {}, sigma.cwiseAbs2().asDiagonal());
   }
-  const NavState newest = window->newest();
+  const window::NavState newest = window->newest();
   ranges.discard(ranges.dueUntil(newest.t), "before_the_start");
 }
 
-NavState BackEnd::inWorld(const NavState& s) const {
-  NavState out = s;
+window::NavState BackEnd::inWorld(const window::NavState& s) const {
+  window::NavState out = s;
   out.T_W_B = long_window.toWorld(s.T_W_B);
   out.v = long_window.turnToWorld(s.v);
   return out;
@@ -120,39 +120,39 @@ Eigen::Matrix<double, 6, 6> BackEnd::covarianceInWorld() const {
 }
 
 void BackEnd::collectRetired() {
-  for (const LongNode& n : long_window.takeRetired()) {
-    NavState s;
+  for (const window::LongNode& n : long_window.takeRetired()) {
+    window::NavState s;
     s.t = n.t;
     s.T_W_B = n.T_W_B();
     old_keyframes.push_back(s);
   }
-  for (const WindowLandmark& l : window->takeRetiredLandmarks()) {
+  for (const window::WindowLandmark& l : window->takeRetiredLandmarks()) {
     old_landmarks.push_back({l.id, long_window.pointToWorld(l.p_W)});
   }
 }
 
-std::vector<NavState> BackEnd::keyframes() const {
-  std::vector<NavState> out = old_keyframes;
-  for (const LongNode& n : long_window.nodes()) {
-    NavState s;
+std::vector<window::NavState> BackEnd::keyframes() const {
+  std::vector<window::NavState> out = old_keyframes;
+  for (const window::LongNode& n : long_window.nodes()) {
+    window::NavState s;
     s.t = n.t;
     s.T_W_B = n.T_W_B();
     out.push_back(s);
   }
   if (window) {
-    for (const NavState& s : window->states()) out.push_back(inWorld(s));
+    for (const window::NavState& s : window->states()) out.push_back(inWorld(s));
   }
   return out;
 }
 
-std::vector<WindowLandmark> BackEnd::landmarks() const {
-  std::vector<WindowLandmark> out = old_landmarks;
+std::vector<window::WindowLandmark> BackEnd::landmarks() const {
+  std::vector<window::WindowLandmark> out = old_landmarks;
   if (window) {
-    for (const WindowLandmark& l : window->landmarks()) {
+    for (const window::WindowLandmark& l : window->landmarks()) {
       out.push_back({l.id, long_window.pointToWorld(l.p_W)});
     }
   }
   return out;
 }
 
-}  // namespace vir
+}  // namespace vir::estimator

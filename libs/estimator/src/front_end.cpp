@@ -5,7 +5,7 @@
 
 #include "cpu_clock.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 /// Without an image for longer, the tracks are not expected to survive.
@@ -26,9 +26,10 @@ FrontEnd::FrontEnd(const EstimatorConfig& config, std::function<Feedback(long*)>
                    std::function<void(Packet)> hand_over)
     : config_(config), ask_(std::move(ask)), hand_over_(std::move(hand_over)) {}
 
-void FrontEnd::setCamera(const CameraCalibration& calibration, const Pose& T_B_C) {
+void FrontEnd::setCamera(const camera::CameraCalibration& calibration, const Pose& T_B_C) {
   T_B_C_ = T_B_C;
-  tracker_ = std::make_unique<FeatureTracker>(config_.tracker, makeCamera(calibration));
+  tracker_ =
+      std::make_unique<vision::FeatureTracker>(config_.tracker, camera::makeCamera(calibration));
 }
 
 TimeNs FrontEnd::onImuClock(TimeNs stamp) const {
@@ -52,7 +53,7 @@ void FrontEnd::addImage(WaitingImage image) {
   processWaiting(false);
 }
 
-void FrontEnd::addImu(const ImuSample& sample) {
+void FrontEnd::addImu(const imu::ImuSample& sample) {
   const bool any = !imu_.empty();
   const TimeNs last = any ? imu_.lastTime() : 0;
   if (imu_.add(sample)) {
@@ -70,7 +71,7 @@ void FrontEnd::addImu(const ImuSample& sample) {
   if (++stepped_back_ >= kClockStepReadings) clockSetBack(sample);
 }
 
-void FrontEnd::clockSetBack(const ImuSample& sample) {
+void FrontEnd::clockSetBack(const imu::ImuSample& sample) {
   ++counters_.clock_steps;
   stepped_back_ = 0;
   counters_.images_without_imu += static_cast<long>(waiting_.size());
@@ -141,13 +142,13 @@ void FrontEnd::follow(Feedback feedback) {
 
 Mat3 FrontEnd::rotationSince(TimeNs t0, TimeNs t) {
   if (t0 <= 0 || t <= t0) return Mat3::Identity();
-  const Preintegration p = imu_.integrate(t0, t, config_.imu, gyro_bias_, Vec3::Zero());
+  const imu::Preintegration p = imu_.integrate(t0, t, config_.imu, gyro_bias_, Vec3::Zero());
   return (T_B_C_.q.conjugate() * p.dq() * T_B_C_.q).toRotationMatrix();
 }
 
 void FrontEnd::track(TimeNs t, const WaitingImage& image) {
   StageTimer timer(&next_.ms);
-  TrackedFrame& frame = next_.frame;
+  vision::TrackedFrame& frame = next_.frame;
   if (image.tracks) {
     frame = *image.tracks;
     frame.t = t;
@@ -169,4 +170,4 @@ void FrontEnd::handOver(Packet::Kind kind, TimeNs stamp) {
   hand_over_(std::exchange(next_, {}));
 }
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -8,13 +8,13 @@
 #include "packet.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 
-namespace vir {
+namespace vir::estimator {
 
 /// An image, or the tracks found in one, that waits for the readings up to its time.
 struct WaitingImage {
   TimeNs t = 0;  ///< its own clock
   cv::Mat gray;
-  std::unique_ptr<TrackedFrame> tracks;  ///< instead of an image
+  std::unique_ptr<vision::TrackedFrame> tracks;  ///< instead of an image
 };
 
 class FrontEnd {
@@ -24,9 +24,9 @@ class FrontEnd {
   FrontEnd(const EstimatorConfig& config, std::function<Feedback(long* covered)> ask,
            std::function<void(Packet)> hand_over);
 
-  void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
+  void setCamera(const camera::CameraCalibration& calibration, const Pose& T_B_C);
   bool hasCamera() const { return tracker_ != nullptr; }
-  void addImu(const ImuSample& sample);
+  void addImu(const imu::ImuSample& sample);
   /// Pixels are copied if the image has to wait.
   void addImage(WaitingImage image);
   void addRange(const RangeMeasurement& range) { next_.ranges.push_back(range); }
@@ -34,7 +34,7 @@ class FrontEnd {
   void finish();
 
   const EstimatorCounters& counters() const { return counters_; }
-  const ImuBufferCounters& imuCounters() const { return imu_.counters(); }
+  const imu::ImuBufferCounters& imuCounters() const { return imu_.counters(); }
 
  private:
   void processWaiting(bool force);
@@ -45,16 +45,16 @@ class FrontEnd {
   /// Rotation of the camera between two times, from the gyro: R_C(t0)_C(t).
   Mat3 rotationSince(TimeNs t0, TimeNs t);
   void follow(Feedback feedback);
-  void clockSetBack(const ImuSample& sample);
+  void clockSetBack(const imu::ImuSample& sample);
   void handOver(Packet::Kind kind, TimeNs stamp);
   TimeNs onImuClock(TimeNs stamp) const;
 
   const EstimatorConfig& config_;
   std::function<Feedback(long*)> ask_;
   std::function<void(Packet)> hand_over_;
-  std::unique_ptr<FeatureTracker> tracker_;
+  std::unique_ptr<vision::FeatureTracker> tracker_;
   Pose T_B_C_;
-  ImuBuffer imu_;  // only for the rotation between images
+  imu::ImuBuffer imu_;  // only for the rotation between images
   std::deque<WaitingImage> waiting_;
   Packet next_;
   Vec3 gyro_bias_ = Vec3::Zero();
@@ -68,4 +68,4 @@ class FrontEnd {
   TimeNs last_usable_ = 0;  // 0: nothing to be matched against
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace vir {
+namespace vir::estimator {
 
 HandOver::~HandOver() {
   {
@@ -107,4 +107,4 @@ void HandOver::rethrow(std::unique_lock<std::mutex>& lock) {
   std::rethrow_exception(problem);
 }
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -10,7 +10,7 @@
 
 #include "packet.h"
 
-namespace vir {
+namespace vir::estimator {
 
 class HandOver {
  public:
@@ -54,4 +54,4 @@ class HandOver {
   std::thread thread_;
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 constexpr std::size_t kFewest = 10;
@@ -13,16 +13,18 @@ constexpr double kSame = 0.1;
 
 }  // namespace
 
-MirrorComparison compareMirror(const LongWindow& window, std::uint64_t key,
-                               const std::vector<HeldRange>& held,
-                               const std::vector<HeldRange>& front_ranges, const Vec3* mirror) {
+MirrorComparison compareMirror(const window::LongWindow& window, std::uint64_t key,
+                               const std::vector<window::HeldRange>& held,
+                               const std::vector<window::HeldRange>& front_ranges,
+                               const Vec3* mirror) {
   MirrorComparison out;
   if (held.size() < kFewest) return out;
   Vec3 mean = Vec3::Zero();
-  for (const HeldRange& r : held) mean += r.motion;
+  for (const window::HeldRange& r : held) mean += r.motion;
   mean /= static_cast<double>(held.size());
   Mat3 scatter = Mat3::Zero();
-  for (const HeldRange& r : held) scatter += (r.motion - mean) * (r.motion - mean).transpose();
+  for (const window::HeldRange& r : held)
+    scatter += (r.motion - mean) * (r.motion - mean).transpose();
   const Vec3 normal = Eigen::SelfAdjointEigenSolver<Mat3>(scatter).eigenvectors().col(0);
   Vec3 here = window.anchors().at(key).position();
   out.mirror_p_W = mirror ? *mirror : Vec3(here - 2 * normal.dot(here - mean) * normal);
@@ -36,4 +38,4 @@ MirrorComparison compareMirror(const LongWindow& window, std::uint64_t key,
   return out;
 }
 
-}  // namespace vir
+}  // namespace vir::estimator

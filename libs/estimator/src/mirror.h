@@ -4,7 +4,7 @@
 
 #include "vir/window/long_window.h"
 
-namespace vir {
+namespace vir::estimator {
 
 struct MirrorComparison {
   bool valid = false;     ///< enough ranges for a plane of motion
@@ -19,8 +19,9 @@ struct MirrorComparison {
 /// present position. `held` are the anchor's ranges with the antenna's position in W in `motion`;
 /// `front_ranges` all ranges at the front; `mirror`: where to look for the other position, else the
 /// image at the plane that fits the path best.
-MirrorComparison compareMirror(const LongWindow& window, std::uint64_t key,
-                               const std::vector<HeldRange>& held,
-                               const std::vector<HeldRange>& front_ranges, const Vec3* mirror);
+MirrorComparison compareMirror(const window::LongWindow& window, std::uint64_t key,
+                               const std::vector<window::HeldRange>& held,
+                               const std::vector<window::HeldRange>& front_ranges,
+                               const Vec3* mirror);
 
-}  // namespace vir
+}  // namespace vir::estimator

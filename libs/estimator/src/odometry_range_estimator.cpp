@@ -7,7 +7,7 @@
 #include "cpu_clock.h"
 #include "start_sigma.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 /// Standard deviations that say "we do not know" when the odometry jumped.
@@ -44,8 +44,8 @@ void describe(OptionVisitor& v, OdometryOptions& o) {
   v.value("max_gap_s", o.max_gap_s, {0.01, 1e4}, "a longer time between two poses is a gap");
 }
 
-LongWindowOptions odometryWindowDefaults() {
-  LongWindowOptions o;
+window::LongWindowOptions odometryWindowDefaults() {
+  window::LongWindowOptions o;
   o.size = 400;
   o.edge_noise_scale = 1.0;
   o.scale_sigma = 0.1;
@@ -79,7 +79,7 @@ struct OdometryRangeEstimator::Impl {
   void attachRanges(TimeNs t, const Pose& T_O_B);
   void advance(TimeNs t, const Pose& T_O_B);
   Eigen::Matrix4d covarianceOf(const Way& way, double seconds) const;
-  std::vector<HeldRange> heldRanges(std::uint64_t key) const;
+  std::vector<window::HeldRange> heldRanges(std::uint64_t key) const;
   Eigen::Matrix<double, 6, 6> covarianceInWorld(const Pose& T_W_B) const;
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);
@@ -88,9 +88,9 @@ struct OdometryRangeEstimator::Impl {
 
   OdometryRangeConfig config;
   LogSink log_sink;
-  LongWindow window;
+  window::LongWindow window;
   RangeLayer ranges;
-  std::vector<HeldRange> front_ranges;
+  std::vector<window::HeldRange> front_ranges;
   std::vector<OdometryEstimate> results;
   std::vector<std::pair<TimeNs, Pose>> retired;
   std::vector<std::string> warnings;
@@ -138,7 +138,7 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
     }
     const double u = std::clamp(toSeconds(r.t - last_t) / toSeconds(t - last_t), 0.0, 1.0);
     const Pose at(last.q.slerp(u, T_O_B.q), last.p + u * (T_O_B.p - last.p));
-    HeldRange held;
+    window::HeldRange held;
     held.motion = at.p - front.p;
     held.lever = at.q * r.p_B_U;
     AntennaPrediction antenna;
@@ -149,21 +149,21 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
     if (ranges.judge(r, antenna, &held)) front_ranges.push_back(held);
   }
   ranges.discard(late, "too_late");
-  mergeRanges(&front_ranges, kMaxRangesPerNode);
+  window::mergeRanges(&front_ranges, kMaxRangesPerNode);
 }
 
-std::vector<HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uint64_t key) const {
-  std::vector<HeldRange> out;
-  const auto add = [&](const LongNode& n, const std::vector<HeldRange>& list) {
+std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uint64_t key) const {
+  std::vector<window::HeldRange> out;
+  const auto add = [&](const window::LongNode& n, const std::vector<window::HeldRange>& list) {
     const Mat3 R = rotZ(n.x[3]);
-    for (HeldRange r : list) {
+    for (window::HeldRange r : list) {
       if (r.anchor != key) continue;
       r.motion = n.position() + R * (std::exp(-n.x[4]) * r.motion + r.lever);
       r.lever.setZero();
       out.push_back(r);
     }
   };
-  for (const LongNode& n : window.nodes()) add(n, n.ranges);
+  for (const window::LongNode& n : window.nodes()) add(n, n.ranges);
   add(window.front(), front_ranges);
   return out;
 }
@@ -178,7 +178,7 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   window.advance(t, T_O_B, std::move(front_ranges), covariance);
   front_ranges.clear();
   way = Way();
-  for (const LongNode& n : window.takeRetired()) retired.emplace_back(n.t, n.T_W_B());
+  for (const window::LongNode& n : window.takeRetired()) retired.emplace_back(n.t, n.T_W_B());
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
   // The covariances must know the new node before ranges are judged by them.
   window.solve(config.iterations, front_ranges);
@@ -277,7 +277,7 @@ std::vector<AnchorReport> OdometryRangeEstimator::anchors() const {
 std::vector<std::pair<TimeNs, Pose>> OdometryRangeEstimator::keyframes() const {
   std::vector<std::pair<TimeNs, Pose>> out = impl_->retired;
   if (impl_->window.empty()) return out;
-  for (const LongNode& n : impl_->window.nodes()) out.emplace_back(n.t, n.T_W_B());
+  for (const window::LongNode& n : impl_->window.nodes()) out.emplace_back(n.t, n.T_W_B());
   out.emplace_back(impl_->window.front().t, impl_->window.front().T_W_B());
   return out;
 }
@@ -297,4 +297,4 @@ std::vector<std::pair<std::string, long>> OdometryRangeEstimator::counters() con
 }
 const std::vector<std::string>& OdometryRangeEstimator::warnings() const { return impl_->warnings; }
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -8,7 +8,7 @@
 #include "vir/imu/preintegration.h"
 #include "vir/vision/feature_tracker.h"
 
-namespace vir {
+namespace vir::estimator {
 
 /// The robot said that it put down an anchor.
 struct DroppedAnchor {
@@ -28,12 +28,12 @@ struct Packet {
     end,             ///< of the input; no image
   };
   Kind kind = Kind::image;
-  std::vector<ImuSample> readings;
+  std::vector<imu::ImuSample> readings;
   std::vector<RangeMeasurement> ranges;
   std::vector<DroppedAnchor> dropped;
   std::vector<std::string> warnings;  ///< of the front end, told by the back end: one order
   TimeNs stamp = 0;                   ///< the image's own clock
-  TrackedFrame frame;                 ///< its time is on the clock of the IMU
+  vision::TrackedFrame frame;         ///< its time is on the clock of the IMU
   double since_last_s = 0;            ///< since the image before; 0 for the first
   double ms = 0;                      ///< CPU time of the front end (reporting only)
   int tracker_resets = 0;             ///< followed by the tracker when it made `frame`
@@ -47,4 +47,4 @@ struct Feedback {
   int resets = 0;                   ///< segments begun: tracks of an earlier one are worthless
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

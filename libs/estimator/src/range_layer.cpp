@@ -8,7 +8,7 @@
 
 #include "range_layer_impl.h"
 
-namespace vir {
+namespace vir::estimator {
 
 namespace {
 
@@ -56,15 +56,15 @@ AnchorTrack& RangeLayer::Impl::track(std::uint64_t id) {
   if (it != tracks.end()) return it->second;
   AnchorTrack& a = tracks[id];
   a.id = id;
-  GateOptions gate;
+  ranging::GateOptions gate;
   gate.chi2 = options.gate_sigma * options.gate_sigma;
   gate.max_reject_s = options.restart_s;
-  a.gate = RangeGate(gate);
+  a.gate = ranging::RangeGate(gate);
   return a;
 }
 
 void RangeLayer::Impl::setPrior(std::uint64_t id, const Vec3& p_W, double sigma_m) {
-  AnchorPrior prior;
+  ranging::AnchorPrior prior;
   prior.p_W = p_W;
   prior.covariance = Mat3::Identity() * sigma_m * sigma_m;
   track(id).prior = prior;
@@ -87,9 +87,9 @@ void RangeLayer::offer(const RangeMeasurement& range) {
     s.record(range, "bad_id");
     return;
   }
-  const RangeProblem problem =
+  const ranging::RangeProblem problem =
       s.check.check(static_cast<int>(range.anchor), range.t, range.range_m);
-  if (problem != RangeProblem::none) {
+  if (problem != ranging::RangeProblem::none) {
     s.record(range, name(problem));
     return;
   }
@@ -115,10 +115,11 @@ void RangeLayer::discard(const std::vector<RangeMeasurement>& ranges, const std:
 }
 
 RangeLayer::Impl::Innovation RangeLayer::Impl::innovation(const AnchorTrack& a,
-                                                          const AnchorState& state,
+                                                          const window::AnchorState& state,
                                                           const AntennaPrediction& antenna,
-                                                          const HeldRange& held) const {
-  const RangePrediction r = predictRange(antenna.p_W, state.position(), state.x[3], held.range_m);
+                                                          const window::HeldRange& held) const {
+  const factors::RangePrediction r =
+      factors::predictRange(antenna.p_W, state.position(), state.x[3], held.range_m);
   double variance =
       held.sigma_m * held.sigma_m + r.direction.dot(antenna.inner_covariance * r.direction);
   const int c = window->columnOf(a.key());
@@ -140,7 +141,7 @@ RangeLayer::Impl::Innovation RangeLayer::Impl::innovation(const AnchorTrack& a,
 }
 
 bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& antenna,
-                       HeldRange* held) {
+                       window::HeldRange* held) {
   Impl& s = *impl_;
   AnchorTrack& a = s.track(range.anchor);
   if (s.any_antenna) s.travelled_m += (antenna.p_W - s.last_antenna).norm();
@@ -152,14 +153,14 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
   held->sigma_m = s.sigmaOf(range);
   held->merged = 1;
   s.compareWithFormer(&a, antenna, *held);
-  const AnchorState* state = s.window->anchor(a.key());
+  const window::AnchorState* state = s.window->anchor(a.key());
   if (!state) {
     s.record(range, "collected");
     ++a.collected;
     return true;
   }
   const auto [residual, variance] = s.innovation(a, *state, antenna, *held);
-  const GateDecision decision = a.gate.check(range.t, residual, variance, s.travelled_m);
+  const ranging::GateDecision decision = a.gate.check(range.t, residual, variance, s.travelled_m);
   RangeDecision d;
   d.t = range.t;
   d.anchor = range.anchor;
@@ -167,17 +168,17 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
   d.predicted_m = range.range_m - residual;
   d.residual_m = residual;
   d.sigma_m = std::sqrt(variance);
-  const RangeTerm term = s.window->termOf(a.key(), held->range_m, held->sigma_m);
-  bool accepted = decision == GateDecision::accepted;
+  const factors::RangeTerm term = s.window->termOf(a.key(), held->range_m, held->sigma_m);
+  bool accepted = decision == ranging::GateDecision::accepted;
   if (!accepted && a.phase == AnchorPhase::mirror_open) {
     // Evidence for the other position must not be thrown away: it decides.
-    const RangePrediction there =
-        predictRange(antenna.p_W, a.mirror_p_W, state->x[3], held->range_m);
+    const factors::RangePrediction there =
+        factors::predictRange(antenna.p_W, a.mirror_p_W, state->x[3], held->range_m);
     accepted = std::abs(there.value_m) < s.options.gate_sigma * std::sqrt(variance);
     a.next_check = 1;
   }
   d.weight = accepted ? term.robust.evaluate(residual / term.sigma_m).weight : 0;
-  d.decision = accepted ? name(GateDecision::accepted) : name(decision);
+  d.decision = accepted ? name(ranging::GateDecision::accepted) : name(decision);
   s.decisions.push_back(d);
   ++s.counts[d.decision];
   ++(accepted ? a.used : a.rejected);
@@ -241,8 +242,8 @@ std::vector<std::pair<std::string, long>> RangeLayer::counters() const {
   return out;
 }
 
-RangeLayer::RangeLayer(const RangeOptions& options, LongWindow* window, LogSink log)
+RangeLayer::RangeLayer(const RangeOptions& options, window::LongWindow* window, LogSink log)
     : impl_(std::make_unique<Impl>(options, window, std::move(log))) {}
 RangeLayer::~RangeLayer() = default;
 
-}  // namespace vir
+}  // namespace vir::estimator

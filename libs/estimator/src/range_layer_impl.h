@@ -6,18 +6,18 @@
 #include "vir/estimator/range_layer.h"
 #include "vir/ranging/range_check.h"
 
-namespace vir {
+namespace vir::estimator {
 
 struct RangeLayer::Impl {
-  Impl(const RangeOptions& o, LongWindow* w, LogSink l)
+  Impl(const RangeOptions& o, window::LongWindow* w, LogSink l)
       : options(o), window(w), log_sink(std::move(l)), check(checkOptions(o)) {
     for (std::size_t i = 0; i + 4 < o.anchor_prior.size(); i += 5) {
       const double* v = &o.anchor_prior[i];
       setPrior(static_cast<std::uint64_t>(v[0]), Vec3(v[1], v[2], v[3]), v[4]);
     }
   }
-  static RangeCheckOptions checkOptions(const RangeOptions& o) {
-    RangeCheckOptions c;
+  static ranging::RangeCheckOptions checkOptions(const RangeOptions& o) {
+    ranging::RangeCheckOptions c;
     c.max_range_m = o.max_range_m;
     return c;
   }
@@ -32,18 +32,21 @@ struct RangeLayer::Impl {
   struct Innovation {
     double residual = 0, variance = 0;
   };
-  Innovation innovation(const AnchorTrack& a, const AnchorState& state,
-                        const AntennaPrediction& antenna, const HeldRange& held) const;
+  Innovation innovation(const AnchorTrack& a, const window::AnchorState& state,
+                        const AntennaPrediction& antenna, const window::HeldRange& held) const;
   /// An anchor that was given up may have been right all the time, behind something: when its
   /// ranges agree with its former position again, that is taken up again.
   bool returnIfFormerFits(TimeNs t, AnchorTrack* a);
-  void compareWithFormer(AnchorTrack* a, const AntennaPrediction& antenna, const HeldRange& held);
-  AnchorInitialization solve(const AnchorTrack& a, const std::vector<HeldRange>& held) const;
+  void compareWithFormer(AnchorTrack* a, const AntennaPrediction& antenna,
+                         const window::HeldRange& held);
+  ranging::AnchorInitialization solve(const AnchorTrack& a,
+                                      const std::vector<window::HeldRange>& held) const;
   bool tryToFind(TimeNs t, AnchorTrack* a, const Held& held);
-  void adopt(TimeNs t, AnchorTrack* a, const AnchorInitialization& found);
+  void adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found);
   bool settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
-                    const std::vector<HeldRange>& front);
-  bool searchAgain(TimeNs t, AnchorTrack* a, const Held& held, const std::vector<HeldRange>& front);
+                    const std::vector<window::HeldRange>& front);
+  bool searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
+                   const std::vector<window::HeldRange>& front);
   void moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W);
   void settle(AnchorTrack* a, bool settled);
   bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a);
@@ -54,9 +57,9 @@ struct RangeLayer::Impl {
   }
 
   RangeOptions options;
-  LongWindow* window;
+  window::LongWindow* window;
   LogSink log_sink;
-  RangeCheck check;
+  ranging::RangeCheck check;
   std::map<std::uint64_t, AnchorTrack> tracks;
   std::vector<RangeMeasurement> pending;  ///< ordered by time
   std::vector<RangeDecision> decisions;
@@ -70,4 +73,4 @@ struct RangeLayer::Impl {
   int keyframes = 0;
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

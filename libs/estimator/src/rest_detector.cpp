@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace vir {
+namespace vir::estimator {
 
 void describe(OptionVisitor& v, RestOptions& o) {
   v.section("Rest", "When the platform counts as standing still");
@@ -14,17 +14,17 @@ void describe(OptionVisitor& v, RestOptions& o) {
   v.value("min_tracks", o.min_tracks, {3, 10000}, "tracks needed to decide");
 }
 
-void RestDetector::setReference(const TrackedFrame& frame) {
+void RestDetector::setReference(const vision::TrackedFrame& frame) {
   reference_ = frame.features;
   reference_t_ = frame.t;
   standing_ = false;
 }
 
-bool RestDetector::update(const TrackedFrame& frame, const ImuBuffer& imu) {
+bool RestDetector::update(const vision::TrackedFrame& frame, const imu::ImuBuffer& imu) {
   if (!frame.usable) return standing_ = false;
   std::vector<double> flow;
   std::size_t j = 0;
-  for (const FeatureObservation& o : frame.features) {
+  for (const vision::FeatureObservation& o : frame.features) {
     while (j < reference_.size() && reference_[j].id < o.id) ++j;
     if (j < reference_.size() && reference_[j].id == o.id) {
       flow.push_back((reference_[j].px - o.px).norm());
@@ -48,4 +48,4 @@ bool RestDetector::update(const TrackedFrame& frame, const ImuBuffer& imu) {
   return standing_;
 }
 
-}  // namespace vir
+}  // namespace vir::estimator

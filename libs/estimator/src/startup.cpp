@@ -5,7 +5,7 @@
 
 #include "vir/initialization/inertial_alignment.h"
 
-namespace vir {
+namespace vir::estimator {
 
 void describe(OptionVisitor& v, StartupOptions& o) {
   v.section("Startup", "Initialisation, standing or moving");
@@ -40,12 +40,12 @@ struct Parallax {
   double median_px = 0;
 };
 
-Parallax parallaxBetween(const TrackedFrame& a, const TrackedFrame& b, const Quat& q_Ca_Cb,
-                         double focal_px) {
+Parallax parallaxBetween(const vision::TrackedFrame& a, const vision::TrackedFrame& b,
+                         const Quat& q_Ca_Cb, double focal_px) {
   Parallax out;
   std::vector<double> d;
   std::size_t j = 0;
-  for (const FeatureObservation& o : b.features) {
+  for (const vision::FeatureObservation& o : b.features) {
     while (j < a.features.size() && a.features[j].id < o.id) ++j;
     if (j < a.features.size() && a.features[j].id == o.id) {
       d.push_back((a.features[j].bearing - q_Ca_Cb * o.bearing).norm() * focal_px);
@@ -66,7 +66,7 @@ std::string number(double x) {
 
 }  // namespace
 
-Startup::Startup(const StartupOptions& options, const ImuNoise& noise, const Pose& T_B_C,
+Startup::Startup(const StartupOptions& options, const imu::ImuNoise& noise, const Pose& T_B_C,
                  double focal_px)
     : options_(options), noise_(noise), T_B_C_(T_B_C), focal_px_(focal_px) {}
 
@@ -77,8 +77,9 @@ void Startup::reset() {
   reason_ = "waiting for images";
 }
 
-StartupStatus Startup::offer(const TrackedFrame& frame, ImuBuffer& imu, const RestDetector& rest,
-                             const Pose& origin, ShortWindow* window) {
+StartupStatus Startup::offer(const vision::TrackedFrame& frame, imu::ImuBuffer& imu,
+                             const RestDetector& rest, const Pose& origin,
+                             window::ShortWindow* window) {
   if (!frame.usable) {
     reason_ = "image not usable: " + frame.reason;
     return StartupStatus::waiting;
@@ -105,18 +106,19 @@ StartupStatus Startup::offer(const TrackedFrame& frame, ImuBuffer& imu, const Re
   return startMoving(imu, origin, window) ? StartupStatus::started_moving : StartupStatus::waiting;
 }
 
-bool Startup::startStanding(const TrackedFrame& frame, const ImuBuffer& imu,
-                            const RestDetector& rest, const Pose& origin, ShortWindow* window) {
+bool Startup::startStanding(const vision::TrackedFrame& frame, const imu::ImuBuffer& imu,
+                            const RestDetector& rest, const Pose& origin,
+                            window::ShortWindow* window) {
   Vec3 gyro, acc;
   double gyro_std = 0, acc_std = 0;
   if (!imu.statistics(rest.since(), frame.t, &gyro, &acc, &gyro_std, &acc_std)) return false;
-  NavState s;
+  window::NavState s;
   s.t = frame.t;
   s.T_W_B.q = Quat(rotZ(yawOf(origin.R()))) * gravityAlignedAttitude(acc);
   s.T_W_B.p = origin.p;
   s.bg = gyro;
   s.ba = acc - acc.normalized() * noise_.gravity_mps2;
-  StartPrior prior;
+  window::StartPrior prior;
   prior.bias_gyro = 0.002;
   prior.bias_acc = options_.sigma_bias_acc;
   prior.velocity_mps = 0.01;
@@ -128,12 +130,12 @@ bool Startup::startStanding(const TrackedFrame& frame, const ImuBuffer& imu,
   return true;
 }
 
-std::vector<const TrackedFrame*> Startup::selectFrames() const {
+std::vector<const vision::TrackedFrame*> Startup::selectFrames() const {
   // At most 11 frames, evenly over the stretch, always the newest.
   constexpr int kMaxFrames = 11;
   const int n = static_cast<int>(frames_.size());
   const int count = std::min(kMaxFrames, n);
-  std::vector<const TrackedFrame*> out;
+  std::vector<const vision::TrackedFrame*> out;
   for (int k = 0; k < count; ++k) {
     out.push_back(&frames_[static_cast<std::size_t>(
         std::lround(static_cast<double>(k) * (n - 1) / std::max(1, count - 1)))]);
@@ -141,13 +143,14 @@ std::vector<const TrackedFrame*> Startup::selectFrames() const {
   return out;
 }
 
-bool Startup::enoughMotion(const std::vector<const TrackedFrame*>& frames, ImuBuffer& imu) {
-  const TrackedFrame& newest = *frames.back();
+bool Startup::enoughMotion(const std::vector<const vision::TrackedFrame*>& frames,
+                           imu::ImuBuffer& imu) {
+  const vision::TrackedFrame& newest = *frames.back();
   Parallax best;
   double best_flow = 0;
   int most_shared = 0;
   for (std::size_t k = 0; k + 1 < frames.size(); ++k) {
-    const Preintegration link =
+    const imu::Preintegration link =
         imu.integrate(frames[k]->t, newest.t, noise_, gyro_bias_, Vec3::Zero());
     const Quat q = T_B_C_.q.conjugate() * link.dq() * T_B_C_.q;
     const Parallax p = parallaxBetween(*frames[k], newest, q, focal_px_);
@@ -169,21 +172,22 @@ bool Startup::enoughMotion(const std::vector<const TrackedFrame*>& frames, ImuBu
   return true;
 }
 
-bool Startup::startMoving(ImuBuffer& imu, const Pose& origin, ShortWindow* window) {
-  const std::vector<const TrackedFrame*> selected = selectFrames();
-  std::vector<AlignmentFrame> frames;
+bool Startup::startMoving(imu::ImuBuffer& imu, const Pose& origin, window::ShortWindow* window) {
+  const std::vector<const vision::TrackedFrame*> selected = selectFrames();
+  std::vector<initialization::AlignmentFrame> frames;
   const auto links = [&](const Vec3& bg) {
     for (std::size_t k = 1; k < frames.size(); ++k) {
       frames[k].link = imu.integrate(frames[k - 1].t, frames[k].t, noise_, bg, Vec3::Zero());
     }
   };
-  for (const TrackedFrame* f : selected) {
-    frames.push_back({f->t, {}, Preintegration(noise_, Vec3::Zero(), Vec3::Zero())});
-    for (const FeatureObservation& o : f->features)
+  for (const vision::TrackedFrame* f : selected) {
+    frames.push_back({f->t, {}, imu::Preintegration(noise_, Vec3::Zero(), Vec3::Zero())});
+    for (const vision::FeatureObservation& o : f->features)
       frames.back().sights.push_back({o.id, o.bearing});
   }
   links(gyro_bias_);
-  const GyroBiasEstimate bias = estimateGyroBias(frames, T_B_C_.q, focal_px_, gyro_bias_);
+  const initialization::GyroBiasEstimate bias =
+      initialization::estimateGyroBias(frames, T_B_C_.q, focal_px_, gyro_bias_);
   if (!bias.ok) {
     reason_ = bias.reason;
     return false;
@@ -191,21 +195,22 @@ bool Startup::startMoving(ImuBuffer& imu, const Pose& origin, ShortWindow* windo
   gyro_bias_ = bias.bias;
   if (!enoughMotion(selected, imu)) return false;
   links(gyro_bias_);
-  const AlignmentResult a = alignInertial(frames, T_B_C_, noise_.gravity_mps2, focal_px_);
+  const initialization::InertialAlignment a =
+      initialization::alignInertial(frames, T_B_C_, noise_.gravity_mps2, focal_px_);
   if (!a.ok) {
     reason_ = a.reason;
     return false;
   }
   const Quat q_W_B0 = Quat(rotZ(yawOf(origin.R()))) * gravityAlignedAttitude(-a.g_B0);
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    NavState s;
+    window::NavState s;
     s.t = frames[k].t;
     s.T_W_B.q = (q_W_B0 * a.q_B0_B[k]).normalized();
     s.T_W_B.p = origin.p + q_W_B0 * a.p_B0[k];
     s.v = q_W_B0 * a.v_B0[k];
     s.bg = gyro_bias_;
     if (k == 0) {
-      StartPrior prior;
+      window::StartPrior prior;
       prior.bias_gyro = options_.sigma_bias_gyro;
       prior.bias_acc = options_.sigma_bias_acc;
       window->start(s, prior, selected[k]->features, false);
@@ -221,8 +226,8 @@ bool Startup::startMoving(ImuBuffer& imu, const Pose& origin, ShortWindow* windo
   return false;
 }
 
-bool Startup::refine(ShortWindow* window) {
-  SolveSummary solve;
+bool Startup::refine(window::ShortWindow* window) {
+  window::SolveSummary solve;
   for (int round = 0; round < 3; ++round) {
     window->triangulate();
     solve = window->optimise(options_.iterations);
@@ -236,7 +241,7 @@ bool Startup::refine(ShortWindow* window) {
     reason_ = "too few tracks";
     return false;
   }
-  const WindowAccuracy acc = window->accuracy();
+  const window::WindowAccuracy acc = window->accuracy();
   const double scale_sigma = acc.baseline_sigma_m / std::max(1e-9, acc.baseline_m);
   detail_ += ", refined: reprojection " + number(solve.reprojection_rms) + " sigma, cost " +
              number(solve.final_cost) + " of " + std::to_string(solve.sights) +
@@ -257,4 +262,4 @@ bool Startup::refine(ShortWindow* window) {
   return true;
 }
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -6,7 +6,7 @@
 #include "front_end.h"
 #include "hand_over.h"
 
-namespace vir {
+namespace vir::estimator {
 
 void describe(OptionVisitor& v, FailureOptions& o) {
   v.section("Failure", "When the estimator gives up and starts a new segment");
@@ -54,14 +54,15 @@ void VisualInertialEstimator::workBehind(std::function<void()> on_estimates) {
   impl_->hand_over.startThread(std::move(on_estimates));
 }
 
-void VisualInertialEstimator::setCamera(const CameraCalibration& calibration, const Pose& T_B_C) {
+void VisualInertialEstimator::setCamera(const camera::CameraCalibration& calibration,
+                                        const Pose& T_B_C) {
   impl_->hand_over.drain();
   impl_->front.setCamera(calibration, T_B_C);
   impl_->back.setCamera(calibration, T_B_C);
 }
 bool VisualInertialEstimator::hasCamera() const { return impl_->front.hasCamera(); }
 
-void VisualInertialEstimator::addImu(const ImuSample& sample) { impl_->front.addImu(sample); }
+void VisualInertialEstimator::addImu(const imu::ImuSample& sample) { impl_->front.addImu(sample); }
 
 void VisualInertialEstimator::addImage(TimeNs t, const cv::Mat& gray) {
   if (!hasCamera()) {
@@ -73,13 +74,13 @@ void VisualInertialEstimator::addImage(TimeNs t, const cv::Mat& gray) {
   impl_->front.addImage(std::move(image));
 }
 
-void VisualInertialEstimator::addTracks(const TrackedFrame& tracks) {
+void VisualInertialEstimator::addTracks(const vision::TrackedFrame& tracks) {
   if (!hasCamera()) {
     throw std::logic_error("VisualInertialEstimator: setCamera must come before the first tracks");
   }
   WaitingImage image;
   image.t = tracks.t;
-  image.tracks = std::make_unique<TrackedFrame>(tracks);
+  image.tracks = std::make_unique<vision::TrackedFrame>(tracks);
   impl_->front.addImage(std::move(image));
 }
 
@@ -113,8 +114,10 @@ std::vector<AnchorReport> VisualInertialEstimator::anchors() const {
 std::vector<std::pair<std::string, long>> VisualInertialEstimator::rangeCounters() const {
   return impl_->back.ranges.counters();
 }
-std::vector<NavState> VisualInertialEstimator::keyframes() const { return impl_->back.keyframes(); }
-std::vector<WindowLandmark> VisualInertialEstimator::landmarks() const {
+std::vector<window::NavState> VisualInertialEstimator::keyframes() const {
+  return impl_->back.keyframes();
+}
+std::vector<window::WindowLandmark> VisualInertialEstimator::landmarks() const {
   return impl_->back.landmarks();
 }
 const std::vector<Eigen::Vector2f>& VisualInertialEstimator::trackedPixels() const {
@@ -126,7 +129,7 @@ EstimatorCounters VisualInertialEstimator::counters() const {
   out.imu_gaps += impl_->back.imu_gaps;
   return out;
 }
-const ImuBufferCounters& VisualInertialEstimator::imuCounters() const {
+const imu::ImuBufferCounters& VisualInertialEstimator::imuCounters() const {
   return impl_->front.imuCounters();
 }
 double VisualInertialEstimator::timeOffset() const {
@@ -154,4 +157,4 @@ std::string VisualInertialEstimator::longestWaitReason() const {
   return best;
 }
 
-}  // namespace vir
+}  // namespace vir::estimator

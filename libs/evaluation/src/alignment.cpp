@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 /// Moments of the two point sets about their means.
@@ -137,4 +137,4 @@ AlignmentResult align(const std::vector<PosePair>& pairs, Alignment kind) {
   return result;
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace vir {
+namespace vir::evaluation {
 
 Pose interpolate(const Pose& a, const Pose& b, double s) {
   // slerp of Eigen takes the shorter way round.
@@ -46,4 +46,4 @@ Association associate(const Trajectory& reference, const Trajectory& estimate,
   return result;
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

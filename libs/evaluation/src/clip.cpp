@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 /// Narrows [from, to] of the piece a + s (b - a) to what is inside; false if nothing is.
@@ -66,4 +66,4 @@ std::vector<Vec2> clipArea(const std::vector<Vec2>& outline, const Frame& frame)
   return area;
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -4,7 +4,7 @@
 
 #include "vir/geometry/so3.h"
 
-namespace vir {
+namespace vir::evaluation {
 
 /// An upright rectangle.
 struct Frame {
@@ -21,4 +21,4 @@ std::vector<std::vector<Vec2>> clipLine(const std::vector<Vec2>& line, const Fra
 /// The part of an area that lies inside the frame (Sutherland and Hodgman); empty if none does.
 std::vector<Vec2> clipArea(const std::vector<Vec2>& outline, const Frame& frame);
 
-}  // namespace vir
+}  // namespace vir::evaluation

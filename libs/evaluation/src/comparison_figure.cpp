@@ -3,7 +3,7 @@
 
 #include "vir/evaluation/figure_parts.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 const Color kReference{120, 120, 120};
@@ -107,4 +107,4 @@ Figure comparisonFigure(const Trajectory& reference, const std::vector<NamedResu
   return figure;
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

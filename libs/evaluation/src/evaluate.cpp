@@ -6,7 +6,7 @@
 #include <iomanip>
 #include <sstream>
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 constexpr double kDegPerRad = 180.0 / 3.14159265358979323846;
@@ -146,4 +146,4 @@ std::string describeComparison(const EvaluationOptions& options) {
   return text.str();
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

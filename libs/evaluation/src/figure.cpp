@@ -6,7 +6,7 @@
 
 #include "clip.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 const Color kInk{40, 40, 40};
@@ -208,4 +208,4 @@ void draw(const Figure& figure, Canvas* canvas) {
   for (const Panel& panel : figure.panels) drawPanel(panel, canvas);
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace vir {
+namespace vir::evaluation {
 
 Color figureColor(std::size_t i) {
   static const std::array<Color, 6> colors{Color{0, 114, 178}, Color{213, 94, 0},
@@ -58,4 +58,4 @@ std::vector<Vec2> ellipseOutline(const Vec2& centre, const Eigen::Matrix2d& cova
   return outline;
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 /// Regularised lower incomplete gamma function by its power series, which converges for all x.
@@ -72,4 +72,4 @@ NeesSummary summariseNees(const std::vector<double>& values, int dof) {
   return s;
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -3,7 +3,7 @@
 
 #include "vir/evaluation/evaluate.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 double percentile(const std::vector<double>& sorted, double share) {
@@ -34,4 +34,4 @@ Statistics statisticsOf(std::vector<double> errors) {
   return s;
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

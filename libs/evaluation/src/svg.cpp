@@ -3,7 +3,7 @@
 #include "vir/core/markup.h"
 #include "vir/evaluation/figure.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 std::string number(double v) {
@@ -76,4 +76,4 @@ std::string toSvg(const Figure& figure) {
   return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n" + toSvgElement(figure);
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -9,7 +9,7 @@
 
 #include "vir/evaluation/trajectory.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 constexpr std::size_t kMaxMessages = 20;
@@ -258,4 +258,4 @@ void writeTum(std::ostream& out, const Trajectory& trajectory) {
   for (const StampedPose& pose : trajectory) out << tumLine(pose) << '\n';
 }
 
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -2,7 +2,7 @@
 
 #include "vir/factors/pose_manifold.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 using RowMajor15x7 = Eigen::Matrix<double, 15, 7, Eigen::RowMajor>;
 using RowMajor15x9 = Eigen::Matrix<double, 15, 9, Eigen::RowMajor>;
@@ -10,7 +10,7 @@ using RowMajor15x9 = Eigen::Matrix<double, 15, 9, Eigen::RowMajor>;
 Vec3 vec(const double* x) { return {x[0], x[1], x[2]}; }
 }  // namespace
 
-ImuFactor::ImuFactor(const Preintegration& preintegration, double gravity)
+ImuFactor::ImuFactor(const imu::Preintegration& preintegration, double gravity)
     : pre_(preintegration), g_W_(0, 0, -gravity), sqrt_info_(preintegration.sqrtInformation()) {}
 
 void ImuFactor::linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
@@ -21,7 +21,7 @@ void ImuFactor::linearizeAt(const double* pose_i, const double* sb_i, const doub
   lin_[3] = sb_j;
 }
 
-void ImuFactor::residual(double const* const* x, Vec15* r) const {
+void ImuFactor::residual(double const* const* x, imu::Vec15* r) const {
   const Pose Ti = poseFrom(x[0]), Tj = poseFrom(x[2]);
   const Vec3 vi = vec(x[1]), bgi = vec(x[1] + 3), bai = vec(x[1] + 6);
   const Vec3 vj = vec(x[3]), bgj = vec(x[3] + 3), baj = vec(x[3] + 6);
@@ -41,7 +41,7 @@ void ImuFactor::jacobians(double const* const* x, double** out) const {
   const Vec3 vj = vec(x[3]);
   const double dt = pre_.dt();
   const Mat3 RiT = Ti.R().transpose();
-  const Mat9x6& B = pre_.biasJacobian();
+  const imu::Mat9x6& B = pre_.biasJacobian();
   const Vec3 r_theta = logQuat(pre_.correctedDq(bgi).conjugate() * (Ti.q.conjugate() * Tj.q));
   const Mat3 Jr_inv = rightJacobianInverseSO3(r_theta);
   if (out[0]) {
@@ -84,9 +84,9 @@ void ImuFactor::jacobians(double const* const* x, double** out) const {
 }
 
 bool ImuFactor::Evaluate(double const* const* parameters, double* residuals, double** J) const {
-  Vec15 r;
+  imu::Vec15 r;
   residual(parameters, &r);
-  Eigen::Map<Vec15>(residuals).noalias() = sqrt_info_ * r;
+  Eigen::Map<imu::Vec15>(residuals).noalias() = sqrt_info_ * r;
   if (J) {
     const double* at[4];
     for (int k = 0; k < 4; ++k) at[k] = lin_[k] ? lin_[k] : parameters[k];
@@ -95,4 +95,4 @@ bool ImuFactor::Evaluate(double const* const* parameters, double* residuals, dou
   return true;
 }
 
-}  // namespace vir
+}  // namespace vir::factors

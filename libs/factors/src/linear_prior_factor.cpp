@@ -2,7 +2,7 @@
 
 #include "vir/factors/pose_manifold.h"
 
-namespace vir {
+namespace vir::factors {
 
 LinearPriorFactor::LinearPriorFactor(const LinearPrior& prior) : prior_(prior) {
   set_num_residuals(static_cast<int>(prior.r0.size()));
@@ -41,4 +41,4 @@ bool LinearPriorFactor::Evaluate(double const* const* x, double* residuals,
   return true;
 }
 
-}  // namespace vir
+}  // namespace vir::factors

@@ -2,7 +2,7 @@
 
 #include "vir/factors/pose_manifold.h"
 
-namespace vir {
+namespace vir::factors {
 
 bool ZeroVelocityFactor::Evaluate(double const* const* x, double* residuals,
                                   double** jacobians) const {
@@ -44,4 +44,4 @@ bool RelativePoseFactor::Evaluate(double const* const* x, double* residuals,
   return true;
 }
 
-}  // namespace vir
+}  // namespace vir::factors

@@ -4,7 +4,7 @@
 
 #include "vir/factors/pose_manifold.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 
 using Row3 = Eigen::Matrix<double, 1, 3>;
@@ -17,7 +17,7 @@ Vec3 turned(const Vec3& v_W) { return {-v_W.y(), v_W.x(), 0}; }
 /// Whitens and robustifies; returns d(residual)/d(unwhitened residual).
 double finish(const RangeTerm& range, double unwhitened_m, double* residuals) {
   // The robust loss knows measured - predicted, the residual is predicted - measured.
-  const RobustRange::Value v = range.robust.evaluate(-unwhitened_m / range.sigma_m);
+  const ranging::RobustRange::Value v = range.robust.evaluate(-unwhitened_m / range.sigma_m);
   residuals[0] = -v.e;
   return v.de_dr / range.sigma_m;
 }
@@ -153,4 +153,4 @@ bool PositionLinkFactor::Evaluate(double const* const* x, double* residuals,
   return true;
 }
 
-}  // namespace vir
+}  // namespace vir::factors

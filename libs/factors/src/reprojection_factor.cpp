@@ -4,7 +4,7 @@
 
 #include "vir/factors/pose_manifold.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 using RowMajor2x7 = Eigen::Matrix<double, 2, 7, Eigen::RowMajor>;
 using RowMajor2x3 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
@@ -135,4 +135,4 @@ bool HostSightFactor::Evaluate(double const* const* x, double* residuals,
   return true;
 }
 
-}  // namespace vir
+}  // namespace vir::factors

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 namespace vir {
+inline namespace geometry {
 
 double yawOf(const Mat3& R_W_B) { return std::atan2(R_W_B(1, 0), R_W_B(0, 0)); }
 
@@ -31,4 +32,5 @@ Quat gravityAlignedAttitude(const Vec3& up_B) {
   return Quat(R).normalized();
 }
 
+}  // namespace geometry
 }  // namespace vir

@@ -3,6 +3,7 @@
 #include <cmath>
 
 namespace vir {
+inline namespace geometry {
 
 Mat3 hat(const Vec3& a) {
   Mat3 m;
@@ -69,4 +70,5 @@ Mat3 rightJacobianInverseSO3(const Vec3& theta) {
   return Mat3::Identity() + 0.5 * H + b * H * H;
 }
 
+}  // namespace geometry
 }  // namespace vir

@@ -6,6 +6,7 @@
 #include <string>
 
 namespace vir {
+inline namespace geometry {
 namespace {
 
 /// Rounds towards an interpolating curve: each leaves at most 2/3 of the misfit, at the highest
@@ -133,4 +134,5 @@ RotationSpline RotationSpline::through(double interval_s, const QuatList& values
   return complete();
 }
 
+}  // namespace geometry
 }  // namespace vir

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace vir {
+namespace vir::imu {
 namespace {
 /// A bridged gap: the readings in between are a guess, wrong by several m/s^2 and rad/s. With the
 /// densities of a usual IMU this factor stands for about 1 m/s^2 and 0.1 rad/s over a second.
@@ -105,4 +105,4 @@ void ImuBuffer::dropBefore(TimeNs t) {
   while (samples_.size() > 1 && samples_[1].t <= t) samples_.pop_front();
 }
 
-}  // namespace vir
+}  // namespace vir::imu

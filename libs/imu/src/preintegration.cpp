@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace vir {
+namespace vir::imu {
 namespace {
 /// Position noise of the integration rule itself [m/sqrt(s)]: keeps the covariance of a single step
 /// invertible (its position and velocity errors are otherwise fully correlated).
@@ -136,4 +136,4 @@ Vec3 Preintegration::correctedDv(const Vec3& bg, const Vec3& ba) const {
   return dv_ + jac_.block<3, 3>(kV, 0) * (bg - bg_) + jac_.block<3, 3>(kV, 3) * (ba - ba_);
 }
 
-}  // namespace vir
+}  // namespace vir::imu

@@ -4,7 +4,7 @@
 
 #include "vir/initialization/inertial_alignment.h"
 
-namespace vir {
+namespace vir::initialization {
 namespace {
 
 using Mat32d = Eigen::Matrix<double, 3, 2>;
@@ -57,7 +57,7 @@ Pair makePair(const std::vector<AlignmentFrame>& frames, std::size_t i, std::siz
   p.q.setIdentity();
   p.J_bias.setZero();
   for (std::size_t k = i + 1; k <= j; ++k) {
-    const Preintegration& link = frames[k].link;
+    const imu::Preintegration& link = frames[k].link;
     p.J_bias = link.dq().toRotationMatrix().transpose() * p.J_bias +
                link.biasJacobian().block<3, 3>(kTheta, 0);
     p.q = p.q * link.dq();
@@ -135,4 +135,4 @@ GyroBiasEstimate estimateGyroBias(const std::vector<AlignmentFrame>& frames, con
   return out;
 }
 
-}  // namespace vir
+}  // namespace vir::initialization

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-namespace vir {
+namespace vir::initialization {
 namespace {
 
 using Mat6 = Eigen::Matrix<double, 6, 6>;
@@ -90,7 +90,7 @@ bool solveConstrained(const Mat6& N, const Vec6& b, double G, Vec6* y) {
 }
 
 std::vector<CentreModel> centreModels(const std::vector<AlignmentFrame>& frames, const Pose& T_B_C,
-                                      AlignmentResult* out, std::vector<Vec3>* dp,
+                                      InertialAlignment* out, std::vector<Vec3>* dp,
                                       std::vector<Vec3>* dv, std::vector<double>* time) {
   std::vector<CentreModel> centre(frames.size());
   Quat q = Quat::Identity();
@@ -98,7 +98,7 @@ std::vector<CentreModel> centreModels(const std::vector<AlignmentFrame>& frames,
   double t = 0;
   for (std::size_t k = 0; k < frames.size(); ++k) {
     if (k > 0) {
-      const Preintegration& link = frames[k].link;
+      const imu::Preintegration& link = frames[k].link;
       p += v * link.dt() + q * link.dp();
       v += q * link.dv();
       q = (q * link.dq()).normalized();
@@ -118,9 +118,9 @@ std::vector<CentreModel> centreModels(const std::vector<AlignmentFrame>& frames,
 
 }  // namespace
 
-AlignmentResult alignInertial(const std::vector<AlignmentFrame>& frames, const Pose& T_B_C,
-                              double gravity, double focal_px) {
-  AlignmentResult out;
+InertialAlignment alignInertial(const std::vector<AlignmentFrame>& frames, const Pose& T_B_C,
+                                double gravity, double focal_px) {
+  InertialAlignment out;
   std::vector<Vec3> dp, dv;
   std::vector<double> time;
   const std::vector<CentreModel> centre = centreModels(frames, T_B_C, &out, &dp, &dv, &time);
@@ -175,4 +175,4 @@ AlignmentResult alignInertial(const std::vector<AlignmentFrame>& frames, const P
   return out;
 }
 
-}  // namespace vir
+}  // namespace vir::initialization

@@ -8,12 +8,9 @@
 
 #include "anchor_search.h"
 
-namespace vir {
+namespace vir::ranging {
 namespace {
 
-using ranging::AnchorSearch;
-using ranging::FitData;
-using ranging::Optimum;
 
 /// Squared Mahalanobis distance of the solution from the prior at which they contradict.
 constexpr double kPriorContradicted = 25;
@@ -224,4 +221,4 @@ AnchorInitialization initializeAnchor(const std::vector<AntennaRange>& ranges,
   return result;
 }
 
-}  // namespace vir
+}  // namespace vir::ranging

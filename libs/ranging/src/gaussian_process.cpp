@@ -7,7 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace vir {
+namespace vir::ranging {
 namespace {
 
 constexpr int kEvaluations = 60;
@@ -194,4 +194,4 @@ GaussianProcess::Prediction GaussianProcess::predict(double x) const {
   return {hyper_.mean + k.dot(alpha_), std::sqrt(std::max(variance, 0.0))};
 }
 
-}  // namespace vir
+}  // namespace vir::ranging

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <sstream>
 
-namespace vir {
+namespace vir::ranging {
 namespace {
 
 constexpr double kGrowth = 0.02;  ///< of sigma beyond the table [m/m]
@@ -160,4 +160,4 @@ RangeBiasModel RangeBiasModel::fromText(const std::string& text, const std::stri
   return RangeBiasModel(std::move(nodes), noise);
 }
 
-}  // namespace vir
+}  // namespace vir::ranging

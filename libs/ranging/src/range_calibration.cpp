@@ -7,7 +7,7 @@
 #include <optional>
 #include <stdexcept>
 
-namespace vir {
+namespace vir::ranging {
 namespace {
 
 constexpr int kPasses = 4;
@@ -173,4 +173,4 @@ RangeCalibration calibrateRangeBias(const std::vector<CalibrationSample>& sample
   return out;
 }
 
-}  // namespace vir
+}  // namespace vir::ranging

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace vir {
+namespace vir::ranging {
 
 const char* name(RangeProblem problem) {
   switch (problem) {
@@ -97,4 +97,4 @@ RangeCheckCounters RangeCheck::counters(int anchor) const {
   return it == anchors_.end() ? RangeCheckCounters() : it->second.counters;
 }
 
-}  // namespace vir
+}  // namespace vir::ranging

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vir {
+namespace vir::ranging {
 namespace {
 
 /// Ranges a mean is taken of, at least.
@@ -109,4 +109,4 @@ std::vector<RangeResidual> withoutSlowPart(std::vector<RangeResidual> residuals,
   return out;
 }
 
-}  // namespace vir
+}  // namespace vir::ranging

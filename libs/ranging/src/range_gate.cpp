@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-namespace vir {
+namespace vir::ranging {
 namespace {
 
 /// Quantile of the chi-square distribution of one degree of freedom that the median of the past is
@@ -159,4 +159,4 @@ void RangeGate::updateSuspicion() {
   suspicious_ = step.empty() || median(&step) < 0.5 * offset;
 }
 
-}  // namespace vir
+}  // namespace vir::ranging

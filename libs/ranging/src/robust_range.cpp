@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vir {
+namespace vir::ranging {
 namespace {
 
 /// Beyond this a residual is no different to any loss, and its square still fits into a double.
@@ -39,4 +39,4 @@ double RobustRange::loss(double r) const {
   return 0.5 * e * e;
 }
 
-}  // namespace vir
+}  // namespace vir::ranging

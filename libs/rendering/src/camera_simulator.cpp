@@ -6,7 +6,7 @@
 
 #include "vir/core/random.h"
 
-namespace vir {
+namespace vir::rendering {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -42,9 +42,9 @@ float smallNormal(std::uint64_t x) {
 
 struct CameraSimulator::Impl {
   Impl(const CameraSimulationOptions& o, std::shared_ptr<const Scene> scene,
-       const std::shared_ptr<const CameraModel>& camera, int surface_seed)
+       const std::shared_ptr<const camera::CameraModel>& camera, int surface_seed)
       : options(o), renderer(std::move(scene), camera, surface_seed) {
-    const CameraCalibration& c = camera->calibration();
+    const camera::CameraCalibration& c = camera->calibration();
     image.width = light.width = c.width;
     image.height = light.height = c.height;
     const std::size_t n = static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);
@@ -58,7 +58,7 @@ struct CameraSimulator::Impl {
     }
   }
 
-  void makeVignetting(const CameraCalibration& c) {
+  void makeVignetting(const camera::CameraCalibration& c) {
     const double corner = 0.25 * (1.0 * c.width * c.width + 1.0 * c.height * c.height);
     for (int y = 0; y < c.height; ++y) {
       for (int x = 0; x < c.width; ++x) {
@@ -96,7 +96,7 @@ struct CameraSimulator::Impl {
 int CameraSimulator::Impl::blurSteps(const PoseAt& T_W_C) const {
   if (options.exposure_s <= 0) return 1;
   const Pose first = T_W_C(-0.5 * options.exposure_s), last = T_W_C(0.5 * options.exposure_s);
-  const CameraCalibration& c = renderer.camera().calibration();
+  const camera::CameraCalibration& c = renderer.camera().calibration();
   const double turn = logQuat(first.q.conjugate() * last.q).norm();
   const double moved = (last.p - first.p).norm() / kBlurDistance_m;
   const double px = std::max(c.fx, c.fy) * (turn + moved);
@@ -129,7 +129,8 @@ void CameraSimulator::Impl::readOut(float gain, std::uint64_t number) {
 
 CameraSimulator::CameraSimulator(const CameraSimulationOptions& o,
                                  std::shared_ptr<const Scene> scene,
-                                 std::shared_ptr<const CameraModel> camera, int surface_seed) {
+                                 std::shared_ptr<const camera::CameraModel> camera,
+                                 int surface_seed) {
   checkPairs("exposure_jump", o.exposure_jump);
   checkPairs("dark_s", o.dark_s);
   checkPairs("poor_texture_s", o.poor_texture_s);
@@ -145,4 +146,4 @@ const GrayImage& CameraSimulator::take(double since_begin_s, std::uint64_t numbe
   return impl_->image;
 }
 
-}  // namespace vir
+}  // namespace vir::rendering

@@ -6,7 +6,7 @@
 
 #include "vir/core/random.h"
 
-namespace vir {
+namespace vir::rendering {
 namespace {
 
 /// Corridors are cut out of blocks of this size [m].
@@ -219,4 +219,4 @@ Scene makeScene(const SceneOptions& o, const std::vector<Vec3>& paths,
   return builder.scene();
 }
 
-}  // namespace vir
+}  // namespace vir::rendering

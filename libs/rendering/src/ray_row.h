@@ -7,7 +7,7 @@
 
 #include "surfaces.h"
 
-namespace vir {
+namespace vir::rendering {
 
 /// The image is worked on in squares of this size, each with the boxes that may show in it [px].
 constexpr int kTile = 16;
@@ -87,4 +87,4 @@ inline void invert(Row* r) {
   }
 }
 
-}  // namespace vir
+}  // namespace vir::rendering

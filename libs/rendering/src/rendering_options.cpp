@@ -1,7 +1,7 @@
 #include "vir/rendering/camera_simulator.h"
 #include "vir/rendering/make_scene.h"
 
-namespace vir {
+namespace vir::rendering {
 namespace {
 
 constexpr Bounds<double> kShare{0.0, 1.0};
@@ -45,4 +45,4 @@ void describe(OptionVisitor& v, CameraSimulationOptions& o) {
   v.value("seed", o.seed, kSeed, "of noise and brightness");
 }
 
-}  // namespace vir
+}  // namespace vir::rendering

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace vir {
+namespace vir::rendering {
 namespace {
 
 constexpr std::size_t kMaxBoxes = 5000;
@@ -67,4 +67,4 @@ bool Scene::hidden(const Vec3& a, const Vec3& b) const {
   });
 }
 
-}  // namespace vir
+}  // namespace vir::rendering

@@ -11,7 +11,7 @@
 #include "surfaces.h"
 #include "vir/core/random.h"
 
-namespace vir {
+namespace vir::rendering {
 namespace {
 
 /// A square's pyramid is this much wider than its pixels [px].
@@ -44,7 +44,7 @@ std::array<std::array<float, 2>, kEdgeSamples> edgePattern() {
 }  // namespace
 
 struct SceneRenderer::Impl {
-  Impl(std::shared_ptr<const Scene> s, std::shared_ptr<const CameraModel> c, int seed)
+  Impl(std::shared_ptr<const Scene> s, std::shared_ptr<const camera::CameraModel> c, int seed)
       : scene(std::move(s)),
         camera(std::move(c)),
         surfaces(*scene, seed),
@@ -72,7 +72,7 @@ struct SceneRenderer::Impl {
   float overPixel(const Tile& tile, std::size_t pixel, float contrast) const;
 
   std::shared_ptr<const Scene> scene;
-  std::shared_ptr<const CameraModel> camera;
+  std::shared_ptr<const camera::CameraModel> camera;
   Surfaces surfaces;
   int width, height;
   std::array<std::vector<float>, 3> rays;  ///< unit, in C
@@ -304,13 +304,13 @@ void SceneRenderer::Impl::smoothEdges(const Tile& tile, float contrast, float we
 }
 
 SceneRenderer::SceneRenderer(std::shared_ptr<const Scene> scene,
-                             std::shared_ptr<const CameraModel> camera, int seed) {
+                             std::shared_ptr<const camera::CameraModel> camera, int seed) {
   if (!scene || !camera) throw std::invalid_argument("SceneRenderer: no scene or no camera");
   impl_ = std::make_unique<Impl>(std::move(scene), std::move(camera), seed);
 }
 SceneRenderer::~SceneRenderer() = default;
 
-const CameraModel& SceneRenderer::camera() const { return *impl_->camera; }
+const camera::CameraModel& SceneRenderer::camera() const { return *impl_->camera; }
 
 void SceneRenderer::add(const Pose& T_W_C, double contrast, float weight, FloatImage* sum) {
   Impl& s = *impl_;
@@ -327,4 +327,4 @@ void SceneRenderer::add(const Pose& T_W_C, double contrast, float weight, FloatI
   for (const Tile& t : s.tiles) s.smoothEdges(t, c, weight, sum);
 }
 
-}  // namespace vir
+}  // namespace vir::rendering

@@ -5,7 +5,7 @@
 
 #include "vir/core/random.h"
 
-namespace vir {
+namespace vir::rendering {
 
 inline float Surfaces::look(const Layer& l, const Texture::Sampling& sampling, float u,
                             float v) const {
@@ -126,4 +126,4 @@ float Surfaces::radiance(const FaceView& w, const float relative[3], float contr
   return std::max(albedo * light, 2.0F);
 }
 
-}  // namespace vir
+}  // namespace vir::rendering

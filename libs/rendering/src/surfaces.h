@@ -5,15 +5,14 @@
 #include <vector>
 
 #include "texture.h"
+#include "vir/core/random.h"
 #include "vir/rendering/scene.h"
 
-namespace vir {
+namespace vir::rendering {
 
 /// Face 2 * axis of a box looks to the lower side, 2 * axis + 1 to the upper; the room comes first,
 /// box k after it. Seen from inside the room's faces are the same: 2 * axis is its lower wall.
 constexpr int kFacesPerBox = 6;
-
-class Random;
 
 /// How one face is seen in one part of the image. The face's axes u and v are the two after its
 /// normal.
@@ -59,4 +58,4 @@ class Surfaces {
   float fall_off_ = 0;  ///< [1/m^2]
 };
 
-}  // namespace vir
+}  // namespace vir::rendering

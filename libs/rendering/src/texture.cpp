@@ -6,7 +6,7 @@
 
 #include "vir/core/random.h"
 
-namespace vir {
+namespace vir::rendering {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -169,4 +169,4 @@ Texture::Texture(const TextureStyle& style, std::uint64_t seed, std::uint64_t st
   }
 }
 
-}  // namespace vir
+}  // namespace vir::rendering

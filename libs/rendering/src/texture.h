@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace vir {
+namespace vir::rendering {
 
 struct TextureStyle {
   double smallest = 4, largest = 180;  ///< radii of its patches [texels]
@@ -97,4 +97,4 @@ inline float Texture::look(const Sampling& s, Place at) const {
   return kScale * sum / static_cast<float>(s.probes) - 128.0F;
 }
 
-}  // namespace vir
+}  // namespace vir::rendering

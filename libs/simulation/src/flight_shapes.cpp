@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vir {
+namespace vir::simulation {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -129,4 +129,4 @@ std::vector<Vec3> shapePoints(const std::string& name, double length) {
   return {};
 }
 
-}  // namespace vir
+}  // namespace vir::simulation

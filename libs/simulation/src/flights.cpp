@@ -7,7 +7,7 @@
 #include "flight_shapes.h"
 #include "vir/core/random.h"
 
-namespace vir {
+namespace vir::simulation {
 namespace {
 
 constexpr TimeNs kBegin = 1000000000;
@@ -21,23 +21,23 @@ constexpr double kPi = 3.14159265358979323846;
 class Sway {
  public:
   Sway(Random* random, double low_hz, double high_hz) {
-    for (Term& t : terms_) {
+    for (window::Term& t : terms_) {
       t.omega = 2 * kPi * random->uniform(low_hz, high_hz);
       t.phase = random->uniform(0, 2 * kPi);
     }
   }
   double at(double t_s) const {
     double sum = 0;
-    for (const Term& t : terms_) sum += std::sin(t.omega * t_s + t.phase);
+    for (const window::Term& t : terms_) sum += std::sin(t.omega * t_s + t.phase);
     return sum * std::sqrt(2.0 / kTerms);
   }
 
  private:
   static constexpr int kTerms = 3;
-  struct Term {
+  struct window::Term {
     double omega = 0, phase = 0;
   };
-  Term terms_[kTerms];
+  window::Term terms_[kTerms];
 };
 
 /// 0 while standing, 1 in between, smooth.
@@ -157,7 +157,7 @@ Motion flyAlong(const std::vector<Vec3>& points, const FlightOptions& o) {
   for (int k = 0; k < 3; ++k) sway.emplace_back(&random, 0.2, 1.0);
   for (int k = 0; k < 3; ++k) sway.emplace_back(&random, 0.3, 1.5);
   const double duration = path.duration();
-  Trajectory poses;
+  evaluation::Trajectory poses;
   for (int k = 0; k * kFine_s <= duration; ++k) {
     const double t = k * kFine_s;
     const double r = ramp(t, duration, o.rest_s) * awayFrom(stops, t);
@@ -200,4 +200,4 @@ Motion flight(const std::string& name, const FlightOptions& o) {
   throw std::invalid_argument("flight: '" + name + "' is unknown; known are " + known);
 }
 
-}  // namespace vir
+}  // namespace vir::simulation

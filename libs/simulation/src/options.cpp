@@ -8,7 +8,7 @@
 #include "vir/simulation/simulate_team_ranges.h"
 #include "vir/simulation/track_simulator.h"
 
-namespace vir {
+namespace vir::simulation {
 namespace {
 
 constexpr Bounds<double> kShare{0.0, 1.0};
@@ -145,4 +145,4 @@ void describe(OptionVisitor& v, OdometrySimulationOptions& o) {
   v.value("seed", o.seed, kSeed, "of all these errors");
 }
 
-}  // namespace vir
+}  // namespace vir::simulation

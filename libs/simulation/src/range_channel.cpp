@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace vir {
+namespace vir::simulation {
 namespace {
 
 double curve(const std::vector<double>& points, double x) {
@@ -21,7 +21,7 @@ double curve(const std::vector<double>& points, double x) {
 }  // namespace
 
 RangeChannel::RangeChannel(const RangeSimulationOptions& o, std::uint64_t stream,
-                           const Scene* scene)
+                           const rendering::Scene* scene)
     : o_(o), scene_(scene), random_(static_cast<std::uint64_t>(o.seed), stream) {}
 
 SimulatedRange RangeChannel::measure(const Vec3& a, const Vec3& b, double dt) {
@@ -81,4 +81,4 @@ int anchorId(const RangeSimulationOptions& o, std::size_t index) {
   return o.anchor_id.empty() ? static_cast<int>(index) : static_cast<int>(o.anchor_id[index]);
 }
 
-}  // namespace vir
+}  // namespace vir::simulation

@@ -4,13 +4,14 @@
 #include "vir/rendering/scene.h"
 #include "vir/simulation/simulate_ranges.h"
 
-namespace vir {
+namespace vir::simulation {
 
 /// Remembers what changes slowly: the correlated error, and whether something stands in the way.
 class RangeChannel {
  public:
   /// `stream` chooses the random numbers; `scene` may be null. Both arguments outlive the channel.
-  RangeChannel(const RangeSimulationOptions& options, std::uint64_t stream, const Scene* scene);
+  RangeChannel(const RangeSimulationOptions& options, std::uint64_t stream,
+               const rendering::Scene* scene);
 
   /// In periods, to either side.
   double jitter() { return o_.jitter * random_.uniform(-1, 1); }
@@ -24,7 +25,7 @@ class RangeChannel {
   void updateBlocked(double dt, double block, double length);
 
   const RangeSimulationOptions& o_;
-  const Scene* scene_;
+  const rendering::Scene* scene_;
   Random random_;
   double correlated_ = 0;
   double excess_ = 0;  ///< of the obstacle that was drawn [m]
@@ -36,4 +37,4 @@ class RangeChannel {
 void checkRangeOptions(const RangeSimulationOptions& options);
 int anchorId(const RangeSimulationOptions& options, std::size_t index);
 
-}  // namespace vir
+}  // namespace vir::simulation

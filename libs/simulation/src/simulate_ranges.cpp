@@ -5,7 +5,7 @@
 #include "range_channel.h"
 #include "vir/simulation/interval.h"
 
-namespace vir {
+namespace vir::simulation {
 
 Vec3 anchorAt(const RangeSimulationOptions& o, std::size_t index, double s) {
   Vec3 p(o.anchor_m.at(3 * index), o.anchor_m.at(3 * index + 1), o.anchor_m.at(3 * index + 2));
@@ -18,7 +18,7 @@ Vec3 anchorAt(const RangeSimulationOptions& o, std::size_t index, double s) {
 }
 
 std::vector<SimulatedRange> simulateRanges(const Motion& motion, const RangeSimulationOptions& o,
-                                           const Scene* scene) {
+                                           const rendering::Scene* scene) {
   checkRangeOptions(o);
   const Vec3 lever(o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]);
   const double period = 1 / o.rate_hz;
@@ -44,4 +44,4 @@ std::vector<SimulatedRange> simulateRanges(const Motion& motion, const RangeSimu
   return out;
 }
 
-}  // namespace vir
+}  // namespace vir::simulation

@@ -9,7 +9,7 @@
 #include "vir/evaluation/association.h"
 #include "vir/simulation/interval.h"
 
-namespace vir {
+namespace vir::simulation {
 namespace {
 
 /// What one robot believes and tells.
@@ -50,13 +50,14 @@ class Teller {
 
  private:
   Pose poseAt(TimeNs t) const {
-    const auto after = std::lower_bound(poses_.begin(), poses_.end(), t,
-                                        [](const StampedPose& s, TimeNs x) { return s.t < x; });
+    const auto after =
+        std::lower_bound(poses_.begin(), poses_.end(), t,
+                         [](const evaluation::StampedPose& s, TimeNs x) { return s.t < x; });
     if (after == poses_.begin()) return poses_.front().T_W_B;
     if (after == poses_.end()) return poses_.back().T_W_B;
     const auto before = after - 1;
-    return interpolate(before->T_W_B, after->T_W_B,
-                       toSeconds(t - before->t) / toSeconds(after->t - before->t));
+    return evaluation::interpolate(before->T_W_B, after->T_W_B,
+                                   toSeconds(t - before->t) / toSeconds(after->t - before->t));
   }
 
   /// To first order: the errors of simulateOdometry grow like this.
@@ -75,7 +76,7 @@ class Teller {
   const TeamRangeOptions& team_;
   OdometrySimulationOptions odometry_;
   TimeNs begin_;
-  Trajectory poses_;
+  evaluation::Trajectory poses_;
   Pose T_W_O_;
   std::vector<Vec3> anchor_errors_;
 };
@@ -122,7 +123,7 @@ void checkRobots(const std::vector<TeamRobot>& robots) {
 class LinkRun {
  public:
   LinkRun(const std::vector<TeamRobot>& robots, const std::vector<Teller>& tellers,
-          const RangeSimulationOptions& o, const Scene* scene)
+          const RangeSimulationOptions& o, const rendering::Scene* scene)
       : robots_(robots), tellers_(tellers), o_(o), scene_(scene) {
     lever_ = Vec3(o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]);
   }
@@ -171,7 +172,7 @@ class LinkRun {
   const std::vector<TeamRobot>& robots_;
   const std::vector<Teller>& tellers_;
   const RangeSimulationOptions& o_;
-  const Scene* scene_;
+  const rendering::Scene* scene_;
   Vec3 lever_;
 };
 
@@ -181,7 +182,7 @@ std::vector<RobotRanges> simulateTeamRanges(const std::vector<TeamRobot>& robots
                                             const RangeSimulationOptions& o,
                                             const TeamRangeOptions& team,
                                             const OdometrySimulationOptions& odometry,
-                                            const Scene* scene) {
+                                            const rendering::Scene* scene) {
   checkRangeOptions(o);
   checkRobots(robots);
   std::vector<Teller> tellers;
@@ -206,4 +207,4 @@ std::vector<RobotRanges> simulateTeamRanges(const std::vector<TeamRobot>& robots
   return out;
 }
 
-}  // namespace vir
+}  // namespace vir::simulation

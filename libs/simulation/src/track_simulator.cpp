@@ -10,7 +10,7 @@
 #include "vir/core/random.h"
 #include "vir/simulation/interval.h"
 
-namespace vir {
+namespace vir::simulation {
 namespace {
 
 /// Tracks do not survive a longer time without an image.
@@ -47,7 +47,7 @@ struct Track {
   bool outlier = false;
   int slides_from = 0;  // age
   Vec2 slide = Vec2::Zero();
-  FeatureObservation seen;
+  vision::FeatureObservation seen;
 };
 
 /// Where the camera is, ready for many points.
@@ -63,8 +63,8 @@ struct View {
 
 struct TrackSimulator::Impl {
   Impl(const TrackSimulationOptions& o, std::shared_ptr<const Motion> m,
-       std::shared_ptr<const CameraModel> c, const Pose& extrinsics,
-       std::shared_ptr<const Scene> place)
+       std::shared_ptr<const camera::CameraModel> c, const Pose& extrinsics,
+       std::shared_ptr<const rendering::Scene> place)
       : options(o),
         motion(std::move(m)),
         camera(std::move(c)),
@@ -82,20 +82,20 @@ struct TrackSimulator::Impl {
   /// Does something stand before it?
   bool hidden(std::size_t point, const View& view) const;
   bool mayShow(const TrackWorld::Block& block, const View& view) const;
-  bool observe(const Vec2& px, FeatureObservation* out) const;
+  bool observe(const Vec2& px, vision::FeatureObservation* out) const;
   /// Projects the points of all tracks; returns the median motion of the image [px].
   double lookAgain(const View& view);
-  void follow(TimeNs t, const View& view, double survival_power, TrackedFrame* frame);
-  void giveUpCrowded(TrackedFrame* frame);
-  void start(const View& view, double wanted_share, TrackedFrame* frame);
+  void follow(TimeNs t, const View& view, double survival_power, vision::TrackedFrame* frame);
+  void giveUpCrowded(vision::TrackedFrame* frame);
+  void start(const View& view, double wanted_share, vision::TrackedFrame* frame);
   std::vector<std::pair<std::size_t, Vec2>> candidates(const View& view) const;
   Track born(std::size_t point);
 
   TrackSimulationOptions options;
   std::shared_ptr<const Motion> motion;
-  std::shared_ptr<const CameraModel> camera;
+  std::shared_ptr<const camera::CameraModel> camera;
   Pose T_B_C;
-  std::shared_ptr<const Scene> scene;  // may be null
+  std::shared_ptr<const rendering::Scene> scene;  // may be null
   Vec2 slopes;
   TrackWorld world;
   Random births, noise, losses;
@@ -110,7 +110,7 @@ struct TrackSimulator::Impl {
 
 /// Slopes x/z and y/z within which a point can show in the image.
 Vec2 TrackSimulator::Impl::widestSlopes() const {
-  const CameraCalibration& c = camera->calibration();
+  const camera::CameraCalibration& c = camera->calibration();
   Vec2 widest(0.1, 0.1);
   for (int k = 0; k <= 8; ++k) {
     const double s = k / 8.0;
@@ -134,7 +134,7 @@ bool TrackSimulator::Impl::see(std::size_t point, const View& view, Vec2* px) co
     return false;
   }
   if (!camera->project(p_C, px)) return false;
-  const CameraCalibration& c = camera->calibration();
+  const camera::CameraCalibration& c = camera->calibration();
   return px->x() > kRim_px && px->y() > kRim_px && px->x() < c.width - kRim_px &&
          px->y() < c.height - kRim_px;
 }
@@ -151,7 +151,7 @@ bool TrackSimulator::Impl::mayShow(const TrackWorld::Block& block, const View& v
          std::abs(c.y()) < slopes.y() * c.z() + r * std::sqrt(1 + slopes.y() * slopes.y());
 }
 
-bool TrackSimulator::Impl::observe(const Vec2& px, FeatureObservation* out) const {
+bool TrackSimulator::Impl::observe(const Vec2& px, vision::FeatureObservation* out) const {
   Vec2 again;
   if (!camera->unproject(px, &out->bearing)) return false;
   if (!camera->project(out->bearing, &again, &out->dpx_dbearing)) return false;
@@ -184,7 +184,7 @@ double TrackSimulator::Impl::lookAgain(const View& view) {
 }
 
 void TrackSimulator::Impl::follow(TimeNs t, const View& view, double survival_power,
-                                  TrackedFrame* frame) {
+                                  vision::TrackedFrame* frame) {
   const double dt = toSeconds(t - last_usable);
   const double motion_px = lookAgain(view);
   const double white =
@@ -197,7 +197,7 @@ void TrackSimulator::Impl::follow(TimeNs t, const View& view, double survival_po
     const double chance = losses.uniform();
     const Vec2 white_noise = normal2(&noise), step = normal2(&noise);
     k.offset += options.drift_px * std::min(1.0, motion_px / kMoving_px) * step;
-    FeatureObservation now = k.seen;
+    vision::FeatureObservation now = k.seen;
     ++now.age;
     if (chance > std::pow(1 - k.loss, survival_power) || !k.in_sight) {
       ++frame->lost_flow;
@@ -205,7 +205,7 @@ void TrackSimulator::Impl::follow(TimeNs t, const View& view, double survival_po
     }
     if (k.outlier && now.age > k.slides_from) k.offset += k.slide;
     const Vec2 px = k.clean + k.offset + white * white_noise;
-    const CameraCalibration& c = camera->calibration();
+    const camera::CameraCalibration& c = camera->calibration();
     const bool inside = px.x() > 1 && px.y() > 1 && px.x() < c.width - 2 && px.y() < c.height - 2;
     if (!inside || !observe(px, &now)) {
       ++frame->lost_flow;
@@ -224,7 +224,7 @@ void TrackSimulator::Impl::follow(TimeNs t, const View& view, double survival_po
   frame->median_parallax_px = median(parallax);
 }
 
-void TrackSimulator::Impl::giveUpCrowded(TrackedFrame* frame) {
+void TrackSimulator::Impl::giveUpCrowded(vision::TrackedFrame* frame) {
   const double limit = std::pow(kCrowded * options.min_distance_px, 2);
   std::vector<Track> kept;
   for (const Track& k : tracks) {
@@ -247,7 +247,7 @@ std::vector<std::pair<std::size_t, Vec2>> TrackSimulator::Impl::candidates(const
     std::size_t point = 0;
     Vec2 px = Vec2::Zero();
   };
-  const CameraCalibration& c = camera->calibration();
+  const camera::CameraCalibration& c = camera->calibration();
   const double cell = options.min_distance_px;
   const auto columns = static_cast<std::size_t>(c.width / cell) + 1;
   std::vector<Best> cells(columns * (static_cast<std::size_t>(c.height / cell) + 1));
@@ -273,7 +273,8 @@ std::vector<std::pair<std::size_t, Vec2>> TrackSimulator::Impl::candidates(const
   return out;
 }
 
-void TrackSimulator::Impl::start(const View& view, double wanted_share, TrackedFrame* frame) {
+void TrackSimulator::Impl::start(const View& view, double wanted_share,
+                                 vision::TrackedFrame* frame) {
   const auto wanted = static_cast<std::size_t>(wanted_share * options.max_tracks);
   if (tracks.size() >= wanted) return;
   const double limit = options.min_distance_px * options.min_distance_px;
@@ -295,8 +296,8 @@ void TrackSimulator::Impl::start(const View& view, double wanted_share, TrackedF
 
 TrackSimulator::TrackSimulator(const TrackSimulationOptions& options,
                                std::shared_ptr<const Motion> motion,
-                               std::shared_ptr<const CameraModel> camera, const Pose& T_B_C,
-                               std::shared_ptr<const Scene> scene) {
+                               std::shared_ptr<const camera::CameraModel> camera, const Pose& T_B_C,
+                               std::shared_ptr<const rendering::Scene> scene) {
   if (!motion || !camera) throw std::invalid_argument("TrackSimulator: no motion or no camera");
   if (!(options.rate_hz > 0) || !(options.min_distance_px > 0)) {
     throw std::invalid_argument("TrackSimulator: rate_hz and min_distance_px must be positive");
@@ -318,12 +319,12 @@ std::vector<TimeNs> TrackSimulator::times() const {
   }
 }
 
-TrackedFrame TrackSimulator::at(TimeNs t) {
+vision::TrackedFrame TrackSimulator::at(TimeNs t) {
   Impl& s = *impl_;
   if (s.any && t <= s.last_t) throw std::invalid_argument("TrackSimulator: times must ascend");
   s.last_t = t;
   ++s.images;
-  TrackedFrame frame;
+  vision::TrackedFrame frame;
   frame.t = t;
   const double since_begin = toSeconds(t - s.motion->begin());
   if (insideAny(s.options.blackout_s, since_begin)) {
@@ -370,4 +371,4 @@ bool TrackSimulator::pointOf(std::uint64_t id, Vec3* p_W) const {
 
 std::size_t TrackSimulator::points() const { return impl_->world.points().size(); }
 
-}  // namespace vir
+}  // namespace vir::simulation

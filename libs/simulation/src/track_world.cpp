@@ -7,7 +7,7 @@
 
 #include "vir/core/random.h"
 
-namespace vir {
+namespace vir::simulation {
 namespace {
 
 constexpr double kMaxWallPoints = 400000;
@@ -24,14 +24,15 @@ Vec3 direction(Random* random) {
 
 }  // namespace
 
-TrackWorld::TrackWorld(const TrackSimulationOptions& o, const Motion& motion, const Scene* scene) {
+TrackWorld::TrackWorld(const TrackSimulationOptions& o, const Motion& motion,
+                       const rendering::Scene* scene) {
   if (scene != nullptr) {
     addSurfaces(o, *scene);
     sortIntoBlocks();
     return;
   }
   Vec3 low = motion.poseAt(motion.begin()).p, high = low;
-  for (const StampedPose& s : motion.sampled(10)) {
+  for (const evaluation::StampedPose& s : motion.sampled(10)) {
     low = low.cwiseMin(s.T_W_B.p);
     high = high.cwiseMax(s.T_W_B.p);
   }
@@ -67,31 +68,32 @@ void TrackWorld::addWalls(const TrackSimulationOptions& o, const Vec3& low, cons
 void TrackWorld::addFree(const TrackSimulationOptions& o, const Motion& motion, const Vec3& low,
                          const Vec3& high) {
   Random random(static_cast<std::uint64_t>(o.seed), 401);
-  const Trajectory path = motion.sampled(2);
+  const evaluation::Trajectory path = motion.sampled(2);
   const auto wanted = static_cast<std::size_t>(o.free_share * static_cast<double>(points_.size()));
   for (std::size_t k = 0; k < wanted; ++k) {
     const auto at = static_cast<std::size_t>(random.uniform() * static_cast<double>(path.size()));
     const Vec3 p = path[at].T_W_B.p + random.uniform(kClearance_m, kReach_m) * direction(&random);
     if ((p - low).minCoeff() < 0 || (high - p).minCoeff() < 0) continue;
     bool clear = true;
-    for (const StampedPose& s : path) clear = clear && (s.T_W_B.p - p).norm() > kClearance_m;
+    for (const evaluation::StampedPose& s : path)
+      clear = clear && (s.T_W_B.p - p).norm() > kClearance_m;
     if (clear) points_.push_back(p);
   }
 }
 
-void TrackWorld::addSurfaces(const TrackSimulationOptions& o, const Scene& scene) {
+void TrackWorld::addSurfaces(const TrackSimulationOptions& o, const rendering::Scene& scene) {
   Random random(static_cast<std::uint64_t>(o.seed), 402);
   double area = 0;
   const auto areaOf = [](const Vec3& size, int axis) {
     return size[(axis + 1) % 3] * size[(axis + 2) % 3];
   };
-  std::vector<Box> all{scene.interior()};
+  std::vector<rendering::Box> all{scene.interior()};
   all.insert(all.end(), scene.boxes().begin(), scene.boxes().end());
-  for (const Box& b : all) {
+  for (const rendering::Box& b : all) {
     for (int axis = 0; axis < 3; ++axis) area += 2 * areaOf(b.high - b.low, axis);
   }
   const double density = std::min(o.wall_density, kMaxWallPoints / area);
-  for (const Box& b : all) {
+  for (const rendering::Box& b : all) {
     for (int axis = 0; axis < 3; ++axis) {
       for (const double side : {b.low[axis], b.high[axis]}) {
         // A face too small for one point has one now and then.
@@ -127,4 +129,4 @@ void TrackWorld::sortIntoBlocks() {
   }
 }
 
-}  // namespace vir
+}  // namespace vir::simulation

@@ -5,7 +5,7 @@
 
 #include "vir/simulation/track_simulator.h"
 
-namespace vir {
+namespace vir::simulation {
 
 class TrackWorld {
  public:
@@ -16,7 +16,8 @@ class TrackWorld {
   };
   /// Points on the surfaces of `scene`; without one, on the walls of a room around the motion and
   /// standing free in it.
-  TrackWorld(const TrackSimulationOptions& options, const Motion& motion, const Scene* scene);
+  TrackWorld(const TrackSimulationOptions& options, const Motion& motion,
+             const rendering::Scene* scene);
 
   const std::vector<Vec3>& points() const { return points_; }
   const std::vector<Block>& blocks() const { return blocks_; }
@@ -25,11 +26,11 @@ class TrackWorld {
   void addWalls(const TrackSimulationOptions& o, const Vec3& low, const Vec3& high);
   void addFree(const TrackSimulationOptions& o, const Motion& motion, const Vec3& low,
                const Vec3& high);
-  void addSurfaces(const TrackSimulationOptions& o, const Scene& scene);
+  void addSurfaces(const TrackSimulationOptions& o, const rendering::Scene& scene);
   void sortIntoBlocks();
 
   std::vector<Vec3> points_;
   std::vector<Block> blocks_;
 };
 
-}  // namespace vir
+}  // namespace vir::simulation

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vir {
+namespace vir::vision {
 
 namespace {
 constexpr int kRadius = 3;   // the gradient tensor is summed over 7 x 7 px
@@ -158,4 +158,4 @@ std::vector<cv::Point2f> CornerDetector::detect(const cv::Mat& gradient,
   return chosen;
 }
 
-}  // namespace vir
+}  // namespace vir::vision

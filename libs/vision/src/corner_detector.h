@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-namespace vir {
+namespace vir::vision {
 
 struct DetectorOptions {
   int cell_px = 60;
@@ -44,4 +44,4 @@ class CornerDetector {
   cv::Mat score_, rows_;           ///< scratch
 };
 
-}  // namespace vir
+}  // namespace vir::vision

@@ -8,7 +8,7 @@
 
 #include "tracker_impl.h"
 
-namespace vir {
+namespace vir::vision {
 
 namespace {
 
@@ -53,7 +53,7 @@ Brightness measure(const cv::Mat& image) {
 }  // namespace
 
 std::string FeatureTracker::Impl::refuse(const cv::Mat& gray) const {
-  const CameraCalibration& c = camera->calibration();
+  const camera::CameraCalibration& c = camera->calibration();
   if (gray.empty()) return "image is empty";
   if (gray.type() != CV_8UC1) return "image is not 8-bit with one channel";
   if (gray.cols != c.width || gray.rows != c.height) {
@@ -112,7 +112,7 @@ void FeatureTracker::Impl::detect(TrackedFrame* frame) {
 }
 
 FeatureTracker::FeatureTracker(const TrackerOptions& options,
-                               std::shared_ptr<const CameraModel> camera) {
+                               std::shared_ptr<const camera::CameraModel> camera) {
   if (!camera) throw std::invalid_argument("FeatureTracker: no camera model given");
   impl_ = std::make_unique<Impl>(options, std::move(camera));
 }
@@ -194,4 +194,4 @@ void FeatureTracker::reset() {
   impl_->detector.reset();
 }
 
-}  // namespace vir
+}  // namespace vir::vision

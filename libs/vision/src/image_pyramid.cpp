@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-namespace vir {
+namespace vir::vision {
 
 void ImagePyramid::build(const cv::Mat& gray, int window, int levels) {
   gray.copyTo(full_);
@@ -31,4 +31,4 @@ void followFlow(const ImagePyramid& a, const ImagePyramid& b, const std::vector<
                            1e-4);
 }
 
-}  // namespace vir
+}  // namespace vir::vision

@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-namespace vir {
+namespace vir::vision {
 
 class ImagePyramid {
  public:
@@ -30,4 +30,4 @@ void followFlow(const ImagePyramid& a, const ImagePyramid& b, const std::vector<
                 std::vector<cv::Point2f>* to, std::vector<unsigned char>* found, int window,
                 int use_levels, int iterations);
 
-}  // namespace vir
+}  // namespace vir::vision

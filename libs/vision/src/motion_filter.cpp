@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace vir {
+namespace vir::vision {
 
 namespace {
 
@@ -233,4 +233,4 @@ MotionVerdict filterByMotion(const std::vector<BearingPair>& pairs, const Mat3& 
   return verdict;
 }
 
-}  // namespace vir
+}  // namespace vir::vision

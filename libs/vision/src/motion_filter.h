@@ -5,7 +5,7 @@
 
 #include "vir/geometry/so3.h"
 
-namespace vir {
+namespace vir::vision {
 
 /// One track in two images.
 struct BearingPair {
@@ -29,4 +29,4 @@ struct MotionVerdict {
 MotionVerdict filterByMotion(const std::vector<BearingPair>& pairs, const Mat3& R_C0_C1,
                              double rotation_sigma, double threshold_px);
 
-}  // namespace vir
+}  // namespace vir::vision

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vir {
+namespace vir::vision {
 
 namespace {
 // Grey levels per pixel of the patch: below it there is only noise to align.
@@ -137,4 +137,4 @@ bool Patch::align(const cv::Mat& image, const AlignOptions& options, PatchWarp* 
   return similarity > static_cast<float>(options.min_similarity) - std::min(allowance, 0.2f);
 }
 
-}  // namespace vir
+}  // namespace vir::vision

@@ -6,7 +6,7 @@
 
 #include "vir/geometry/so3.h"
 
-namespace vir {
+namespace vir::vision {
 
 /// Maps patch coordinates (pixels from the patch's centre) to an image: A x + c.
 struct PatchWarp {
@@ -51,4 +51,4 @@ class Patch {
       Eigen::Matrix<double, 8, 8>::Zero();  ///< of the normal matrix
 };
 
-}  // namespace vir
+}  // namespace vir::vision

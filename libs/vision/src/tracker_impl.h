@@ -12,7 +12,7 @@
 #include "patch.h"
 #include "vir/vision/feature_tracker.h"
 
-namespace vir {
+namespace vir::vision {
 
 inline Vec2 toVec(const cv::Point2f& p) { return {p.x, p.y}; }
 inline cv::Point2f toPoint(const Vec2& v) {
@@ -40,7 +40,7 @@ struct Followed {
 };
 
 struct FeatureTracker::Impl {
-  Impl(const TrackerOptions& o, std::shared_ptr<const CameraModel> c)
+  Impl(const TrackerOptions& o, std::shared_ptr<const camera::CameraModel> c)
       : options(o),
         camera(std::move(c)),
         window(std::max(5, (o.window_px / 2) | 1)),
@@ -64,7 +64,7 @@ struct FeatureTracker::Impl {
   void detect(TrackedFrame* frame);
 
   TrackerOptions options;
-  std::shared_ptr<const CameraModel> camera;
+  std::shared_ptr<const camera::CameraModel> camera;
   int window;  ///< of Lucas-Kanade at half resolution
   int levels;
   int border;
@@ -82,4 +82,4 @@ struct FeatureTracker::Impl {
   std::vector<unsigned char> found, found_back;
 };
 
-}  // namespace vir
+}  // namespace vir::vision

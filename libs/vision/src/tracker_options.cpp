@@ -1,6 +1,6 @@
 #include "vir/vision/feature_tracker.h"
 
-namespace vir {
+namespace vir::vision {
 
 void describe(OptionVisitor& v, TrackerOptions& o) {
   v.section("Tracker", "Front end: corners on a grid, followed by pyramidal Lucas-Kanade");
@@ -22,4 +22,4 @@ void describe(OptionVisitor& v, TrackerOptions& o) {
           "normalised cross-correlation with the remembered patch below which a track ends");
 }
 
-}  // namespace vir
+}  // namespace vir::vision

@@ -1,6 +1,6 @@
 #include "chain.h"
 
-namespace vir {
+namespace vir::window {
 
 Frontal::Frontal(int band, int anchors) : band_(band), anchors_(anchors) {
   const int n = kNodeSize * (band + 1) + kAnchorSize * anchors;
@@ -30,4 +30,4 @@ void Frontal::eliminateFirst(EliminatedNode* out) {
   b.tail(tail) = s.tail(tail);
 }
 
-}  // namespace vir
+}  // namespace vir::window

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace vir {
+namespace vir::window {
 
 constexpr int kNodeSize = 5;
 constexpr int kAnchorSize = 4;
@@ -54,4 +54,4 @@ class Frontal {
   int band_, anchors_;
 };
 
-}  // namespace vir
+}  // namespace vir::window

@@ -4,7 +4,7 @@
 
 #include "window_state.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 using Mat6 = Eigen::Matrix<double, 6, 6>;
@@ -111,8 +111,8 @@ void addRangeInformation(const WindowState& w, NormalEquations* eq) {
       const int c = eq->offsetOf(a.x);
       // The short window's own geometry is far better known than a range: taken as rigid here.
       const Vec3 offset_O = f->T_W_B() * Vec3(r.motion + r.lever) - host.T_W_B().p;
-      const NodeRangeFactor factor(lw.termOf(r.anchor, r.range_m, r.sigma_m), Vec3::Zero(),
-                                   offset_O);
+      const factors::NodeRangeFactor factor(lw.termOf(r.anchor, r.range_m, r.sigma_m), Vec3::Zero(),
+                                            offset_O);
       double e = 0;
       Eigen::Matrix<double, 1, 5> Jn;
       Eigen::Matrix<double, 1, 4> Ja;
@@ -208,4 +208,4 @@ void moveRanges(Frame* from, Frame* to) {
   mergeRanges(&to->ranges, kMaxRangesPerKeyframe);
 }
 
-}  // namespace vir
+}  // namespace vir::window

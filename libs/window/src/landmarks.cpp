@@ -3,7 +3,7 @@
 
 #include "window_state.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 /// Inverse distance along the host's ray that fits the other sights best (linear least squares);
@@ -14,7 +14,7 @@ bool triangulate(const WindowState& w, const Landmark& l, double* rho) {
   double cc = 0, ca = 0, parallax = 0;
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
     const Pose T_Cj_Ci = (l.sights[k].frame->T_W_B() * T_B_C).inverse() * T_W_Ci;
-    const Sight& s = l.sights[k].sight;
+    const factors::Sight& s = l.sights[k].sight;
     const Vec3 a = T_Cj_Ci.q * (l.ray.bearing - w.td() * l.ray.rate);
     const Vec3 seen = s.bearing - w.td() * s.rate;
     const Mat23& W = s.weight;
@@ -30,9 +30,9 @@ bool triangulate(const WindowState& w, const Landmark& l, double* rho) {
   if (!(*rho > 1.0 / 200.0 && *rho < 1.0 / 0.1)) return false;
   double worst = 0;
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
-    const Vec2 r =
-        reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
-                             l.sights[k].frame->T_W_B(), T_B_C, Vec3(0, 0, *rho), w.td(), nullptr);
+    const Vec2 r = factors::reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
+                                                 l.sights[k].frame->T_W_B(), T_B_C,
+                                                 Vec3(0, 0, *rho), w.td(), nullptr);
     worst = std::max(worst, r.norm());
   }
   return worst < 3 * w.options.outlier_sigma;
@@ -72,8 +72,9 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
     bool newest_bad = false;
     std::size_t bad = 0;
     for (std::size_t k = 1; k < l.sights.size();) {
-      const Vec2 r = reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
-                                          l.sights[k].frame->T_W_B(), T_B_C, x, w.td(), nullptr);
+      const Vec2 r =
+          factors::reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
+                                        l.sights[k].frame->T_W_B(), T_B_C, x, w.td(), nullptr);
       if (r.norm() > w.options.outlier_sigma) {
         newest_bad = newest_bad || l.sights[k].frame == newest;
         l.sights.erase(l.sights.begin() + k);
@@ -127,4 +128,4 @@ void removeSightsOf(WindowState& w, const Frame* frame) {
   }
 }
 
-}  // namespace vir
+}  // namespace vir::window

@@ -7,7 +7,7 @@
 
 #include "long_window_state.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 /// W with W^T W = covariance^-1; a direction without covariance gets a floor.
@@ -168,7 +168,7 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& front_ranges) {
     for (const HeldRange& r : list) {
       const auto a = anchors.find(r.anchor);
       if (a == anchors.end()) continue;
-      const NodeRangeFactor factor = factorOf(r, a->second);
+      const factors::NodeRangeFactor factor = factorOf(r, a->second);
       const double* blocks[2] = {n.x, a->second.x};
       double e = 0;
       factor.Evaluate(blocks, &e, nullptr);
@@ -185,7 +185,7 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& front_ranges) {
       }
       continue;
     }
-    const NodeEdgeFactor factor(n.motion_O, n.sqrt_information, n.sigma_log_scale);
+    const factors::NodeEdgeFactor factor(n.motion_O, n.sqrt_information, n.sigma_log_scale);
     const double* blocks[2] = {n.x, node(k + 1).x};
     double e[5];
     factor.Evaluate(blocks, e, nullptr);
@@ -379,10 +379,10 @@ int LongWindow::columnOf(std::uint64_t id) const {
   return kNodeSize + kAnchorSize * static_cast<int>(std::distance(ids.begin(), it));
 }
 
-RangeTerm LongWindow::termOf(std::uint64_t anchor, double range_m, double sigma_m) const {
+factors::RangeTerm LongWindow::termOf(std::uint64_t anchor, double range_m, double sigma_m) const {
   const auto it = impl_->anchors.find(anchor);
   const double factor = it == impl_->anchors.end() ? 1 : it->second.variance_factor;
   return {range_m, sigma_m * std::sqrt(factor) / impl_->options.gamma_r, impl_->options.robust};
 }
 
-}  // namespace vir
+}  // namespace vir::window

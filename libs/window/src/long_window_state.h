@@ -5,7 +5,7 @@
 #include "chain.h"
 #include "vir/window/long_window.h"
 
-namespace vir {
+namespace vir::window {
 
 /// What marginalised nodes left: cost 1/2 d^T H d + b^T d with d = x - lin, over the oldest nodes
 /// and the anchors that existed then.
@@ -44,9 +44,9 @@ struct LongWindow::Impl {
   LongNode& node(std::size_t k) { return k < nodes.size() ? nodes[k] : front; }
 
   /// The residual of a range that a node (or the front) holds.
-  NodeRangeFactor factorOf(const HeldRange& r, const AnchorState& a) const {
-    const RangeTerm term{r.range_m, r.sigma_m * std::sqrt(a.variance_factor) / options.gamma_r,
-                         options.robust};
+  factors::NodeRangeFactor factorOf(const HeldRange& r, const AnchorState& a) const {
+    const factors::RangeTerm term{
+        r.range_m, r.sigma_m * std::sqrt(a.variance_factor) / options.gamma_r, options.robust};
     return {term, options.ranges_at_own_time ? r.motion : Vec3(Vec3::Zero()), r.lever};
   }
   void addPrior(Frontal* f) const;
@@ -61,4 +61,4 @@ struct LongWindow::Impl {
   double cost(const std::vector<HeldRange>& front_ranges);
 };
 
-}  // namespace vir
+}  // namespace vir::window

@@ -4,7 +4,7 @@
 
 #include "long_window_state.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 using Row5 = Eigen::Matrix<double, 1, 5, Eigen::RowMajor>;
@@ -74,7 +74,7 @@ void LongWindow::Impl::addRanges(const LongNode& n, const std::vector<HeldRange>
     const int index = anchorIndex(r.anchor);
     if (index < 0) continue;
     const AnchorState& a = anchors.at(r.anchor);
-    const NodeRangeFactor factor = factorOf(r, a);
+    const factors::NodeRangeFactor factor = factorOf(r, a);
     Vec1 e;
     Row5 Jn;
     Row4 Ja;
@@ -93,7 +93,7 @@ void LongWindow::Impl::addNode(std::size_t k, Frontal* f) {
   holdFrozen(f);
   if (position()) {
     for (std::size_t j = 0; j < n.links_W.size(); ++j) {
-      const PositionLinkFactor factor(n.links_W[j], options.gamma_s);
+      const factors::PositionLinkFactor factor(n.links_W[j], options.gamma_s);
       Vec3 e;
       RowMat35 Ja, Jb;
       const double* blocks[2] = {n.x, node(k + 1 + j).x};
@@ -103,7 +103,7 @@ void LongWindow::Impl::addNode(std::size_t k, Frontal* f) {
     }
     return;
   }
-  const NodeEdgeFactor factor(n.motion_O, n.sqrt_information, n.sigma_log_scale);
+  const factors::NodeEdgeFactor factor(n.motion_O, n.sqrt_information, n.sigma_log_scale);
   Vec5 e;
   RowMat5 Ja, Jb;
   const double* blocks[2] = {n.x, node(k + 1).x};
@@ -241,4 +241,4 @@ void LongWindow::Impl::dropOldest() {
   }
 }
 
-}  // namespace vir
+}  // namespace vir::window

@@ -8,7 +8,7 @@
 
 #include "vir/factors/pose_manifold.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -46,7 +46,7 @@ class Linearizer {
 
 void blockMinus(const double* y, const double* x, int ambient, double* delta) {
   if (ambient == 7) {
-    poseMinus(y, x, delta);
+    factors::poseMinus(y, x, delta);
   } else {
     for (int i = 0; i < ambient; ++i) delta[i] = y[i] - x[i];
   }
@@ -203,7 +203,7 @@ NormalEquations marginalizeFirst(const NormalEquations& full, int count) {
   return out;
 }
 
-LinearPrior toPrior(const NormalEquations& eq, double relative) {
+factors::LinearPrior toPrior(const NormalEquations& eq, double relative) {
   // Scale first: positions, angles and biases differ by orders of magnitude in information.
   const Eigen::VectorXd s =
       eq.H.diagonal().unaryExpr([](double d) { return d > 0 ? std::sqrt(d) : 0.0; });
@@ -214,7 +214,7 @@ LinearPrior toPrior(const NormalEquations& eq, double relative) {
   for (int i = 0; i < eig.eigenvalues().size(); ++i) {
     if (eig.eigenvalues()[i] > relative) keep.push_back(i);
   }
-  LinearPrior prior;
+  factors::LinearPrior prior;
   const int n = static_cast<int>(eq.H.rows());
   prior.J.resize(static_cast<int>(keep.size()), n);
   prior.r0.resize(static_cast<int>(keep.size()));
@@ -231,7 +231,7 @@ LinearPrior toPrior(const NormalEquations& eq, double relative) {
     prior.r0[r] = v.dot(b) / root;
   }
   for (const BlockRef& ref : eq.blocks) {
-    LinearPrior::Block block;
+    factors::LinearPrior::Block block;
     block.ambient = ref.ambient;
     block.offset = ref.offset;
     const double* x0 = ref.lin ? ref.lin : ref.data;
@@ -245,4 +245,4 @@ Eigen::MatrixXd covarianceOf(const NormalEquations& eq, double relative) {
   return scaledPseudoInverse(eq.H, relative);
 }
 
-}  // namespace vir
+}  // namespace vir::window

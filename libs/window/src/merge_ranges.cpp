@@ -4,7 +4,7 @@
 
 #include "vir/window/long_window.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 /// Averages each range of this anchor with the next one of it; how many are left.
@@ -49,4 +49,4 @@ void mergeRanges(std::vector<HeldRange>* ranges, std::size_t limit) {
   }
 }
 
-}  // namespace vir
+}  // namespace vir::window

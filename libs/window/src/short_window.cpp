@@ -6,7 +6,7 @@
 
 #include "window_state.h"
 
-namespace vir {
+namespace vir::window {
 
 void describe(OptionVisitor& v, WindowOptions& o) {
   v.section("Window", "The short window: keyframes, solver, marginalisation");
@@ -47,7 +47,7 @@ void describe(OptionVisitor& v, WindowOptions& o) {
           "rotation noise at standstill");
 }
 
-NavState predict(const NavState& from, const Preintegration& link, double gravity, TimeNs t) {
+NavState predict(const NavState& from, const imu::Preintegration& link, double gravity, TimeNs t) {
   const Vec3 g(0, 0, -gravity);
   const double dt = link.dt();
   NavState s = from;
@@ -69,10 +69,11 @@ NavState navStateOf(const Frame& f) {
 }
 
 struct ShortWindow::Impl : WindowState {
-  Frame& add(const NavState& s, const std::vector<FeatureObservation>& features, bool standing) {
+  Frame& add(const NavState& s, const std::vector<vision::FeatureObservation>& features,
+             bool standing) {
     auto f = std::make_unique<Frame>();
     f->t = s.t;
-    poseTo(s.T_W_B, f->pose);
+    factors::poseTo(s.T_W_B, f->pose);
     for (int i = 0; i < 3; ++i) {
       f->speed_bias[i] = s.v[i];
       f->speed_bias[3 + i] = s.bg[i];
@@ -80,7 +81,7 @@ struct ShortWindow::Impl : WindowState {
     }
     f->standing = standing;
     frames.push_back(std::move(f));
-    for (const FeatureObservation& o : features) {
+    for (const vision::FeatureObservation& o : features) {
       Landmark& l = landmarks[o.id];
       LandmarkSight sight;
       sight.frame = frames.back().get();
@@ -118,15 +119,15 @@ struct ShortWindow::Impl : WindowState {
   }
 };
 
-ShortWindow::ShortWindow(const WindowOptions& options, const ImuNoise& noise, const Pose& T_B_C,
-                         double focal_px, double time_offset_s)
+ShortWindow::ShortWindow(const WindowOptions& options, const imu::ImuNoise& noise,
+                         const Pose& T_B_C, double focal_px, double time_offset_s)
     : impl_(std::make_unique<Impl>()) {
   impl_->options = options;
   impl_->noise = noise;
   impl_->focal_px = focal_px;
   impl_->td_ref_s = time_offset_s;
   impl_->time_offset[0] = time_offset_s;
-  poseTo(T_B_C, impl_->extrinsic);
+  factors::poseTo(T_B_C, impl_->extrinsic);
 }
 
 ShortWindow::~ShortWindow() = default;
@@ -134,7 +135,7 @@ ShortWindow::~ShortWindow() = default;
 void ShortWindow::clear() {
   impl_->frames.clear();
   impl_->landmarks.clear();
-  impl_->prior = LinearPrior();
+  impl_->prior = factors::LinearPrior();
   impl_->prior_blocks.clear();
 }
 
@@ -142,7 +143,7 @@ bool ShortWindow::empty() const { return impl_->frames.empty(); }
 int ShortWindow::frames() const { return static_cast<int>(impl_->frames.size()); }
 
 void ShortWindow::start(const NavState& state, const StartPrior& p,
-                        const std::vector<FeatureObservation>& features, bool standing) {
+                        const std::vector<vision::FeatureObservation>& features, bool standing) {
   clear();
   Frame& f = impl_->add(state, features, standing);
   f.keyframe = true;
@@ -161,7 +162,7 @@ void ShortWindow::start(const NavState& state, const StartPrior& p,
     row(9, Vec3::Unit(i), p.bias_gyro);
     row(12, Vec3::Unit(i), p.bias_acc);
   }
-  LinearPrior& prior = impl_->prior;
+  factors::LinearPrior& prior = impl_->prior;
   const int n = static_cast<int>(rows.size());
   prior.J = Eigen::MatrixXd::Zero(n, 15);
   for (int k = 0; k < n; ++k) prior.J.row(k) = rows[static_cast<std::size_t>(k)];
@@ -172,11 +173,11 @@ void ShortWindow::start(const NavState& state, const StartPrior& p,
   prior.r0 = Eigen::VectorXd::Zero(prior.J.rows());
 }
 
-void ShortWindow::push(const NavState& predicted, Preintegration link,
-                       const std::vector<FeatureObservation>& features, bool standing) {
+void ShortWindow::push(const NavState& predicted, imu::Preintegration link,
+                       const std::vector<vision::FeatureObservation>& features, bool standing) {
   if (!impl_->newest().keyframe && impl_->frames.size() > 1) dropNewestInto(*impl_, &link);
   Frame& f = impl_->add(predicted, features, standing);
-  f.link = std::make_unique<Preintegration>(std::move(link));
+  f.link = std::make_unique<imu::Preintegration>(std::move(link));
 }
 
 void ShortWindow::keepNewest() { impl_->newest().keyframe = true; }
@@ -317,7 +318,7 @@ std::vector<HeldRange> ShortWindow::rangesAtFront() const {
   return out;
 }
 
-void ShortWindow::updateCovariance() { vir::updateCovariance(*impl_); }
+void ShortWindow::updateCovariance() { window::updateCovariance(*impl_); }
 
 Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {
   return impl_->covariance.newest;
@@ -326,4 +327,4 @@ Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {
 Pose ShortWindow::extrinsics() const { return impl_->T_B_C(); }
 double ShortWindow::timeOffset() const { return impl_->time_offset[0]; }
 
-}  // namespace vir
+}  // namespace vir::window

@@ -3,7 +3,7 @@
 
 #include "window_state.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 /// A link between two standing frames longer than this is not extended: both are the same place, so
 /// the standing keyframe simply moves on in time.
@@ -62,7 +62,7 @@ bool endsRestLink(const WindowState& w) {
   return n.standing && w.frames[w.frames.size() - 2]->standing && n.link->dt() > kMaxRestLinkS;
 }
 
-void dropNewestInto(WindowState& w, Preintegration* link) {
+void dropNewestInto(WindowState& w, imu::Preintegration* link) {
   Frame& n = w.newest();
   Frame& before = *w.frames[w.frames.size() - 2];
   removeSightsOf(w, &n);
@@ -70,7 +70,7 @@ void dropNewestInto(WindowState& w, Preintegration* link) {
   if (endsRestLink(w)) {
     before.t = n.t;
   } else {
-    Preintegration merged = std::move(*n.link);
+    imu::Preintegration merged = std::move(*n.link);
     merged.append(*link);
     *link = std::move(merged);
   }
@@ -130,4 +130,4 @@ void marginalizeOldest(WindowState& w) {
   w.frames.front()->link.reset();
 }
 
-}  // namespace vir
+}  // namespace vir::window

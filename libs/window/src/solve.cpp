@@ -9,7 +9,7 @@
 
 #include "window_state.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 ceres::Problem::Options problemOptions() {
@@ -123,7 +123,7 @@ void relinearizeLinks(WindowState& w) {
   for (std::size_t k = 1; k < w.frames.size(); ++k) {
     const double* sb = w.frames[k - 1]->speed_bias;
     const Vec3 bg(sb[3], sb[4], sb[5]), ba(sb[6], sb[7], sb[8]);
-    Preintegration& link = *w.frames[k]->link;
+    imu::Preintegration& link = *w.frames[k]->link;
     if ((bg - link.biasGyro()).norm() > 0.005 || (ba - link.biasAcc()).norm() > 0.1) {
       link.relinearise(bg, ba);
     }
@@ -234,4 +234,4 @@ SolveSummary solveTail(WindowState& w, int iterations, std::size_t first) {
   return run(options, set, &x, &problem);
 }
 
-}  // namespace vir
+}  // namespace vir::window

@@ -1,6 +1,6 @@
 #include "window_state.h"
 
-namespace vir {
+namespace vir::window {
 
 template <typename Factor, typename... Args>
 Factor& TermSet::make(Args&&... args) {
@@ -12,12 +12,12 @@ Factor& TermSet::make(Args&&... args) {
 
 void TermSet::addPrior() {
   if (w_.prior.r0.size() == 0) return;
-  auto& f = make<LinearPriorFactor>(w_.prior);
+  auto& f = make<factors::LinearPriorFactor>(w_.prior);
   terms_.push_back({&f, w_.prior_blocks, 0, false, nullptr});
 }
 
 void TermSet::addLink(Frame& a, Frame& b) {
-  auto& f = make<ImuFactor>(*b.link, w_.noise.gravity_mps2);
+  auto& f = make<factors::ImuFactor>(*b.link, w_.noise.gravity_mps2);
   if (w_.options.first_estimate_jacobians) {
     f.linearizeAt(a.linPose(), a.linSpeedBias(), b.linPose(), b.linSpeedBias());
   }
@@ -26,13 +26,13 @@ void TermSet::addLink(Frame& a, Frame& b) {
 
 void TermSet::addRest(Frame& a, Frame* before) {
   if (!a.standing) return;
-  auto& f = make<ZeroVelocityFactor>(w_.options.rest_sigma_v_mps);
+  auto& f = make<factors::ZeroVelocityFactor>(w_.options.rest_sigma_v_mps);
   terms_.push_back({&f, {a.speed_bias}, 0, false, nullptr});
   if (!before || !before->standing) return;
   Eigen::Matrix<double, 6, 6> S = Eigen::Matrix<double, 6, 6>::Zero();
   S.diagonal().head<3>().setConstant(1.0 / w_.options.rest_sigma_p_m);
   S.diagonal().tail<3>().setConstant(1.0 / w_.options.rest_sigma_theta_rad);
-  auto& g = make<RelativePoseFactor>(Pose(), S);
+  auto& g = make<factors::RelativePoseFactor>(Pose(), S);
   terms_.push_back({&g, {before->pose, a.pose}, 0, false, nullptr});
 }
 
@@ -47,7 +47,7 @@ void TermSet::addLandmark(Landmark& l) {
     const double* lin_i = fej ? host->linPose() : nullptr;
     const double* lin_j = fej ? f->linPose() : nullptr;
     if (w_.calibrating()) {
-      auto& r = make<ReprojectionCalibrationFactor>(l.ray, l.sights[k].sight, w_.td_ref_s);
+      auto& r = make<factors::ReprojectionCalibrationFactor>(l.ray, l.sights[k].sight, w_.td_ref_s);
       r.linearizeAt(lin_i, lin_j);
       terms_.push_back({&r,
                         {host->pose, f->pose, w_.extrinsic, l.x, w_.time_offset},
@@ -87,14 +87,14 @@ void TermSet::addRanges() {
   message_ = toPrior(known);
   std::vector<double*> blocks;
   for (const BlockRef& b : known.blocks) blocks.push_back(b.data);
-  auto& f = make<LinearPriorFactor>(message_);
+  auto& f = make<factors::LinearPriorFactor>(message_);
   terms_.push_back({&f, blocks, 0, false, nullptr});
   double* const host = w_.frames.front()->pose;
   for (auto& frame : w_.frames) {
     for (const HeldRange& r : frame->ranges) {
       AnchorState* a = lw.anchor(r.anchor);
       if (!a) continue;
-      const RangeTerm term = lw.termOf(r.anchor, r.range_m, r.sigma_m);
+      const factors::RangeTerm term = lw.termOf(r.anchor, r.range_m, r.sigma_m);
       const Vec3 offset = lw.options().ranges_at_own_time ? Vec3(r.motion + r.lever) : r.lever;
       if (!a->settled) {
         const Vec3 offset_O = frame->T_W_B() * offset - w_.frames.front()->T_W_B().p;
@@ -134,7 +134,7 @@ void TermSet::addTail(std::size_t first) {
     if (!l.has_depth || in_tail(l.host())) continue;
     const Vec3 p_W = landmarkInWorld(w_, l);
     for (std::size_t k = l.sights.size() - 1; k > 0 && in_tail(l.sights[k].frame); --k) {
-      Sight sight = l.sights[k].sight;
+      factors::Sight sight = l.sights[k].sight;
       sight.bearing -= w_.td() * sight.rate;
       point_sights_.emplace_back(p_W, sight, T_B_C);
       terms_.push_back({&point_sights_.back(),
@@ -164,4 +164,4 @@ std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t
   return out;
 }
 
-}  // namespace vir
+}  // namespace vir::window

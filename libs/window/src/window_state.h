@@ -14,7 +14,7 @@
 #include "vir/window/marginalization.h"
 #include "vir/window/short_window.h"
 
-namespace vir {
+namespace vir::window {
 
 struct Frame {
   TimeNs t = 0;
@@ -25,10 +25,10 @@ struct Frame {
   double lin_speed_bias[9];
   bool keyframe = false;
   bool standing = false;
-  std::unique_ptr<Preintegration> link;  ///< from the frame before it
-  std::vector<HeldRange> ranges;         ///< vectors in its body frame
+  std::unique_ptr<imu::Preintegration> link;  ///< from the frame before it
+  std::vector<HeldRange> ranges;              ///< vectors in its body frame
 
-  Pose T_W_B() const { return poseFrom(pose); }
+  Pose T_W_B() const { return factors::poseFrom(pose); }
   /// Where Jacobians must be taken; nullptr = at the current value.
   const double* linPose() const { return fixed ? lin_pose : nullptr; }
   const double* linSpeedBias() const { return fixed ? lin_speed_bias : nullptr; }
@@ -42,12 +42,12 @@ struct Frame {
 
 struct LandmarkSight {
   Frame* frame = nullptr;
-  Sight sight;
+  factors::Sight sight;
 };
 
 struct Landmark {
   std::vector<LandmarkSight> sights;  ///< oldest first; the first is the host's
-  HostRay ray;
+  factors::HostRay ray;
   double x[3] = {0, 0, 0};  ///< u, v, inverse distance
   bool has_depth = false;
   bool in_prior = false;  ///< some of its sights were marginalised
@@ -59,9 +59,9 @@ struct Landmark {
     return (ray.bearing + ray.basis * Vec2(x[0], x[1]) - td_s * ray.rate) / x[2];
   }
   void setHostRay() {
-    const Sight& s = sights.front().sight;
+    const factors::Sight& s = sights.front().sight;
     ray.bearing = s.bearing;
-    ray.basis = tangentBasis(s.bearing);
+    ray.basis = factors::tangentBasis(s.bearing);
     ray.rate = s.rate;
   }
 };
@@ -86,24 +86,24 @@ struct SightFit {
 
 struct WindowState {
   WindowOptions options;
-  ImuNoise noise;
+  imu::ImuNoise noise;
   double focal_px = 1;
   double td_ref_s = 0;
   double extrinsic[7];
   double time_offset[1] = {0};
   std::deque<std::unique_ptr<Frame>> frames;
   std::map<std::uint64_t, Landmark> landmarks;  ///< ordered by id: same sums in every run
-  LinearPrior prior;
+  factors::LinearPrior prior;
   std::vector<double*> prior_blocks;
   std::vector<WindowLandmark> retired_landmarks;
-  PoseManifold pose_manifold;
+  factors::PoseManifold pose_manifold;
   LongWindow* long_window = nullptr;  ///< not owned; nullptr: no ranges, no covariance in W
   WindowCovariance covariance;
   SightFit sight_fit;
 
   bool ranging() const { return long_window && !long_window->anchors().empty(); }
 
-  Pose T_B_C() const { return poseFrom(extrinsic); }
+  Pose T_B_C() const { return factors::poseFrom(extrinsic); }
   /// Change of the time offset against the one the frames' stamps were corrected with [s].
   double td() const { return time_offset[0] - td_ref_s; }
   bool calibrating() const { return options.estimate_extrinsics || options.estimate_time_offset; }
@@ -138,13 +138,13 @@ class TermSet {
 
   WindowState& w_;
   std::vector<Term> terms_;
-  std::deque<ReprojectionFactor> reprojections_;
-  std::deque<HostSightFactor> host_sights_;
-  std::deque<PointSightFactor> point_sights_;
-  std::deque<WindowRangeFactor> window_ranges_;
-  std::deque<FrontRangeFactor> front_ranges_;
-  std::deque<NodeRangeFactor> rigid_ranges_;
-  LinearPrior message_;
+  std::deque<factors::ReprojectionFactor> reprojections_;
+  std::deque<factors::HostSightFactor> host_sights_;
+  std::deque<factors::PointSightFactor> point_sights_;
+  std::deque<factors::WindowRangeFactor> window_ranges_;
+  std::deque<factors::FrontRangeFactor> front_ranges_;
+  std::deque<factors::NodeRangeFactor> rigid_ranges_;
+  factors::LinearPrior message_;
   std::vector<std::unique_ptr<ceres::CostFunction>> others_;
   int sights_ = 0;
 };
@@ -171,10 +171,10 @@ void removeSightsOf(WindowState& w, const Frame* frame);
 bool decideKeyframe(const WindowState& w);
 /// Newest and the frame before it stand still, and the link between them is at its longest.
 bool endsRestLink(const WindowState& w);
-void dropNewestInto(WindowState& w, Preintegration* link);
+void dropNewestInto(WindowState& w, imu::Preintegration* link);
 void marginalizeOldest(WindowState& w);
 SolveSummary solveWindow(WindowState& w, int iterations);
 /// Only the frames from index `first` on move; landmarks and older frames are taken as known.
 SolveSummary solveTail(WindowState& w, int iterations, std::size_t first);
 
-}  // namespace vir
+}  // namespace vir::window

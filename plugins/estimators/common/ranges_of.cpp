@@ -10,20 +10,20 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 namespace {
 constexpr const char* kAnchorPrefix = "ANCHOR:";
 }
 
-std::vector<RangeMeasurement> rangesOf(const mrpt::obs::CObservation& observation) {
-  std::vector<RangeMeasurement> out;
+std::vector<estimator::RangeMeasurement> rangesOf(const mrpt::obs::CObservation& observation) {
+  std::vector<estimator::RangeMeasurement> out;
   const auto* o = dynamic_cast<const mrpt::obs::CObservationBeaconRanges*>(&observation);
   if (!o) return out;
   for (const auto& m : o->sensedData) {
-    RangeMeasurement r;
-    r.t = fromMrptTime(o->timestamp);
+    estimator::RangeMeasurement r;
+    r.t = rawlog::fromMrptTime(o->timestamp);
     r.anchor = static_cast<std::uint32_t>(m.beaconID);
     r.range_m = static_cast<double>(m.sensedDistance);
     r.sigma_m = static_cast<double>(o->stdError);
@@ -52,7 +52,7 @@ std::optional<AnchorEvent> anchorEventOf(const mrpt::obs::CObservation& observat
   return event;
 }
 
-void loadBiasModel(RangeOptions* options) {
+void loadBiasModel(estimator::RangeOptions* options) {
   if (options->bias_model_file.empty()) return;
   std::ifstream in(options->bias_model_file);
   if (!in) {
@@ -61,13 +61,14 @@ void loadBiasModel(RangeOptions* options) {
   }
   std::ostringstream text;
   text << in.rdbuf();
-  options->bias_model = RangeBiasModel::fromText(text.str(), options->bias_model_file);
+  options->bias_model = ranging::RangeBiasModel::fromText(text.str(), options->bias_model_file);
 }
 
-std::vector<AnchorEstimate> toEstimates(const std::vector<AnchorReport>& anchors) {
-  std::vector<AnchorEstimate> out;
-  for (const AnchorReport& a : anchors) {
-    AnchorEstimate e;
+std::vector<roles::AnchorEstimate> toEstimates(
+    const std::vector<estimator::AnchorReport>& anchors) {
+  std::vector<roles::AnchorEstimate> out;
+  for (const estimator::AnchorReport& a : anchors) {
+    roles::AnchorEstimate e;
     e.id = a.id;
     e.has_position = a.has_position;
     e.p_W = a.p_W;
@@ -84,10 +85,10 @@ std::vector<AnchorEstimate> toEstimates(const std::vector<AnchorReport>& anchors
   return out;
 }
 
-std::vector<RangeRecord> toRecords(const std::vector<RangeDecision>& decisions) {
-  std::vector<RangeRecord> out;
+std::vector<roles::RangeRecord> toRecords(const std::vector<estimator::RangeDecision>& decisions) {
+  std::vector<roles::RangeRecord> out;
   out.reserve(decisions.size());
-  for (const RangeDecision& d : decisions) {
+  for (const estimator::RangeDecision& d : decisions) {
     out.push_back({d.t, d.anchor, d.measured_m, d.predicted_m, d.residual_m, d.sigma_m, d.weight,
                    d.decision});
   }

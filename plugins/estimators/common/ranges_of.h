@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "vir/estimator/range_layer.h"
-#include "vir/pipeline/estimator.h"
+#include "vir/roles/estimator.h"
 
 namespace vir {
 
 /// The ranges of a CObservationBeaconRanges; none for any other class.
-std::vector<RangeMeasurement> rangesOf(const mrpt::obs::CObservation& observation);
+std::vector<estimator::RangeMeasurement> rangesOf(const mrpt::obs::CObservation& observation);
 
 /// "The robot has just put down this anchor": a CObservationRobotPose labelled `ANCHOR:<id>` whose
 /// pose is the anchor's in the body frame, with the covariance of its position.
@@ -22,9 +22,9 @@ struct AnchorEvent {
 std::optional<AnchorEvent> anchorEventOf(const mrpt::obs::CObservation& observation);
 
 /// Reads the file that [Ranges] bias_model names, if any. Throws std::runtime_error.
-void loadBiasModel(RangeOptions* options);
+void loadBiasModel(estimator::RangeOptions* options);
 
-std::vector<AnchorEstimate> toEstimates(const std::vector<AnchorReport>& anchors);
-std::vector<RangeRecord> toRecords(const std::vector<RangeDecision>& decisions);
+std::vector<roles::AnchorEstimate> toEstimates(const std::vector<estimator::AnchorReport>& anchors);
+std::vector<roles::RangeRecord> toRecords(const std::vector<estimator::RangeDecision>& decisions);
 
 }  // namespace vir

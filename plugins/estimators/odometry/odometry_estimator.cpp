@@ -3,8 +3,8 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 
 #include "ranges_of.h"
-#include "vir/pipeline/mrpt_pose.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
@@ -13,13 +13,13 @@ void OdometryEstimator::describe(OptionVisitor& v) {
   v.value("odometry_label", odometry_label_, "sensor label of the odometry's poses");
   v.value("range_label", range_label_, "sensor label of the ranges to anchors");
   v.value("use_ranges", config_.ranges.use, "use the ranges, if the recording has any");
-  describeMode(v, config_.long_window);
-  vir::describe(v, config_);
+  window::describeMode(v, config_.long_window);
+  estimator::describe(v, config_);
 }
 
 void OdometryEstimator::start(const LogSink& log) {
   loadBiasModel(&config_.ranges);
-  estimator_ = std::make_unique<OdometryRangeEstimator>(config_, log);
+  estimator_ = std::make_unique<estimator::OdometryRangeEstimator>(config_, log);
 }
 
 bool OdometryEstimator::reads(const mrpt::obs::CObservation& observation) const {
@@ -30,18 +30,20 @@ bool OdometryEstimator::reads(const mrpt::obs::CObservation& observation) const 
 void OdometryEstimator::add(const mrpt::obs::CObservation& observation) {
   if (observation.sensorLabel == odometry_label_) {
     const auto* pose = dynamic_cast<const mrpt::obs::CObservationRobotPose*>(&observation);
-    if (pose) estimator_->addOdometry(fromMrptTime(pose->timestamp), fromMrptPose(pose->pose.mean));
+    if (pose)
+      estimator_->addOdometry(rawlog::fromMrptTime(pose->timestamp),
+                              rawlog::fromMrptPose(pose->pose.mean));
   } else if (observation.sensorLabel == range_label_) {
-    for (const RangeMeasurement& r : rangesOf(observation)) estimator_->addRange(r);
+    for (const estimator::RangeMeasurement& r : rangesOf(observation)) estimator_->addRange(r);
   } else if (const auto event = anchorEventOf(observation)) {
     estimator_->anchorDropped(event->id, event->p_B, event->sigma_m);
   }
 }
 
-std::vector<StateEstimate> OdometryEstimator::take() {
-  std::vector<StateEstimate> out;
-  for (const OdometryEstimate& e : estimator_->take()) {
-    StateEstimate s;
+std::vector<roles::StateEstimate> OdometryEstimator::take() {
+  std::vector<roles::StateEstimate> out;
+  for (const estimator::OdometryEstimate& e : estimator_->take()) {
+    roles::StateEstimate s;
     s.t = s.t_imu = e.t;
     s.valid = e.valid;
     s.T_W_B = e.T_W_B;
@@ -57,21 +59,21 @@ std::vector<StateEstimate> OdometryEstimator::take() {
   return out;
 }
 
-std::vector<KeyframeEstimate> OdometryEstimator::keyframes() const {
-  std::vector<KeyframeEstimate> out;
+std::vector<roles::KeyframeEstimate> OdometryEstimator::keyframes() const {
+  std::vector<roles::KeyframeEstimate> out;
   for (const auto& [t, T_W_B] : estimator_->keyframes()) out.push_back({t, T_W_B});
   return out;
 }
 
-std::vector<AnchorEstimate> OdometryEstimator::anchors() const {
+std::vector<roles::AnchorEstimate> OdometryEstimator::anchors() const {
   return toEstimates(estimator_->anchors());
 }
-std::vector<RangeRecord> OdometryEstimator::takeRanges() {
+std::vector<roles::RangeRecord> OdometryEstimator::takeRanges() {
   return toRecords(estimator_->takeRanges());
 }
 
-EstimatorReport OdometryEstimator::report() const {
-  EstimatorReport r;
+roles::EstimatorReport OdometryEstimator::report() const {
+  roles::EstimatorReport r;
   r.counters = estimator_->counters();
   r.warnings = estimator_->warnings();
   r.resets = segments_;

@@ -1,5 +1,5 @@
 #include "odometry_estimator.h"
-#include "vir/pipeline/estimator_registry.h"
+#include "vir/roles/estimator_registry.h"
 
 namespace vir {
 VIR_REGISTER_ESTIMATOR(OdometryEstimator, "odometry",

@@ -1,4 +1,4 @@
-#include "vir/pipeline/estimator_registry.h"
+#include "vir/roles/estimator_registry.h"
 #include "vir_estimator.h"
 
 namespace vir {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tracks_of.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 namespace {
@@ -16,8 +16,8 @@ constexpr double kIntensity = 128;
 
 }  // namespace
 
-bool TrackReader::observe(const CameraModel& camera, FeatureObservation* f) const {
-  const CameraCalibration& c = camera.calibration();
+bool TrackReader::observe(const camera::CameraModel& camera, vision::FeatureObservation* f) const {
+  const camera::CameraCalibration& c = camera.calibration();
   // Not in the image: NaN neither.
   if (!(f->px.x() >= 0 && f->px.y() >= 0 && f->px.x() <= c.width && f->px.y() <= c.height)) {
     return false;
@@ -27,16 +27,17 @@ bool TrackReader::observe(const CameraModel& camera, FeatureObservation* f) cons
          camera.project(f->bearing, &again, &f->dpx_dbearing);
 }
 
-TrackedFrame TrackReader::read(const mrpt::obs::CObservationStereoImagesFeatures& observation,
-                               const CameraModel& camera) {
-  TrackedFrame frame;
-  frame.t = fromMrptTime(observation.timestamp);
+vision::TrackedFrame TrackReader::read(
+    const mrpt::obs::CObservationStereoImagesFeatures& observation,
+    const camera::CameraModel& camera) {
+  vision::TrackedFrame frame;
+  frame.t = rawlog::fromMrptTime(observation.timestamp);
   frame.mean_intensity = kIntensity;
   const double dt = toSeconds(frame.t - last_t_);
-  std::map<std::uint64_t, FeatureObservation> now;
+  std::map<std::uint64_t, vision::FeatureObservation> now;
   std::vector<double> flow;
   for (const mrpt::obs::TStereoImageFeatures& in : observation.theFeatures) {
-    FeatureObservation f;
+    vision::FeatureObservation f;
     f.id = in.ID;
     f.px = Vec2(in.pixels.first.x, in.pixels.first.y);
     if (now.count(f.id) != 0 || !observe(camera, &f)) {
@@ -45,7 +46,7 @@ TrackedFrame TrackReader::read(const mrpt::obs::CObservationStereoImagesFeatures
     }
     const auto before = last_.find(f.id);
     if (before != last_.end() && dt > 0) {
-      const FeatureObservation& old = before->second;
+      const vision::FeatureObservation& old = before->second;
       f.age = old.age + 1;
       f.bearing_rate = (f.bearing - old.bearing) / dt;
       flow.push_back((f.px - old.px).norm());

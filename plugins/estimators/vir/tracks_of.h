@@ -17,14 +17,14 @@ class TrackReader {
  public:
   /// The features of one image, in order of time. What cannot be a feature (a pixel that is not
   /// finite or outside of the image, an id for the second time) is left out and counted.
-  TrackedFrame read(const mrpt::obs::CObservationStereoImagesFeatures& observation,
-                    const CameraModel& camera);
+  vision::TrackedFrame read(const mrpt::obs::CObservationStereoImagesFeatures& observation,
+                            const camera::CameraModel& camera);
   long unusable() const { return unusable_; }
 
  private:
-  bool observe(const CameraModel& camera, FeatureObservation* f) const;
+  bool observe(const camera::CameraModel& camera, vision::FeatureObservation* f) const;
 
-  std::map<std::uint64_t, FeatureObservation> last_;  ///< of the image before
+  std::map<std::uint64_t, vision::FeatureObservation> last_;  ///< of the image before
   TimeNs last_t_ = 0;
   long unusable_ = 0;
 };

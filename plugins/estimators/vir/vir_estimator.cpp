@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "ranges_of.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 namespace {
@@ -22,8 +22,8 @@ Pose poseOf(const mrpt::poses::CPose3D& p) {
           Vec3(q.x(), q.y(), q.z())};
 }
 
-CameraCalibration calibrationOf(const mrpt::img::TCamera& c) {
-  CameraCalibration out;
+camera::CameraCalibration calibrationOf(const mrpt::img::TCamera& c) {
+  camera::CameraCalibration out;
   out.width = static_cast<int>(c.ncols);
   out.height = static_cast<int>(c.nrows);
   out.fx = c.fx();
@@ -32,15 +32,15 @@ CameraCalibration calibrationOf(const mrpt::img::TCamera& c) {
   out.cy = c.cy();
   switch (c.distortion) {
     case mrpt::img::DistortionModel::kannala_brandt:
-      out.distortion = Distortion::equidistant;
+      out.distortion = camera::Distortion::equidistant;
       out.dist = {c.k1(), c.k2(), c.k3(), c.k4(), 0};
       break;
     case mrpt::img::DistortionModel::plumb_bob:
-      out.distortion = Distortion::radtan;
+      out.distortion = camera::Distortion::radtan;
       out.dist = {c.k1(), c.k2(), c.p1(), c.p2(), c.k3()};
       break;
     default:
-      out.distortion = Distortion::none;
+      out.distortion = camera::Distortion::none;
   }
   return out;
 }
@@ -66,14 +66,14 @@ void VirEstimator::describe(OptionVisitor& v) {
   v.value("use_ranges", config_.ranges.use, "use the ranges, if the recording has any");
   v.value("pipelined", config_.pipelined,
           "the tracker hears of the state one image later, as it does with two threads in record");
-  describeMode(v, config_.long_window);
-  vir::describe(v, config_);
+  window::describeMode(v, config_.long_window);
+  estimator::describe(v, config_);
 }
 
 void VirEstimator::start(const LogSink& log) {
   log_ = log;
   loadBiasModel(&config_.ranges);
-  estimator_ = std::make_unique<VisualInertialEstimator>(config_, log);
+  estimator_ = std::make_unique<estimator::VisualInertialEstimator>(config_, log);
   if (on_estimates_) estimator_->workBehind(on_estimates_);
 }
 
@@ -109,7 +109,7 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
       addImu(*imu);
     }
   } else if (observation.sensorLabel == range_label_) {
-    for (const RangeMeasurement& r : rangesOf(observation)) estimator_->addRange(r);
+    for (const estimator::RangeMeasurement& r : rangesOf(observation)) estimator_->addRange(r);
   } else if (const auto event = anchorEventOf(observation)) {
     estimator_->anchorDropped(event->id, event->p_B, event->sigma_m);
   }
@@ -123,11 +123,11 @@ void VirEstimator::addImu(const mrpt::obs::CObservationIMU& o) {
     warnOnce("imu",
              "IMU readings without all six of acceleration and angular rate are skipped; "
              "first at " +
-                 std::to_string(fromMrptTime(o.timestamp)) + " ns");
+                 std::to_string(rawlog::fromMrptTime(o.timestamp)) + " ns");
     return;
   }
-  ImuSample s;
-  s.t = fromMrptTime(o.timestamp);
+  imu::ImuSample s;
+  s.t = rawlog::fromMrptTime(o.timestamp);
   s.acc = Vec3(o.get(IMU_X_ACC), o.get(IMU_Y_ACC), o.get(IMU_Z_ACC));
   s.gyro = Vec3(o.get(IMU_WX), o.get(IMU_WY), o.get(IMU_WZ));
   estimator_->addImu(s);
@@ -150,7 +150,7 @@ bool VirEstimator::knowsCamera(const mrpt::img::TCamera& camera,
 }
 
 void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
-  const TimeNs t = fromMrptTime(o.timestamp);
+  const TimeNs t = rawlog::fromMrptTime(o.timestamp);
   if (!knowsCamera(o.cameraParams, o.cameraPose)) return;
   any_image_ = true;
   cv::Mat gray;
@@ -171,16 +171,16 @@ void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& 
     return;
   }
   if (!knowsCamera(o.cameraLeft, mrpt::poses::CPose3D(o.cameraPoseOnRobot))) return;
-  if (!camera_) camera_ = makeCamera(calibration_);
+  if (!camera_) camera_ = camera::makeCamera(calibration_);
   estimator_->addTracks(track_reader_.read(o, *camera_));
 }
 
 void VirEstimator::finish() { estimator_->finish(); }
 
-std::vector<StateEstimate> VirEstimator::take() {
-  std::vector<StateEstimate> out;
-  for (const FrameEstimate& f : estimator_->take()) {
-    StateEstimate s;
+std::vector<roles::StateEstimate> VirEstimator::take() {
+  std::vector<roles::StateEstimate> out;
+  for (const estimator::FrameEstimate& f : estimator_->take()) {
+    roles::StateEstimate s;
     s.t = f.t;
     s.t_imu = f.valid ? f.state.t : f.t;
     s.valid = f.valid;
@@ -206,32 +206,34 @@ std::vector<StateEstimate> VirEstimator::take() {
   return out;
 }
 
-std::vector<LandmarkEstimate> VirEstimator::landmarks() const {
-  std::vector<LandmarkEstimate> out;
-  for (const WindowLandmark& l : estimator_->landmarks()) out.push_back({l.id, l.p_W});
+std::vector<roles::LandmarkEstimate> VirEstimator::landmarks() const {
+  std::vector<roles::LandmarkEstimate> out;
+  for (const window::WindowLandmark& l : estimator_->landmarks()) out.push_back({l.id, l.p_W});
   return out;
 }
 
-std::vector<KeyframeEstimate> VirEstimator::keyframes() const {
-  std::vector<KeyframeEstimate> out;
-  for (const NavState& s : estimator_->keyframes()) out.push_back({s.t, s.T_W_B});
+std::vector<roles::KeyframeEstimate> VirEstimator::keyframes() const {
+  std::vector<roles::KeyframeEstimate> out;
+  for (const window::NavState& s : estimator_->keyframes()) out.push_back({s.t, s.T_W_B});
   return out;
 }
 
-std::vector<AnchorEstimate> VirEstimator::anchors() const {
+std::vector<roles::AnchorEstimate> VirEstimator::anchors() const {
   return toEstimates(estimator_->anchors());
 }
 
-std::vector<RangeRecord> VirEstimator::takeRanges() { return toRecords(estimator_->takeRanges()); }
+std::vector<roles::RangeRecord> VirEstimator::takeRanges() {
+  return toRecords(estimator_->takeRanges());
+}
 
 std::vector<Eigen::Vector2f> VirEstimator::trackedPixels() const {
   return estimator_ ? estimator_->trackedPixels() : std::vector<Eigen::Vector2f>();
 }
 
-EstimatorReport VirEstimator::report() const {
-  const EstimatorCounters c = estimator_->counters();
-  const ImuBufferCounters& i = estimator_->imuCounters();
-  EstimatorReport r;
+roles::EstimatorReport VirEstimator::report() const {
+  const estimator::EstimatorCounters c = estimator_->counters();
+  const imu::ImuBufferCounters& i = estimator_->imuCounters();
+  roles::EstimatorReport r;
   r.counters = {{"images", c.images},
                 {"images_unusable", c.images_unusable},
                 {"images_undecodable", images_undecodable_},

@@ -2,7 +2,7 @@
 /// Estimator plugin `vir`: MRPT observations to the visual-inertial estimator and back.
 #include "tracks_of.h"
 #include "vir/estimator/visual_inertial_estimator.h"
-#include "vir/pipeline/estimator.h"
+#include "vir/roles/estimator.h"
 
 namespace mrpt::img {
 class TCamera;
@@ -18,7 +18,7 @@ class CObservationStereoImagesFeatures;
 
 namespace vir {
 
-class VirEstimator final : public Estimator {
+class VirEstimator final : public roles::Estimator {
  public:
   void describe(OptionVisitor& v) override;
   bool workBehind(std::function<void()> on_estimates) override;
@@ -26,13 +26,13 @@ class VirEstimator final : public Estimator {
   bool reads(const mrpt::obs::CObservation& observation) const override;
   void add(const mrpt::obs::CObservation& observation) override;
   void finish() override;
-  std::vector<StateEstimate> take() override;
-  std::vector<LandmarkEstimate> landmarks() const override;
-  std::vector<KeyframeEstimate> keyframes() const override;
-  std::vector<AnchorEstimate> anchors() const override;
-  std::vector<RangeRecord> takeRanges() override;
+  std::vector<roles::StateEstimate> take() override;
+  std::vector<roles::LandmarkEstimate> landmarks() const override;
+  std::vector<roles::KeyframeEstimate> keyframes() const override;
+  std::vector<roles::AnchorEstimate> anchors() const override;
+  std::vector<roles::RangeRecord> takeRanges() override;
   std::vector<Eigen::Vector2f> trackedPixels() const override;
-  EstimatorReport report() const override;
+  roles::EstimatorReport report() const override;
 
  private:
   void addImage(const mrpt::obs::CObservationImage& image);
@@ -41,16 +41,16 @@ class VirEstimator final : public Estimator {
   void addImu(const mrpt::obs::CObservationIMU& imu);
   void warnOnce(const std::string& key, const std::string& text);
 
-  EstimatorConfig config_;
+  estimator::EstimatorConfig config_;
   std::string camera_label_ = "CAM0";
   std::string tracks_label_ = "TRACKS0";
   std::string imu_label_ = "IMU0";
   std::string range_label_ = "UWB0";
   LogSink log_;
   std::function<void()> on_estimates_;
-  std::unique_ptr<VisualInertialEstimator> estimator_;
-  CameraCalibration calibration_;
-  std::shared_ptr<const CameraModel> camera_;  ///< for tracks
+  std::unique_ptr<estimator::VisualInertialEstimator> estimator_;
+  camera::CameraCalibration calibration_;
+  std::shared_ptr<const camera::CameraModel> camera_;  ///< for tracks
   TrackReader track_reader_;
   bool any_image_ = false;
   std::vector<std::string> warned_;

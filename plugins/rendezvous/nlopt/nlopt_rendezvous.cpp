@@ -4,10 +4,10 @@ namespace vir {
 
 void NloptRendezvous::start(const LogSink& log) {
   log_ = log;
-  tracker_ = TransformTracker(options_);
+  tracker_ = team::TransformTracker(options_);
 }
 
-void NloptRendezvous::add(const MutualRange& range, int segment_A, int segment_B) {
+void NloptRendezvous::add(const team::MutualRange& range, int segment_A, int segment_B) {
   const int before = tracker_.restarts();
   tracker_.add(range, segment_A, segment_B);
   if (tracker_.restarts() == before) return;
@@ -15,10 +15,10 @@ void NloptRendezvous::add(const MutualRange& range, int segment_A, int segment_B
       "a robot started a new world: the transform between the two is being found anew");
 }
 
-void NloptRendezvous::setAnchors(const std::vector<SharedAnchor>& anchors) {
+void NloptRendezvous::setAnchors(const std::vector<team::SharedAnchor>& anchors) {
   tracker_.setAnchors(anchors);
 }
 
-TransformAnswer NloptRendezvous::answer() { return tracker_.answer(); }
+team::TransformAnswer NloptRendezvous::answer() { return tracker_.answer(); }
 
 }  // namespace vir

@@ -3,22 +3,22 @@
 /// and a refinement of the full robust cost (libs/alignment).
 #include <optional>
 
-#include "vir/alignment/transform_tracker.h"
-#include "vir/pipeline/rendezvous.h"
+#include "vir/roles/rendezvous.h"
+#include "vir/team/transform_tracker.h"
 
 namespace vir {
 
-class NloptRendezvous final : public Rendezvous {
+class NloptRendezvous final : public roles::Rendezvous {
  public:
-  void describe(OptionVisitor& v) override { vir::describe(v, options_); }
+  void describe(OptionVisitor& v) override { team::describe(v, options_); }
   void start(const LogSink& log) override;
-  void add(const MutualRange& range, int segment_A, int segment_B) override;
-  void setAnchors(const std::vector<SharedAnchor>& anchors) override;
-  TransformAnswer answer() override;
+  void add(const team::MutualRange& range, int segment_A, int segment_B) override;
+  void setAnchors(const std::vector<team::SharedAnchor>& anchors) override;
+  team::TransformAnswer answer() override;
 
  private:
-  TransformTrackerOptions options_;
-  TransformTracker tracker_;
+  team::TransformTrackerOptions options_;
+  team::TransformTracker tracker_;
   LogSink log_;
 };
 

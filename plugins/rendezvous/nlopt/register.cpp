@@ -1,5 +1,5 @@
 #include "nlopt_rendezvous.h"
-#include "vir/pipeline/rendezvous_registry.h"
+#include "vir/roles/rendezvous_registry.h"
 
 namespace vir {
 VIR_REGISTER_RENDEZVOUS(NloptRendezvous, "nlopt",

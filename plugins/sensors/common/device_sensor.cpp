@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "live_logger.h"
-#include "vir/pipeline/grabber_settings.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/live/grabber_settings.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 namespace {
@@ -24,7 +24,7 @@ double steadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-TimeNs hostTime() { return fromMrptTime(mrpt::Clock::now()); }
+TimeNs hostTime() { return rawlog::fromMrptTime(mrpt::Clock::now()); }
 
 }  // namespace
 
@@ -36,7 +36,7 @@ DeviceSensor::DeviceSensor(const std::string& driver, std::string label)
 
 void DeviceSensor::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
-  readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  live::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
   setLoggerName(section);
   // MRPT's word for a label that is not set.
   const bool unset = m_sensorLabel.empty() || m_sensorLabel == "UNNAMED_SENSOR";
@@ -112,6 +112,6 @@ bool DeviceSensor::connected() const {
   return source_ != nullptr && source_->state() == ByteSource::State::open;
 }
 
-std::vector<SensorMessage> DeviceSensor::takeMessages() { return reports_.take(); }
+std::vector<roles::SensorMessage> DeviceSensor::takeMessages() { return reports_.take(); }
 
 }  // namespace vir

@@ -13,7 +13,7 @@
 #include "report_queue.h"
 #include "vir/core/device_clock.h"
 #include "vir/core/time.h"
-#include "vir/pipeline/live_source.h"
+#include "vir/roles/live_source.h"
 
 namespace vir {
 
@@ -21,7 +21,7 @@ namespace vir {
 /// doProcess(), which takes at most some 20 ms, does not throw.
 class DeviceSensor : public mrpt::hwdrivers::CGenericSensor,
                      public mrpt::system::COutputLogger,
-                     public LiveSource {
+                     public roles::LiveSource {
  public:
   // CGenericSensor
   void initialize() final;
@@ -29,7 +29,7 @@ class DeviceSensor : public mrpt::hwdrivers::CGenericSensor,
 
   // LiveSource
   bool connected() const final;
-  std::vector<SensorMessage> takeMessages() final;
+  std::vector<roles::SensorMessage> takeMessages() final;
 
  protected:
   using Counts = std::vector<std::pair<std::string, long>>;

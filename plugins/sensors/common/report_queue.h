@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "vir/core/log.h"
-#include "vir/pipeline/live_source.h"
+#include "vir/roles/live_source.h"
 
 namespace vir {
 
@@ -25,15 +25,15 @@ class ReportQueue {
     if (said_.size() < kMost && said_.insert(key).second) say(level, text);
   }
   void forget(const std::string& key) { said_.erase(key); }
-  std::vector<SensorMessage> take() {
-    std::vector<SensorMessage> out;
+  std::vector<roles::SensorMessage> take() {
+    std::vector<roles::SensorMessage> out;
     out.swap(waiting_);
     return out;
   }
 
  private:
   LogSink sink_;
-  std::vector<SensorMessage> waiting_;
+  std::vector<roles::SensorMessage> waiting_;
   std::set<std::string> said_;
 };
 

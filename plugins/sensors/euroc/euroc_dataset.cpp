@@ -12,9 +12,9 @@
 
 #include "euroc_dataset.h"
 #include "input_error.h"
-#include "vir/pipeline/grabber_settings.h"
-#include "vir/pipeline/mrpt_pose.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/live/grabber_settings.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
@@ -70,7 +70,7 @@ mrpt::obs::CObservation::Ptr rangeObservation(const euroc::RangeRow& row, const 
 mrpt::obs::CObservation::Ptr truthObservation(const euroc::PoseRow& row) {
   auto obs = std::make_shared<mrpt::obs::CObservationRobotPose>();
   obs->sensorLabel = "GT";
-  obs->pose.mean = toMrptPose(row.T_W_B);
+  obs->pose.mean = rawlog::toMrptPose(row.T_W_B);
   obs->pose.cov.setZero();
   return obs;
 }
@@ -89,7 +89,7 @@ void EurocDataset::describe(OptionVisitor& v) { euroc::describe(v, options_); }
 
 void EurocDataset::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
-  readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  live::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
 }
 
 void EurocDataset::setPathForExternalImages(const std::string& directory) {
@@ -114,7 +114,7 @@ void EurocDataset::initialize() {
     auto obs = std::make_shared<mrpt::obs::CObservationImage>();
     obs->sensorLabel = "CAM0";
     obs->cameraParams = mrptCamera(*camera, options_.camera);
-    obs->cameraPose = toMrptPose(camera->T_B_C);
+    obs->cameraPose = rawlog::toMrptPose(camera->T_B_C);
     image_template_ = obs;
   }
   m_state = ssWorking;
@@ -161,7 +161,7 @@ void EurocDataset::emit(const Event& event) {
     emitImage(event, std::get<euroc::ImageRow>(event.what));
     return;
   }
-  obs->timestamp = toMrptTime(event.t);
+  obs->timestamp = rawlog::toMrptTime(event.t);
   ++given_[counter];
   appendObservation(obs);
 }
@@ -171,7 +171,7 @@ void EurocDataset::emitImage(const Event& event, const euroc::ImageRow& row) {
   const std::string file = recording_->folder().camera_dir + "/data/" + row.file;
   if (!store_->store(event.t, file, event.where, &stored)) return;
   auto obs = std::make_shared<mrpt::obs::CObservationImage>(*image_template_);
-  obs->timestamp = toMrptTime(event.t);
+  obs->timestamp = rawlog::toMrptTime(event.t);
   if (stored.external_name.empty()) {
     obs->image = mrpt::img::CImage(stored.pixels, mrpt::img::SHALLOW_COPY);
   } else {
@@ -211,8 +211,8 @@ std::string EurocDataset::companionIni() const {
          text;
 }
 
-std::vector<TrueAnchor> EurocDataset::trueAnchors() const {
-  std::vector<TrueAnchor> anchors;
+std::vector<roles::TrueAnchor> EurocDataset::trueAnchors() const {
+  std::vector<roles::TrueAnchor> anchors;
   if (!recording_) return anchors;
   for (const euroc::AnchorRow& a : recording_->trueAnchors()) {
     anchors.push_back({a.id, a.p_W.x(), a.p_W.y(), a.p_W.z()});

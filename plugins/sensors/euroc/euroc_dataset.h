@@ -12,14 +12,14 @@
 #include "euroc_options.h"
 #include "image_store.h"
 #include "recording.h"
-#include "vir/pipeline/recorded_source.h"
+#include "vir/roles/recorded_source.h"
 
 namespace vir {
 
 /// Gives CAM0, IMU0, UWB0 and GT in time order, as fast as doProcess() is called. Memory does not
 /// depend on the recording's length. The label set for the sensor is not used: one folder holds
 /// several sensors, which keep their own.
-class EurocDataset : public mrpt::hwdrivers::CGenericSensor, public RecordedSource {
+class EurocDataset : public mrpt::hwdrivers::CGenericSensor, public roles::RecordedSource {
   DEFINE_GENERIC_SENSOR(EurocDataset)
  public:
   EurocDataset();
@@ -38,7 +38,7 @@ class EurocDataset : public mrpt::hwdrivers::CGenericSensor, public RecordedSour
   std::vector<std::pair<std::string, long>> counters() const override;
   std::vector<std::string> warnings() const override;
   std::string companionIni() const override;
-  std::vector<TrueAnchor> trueAnchors() const override;
+  std::vector<roles::TrueAnchor> trueAnchors() const override;
 
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,

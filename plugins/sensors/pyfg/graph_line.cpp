@@ -53,7 +53,7 @@ class FieldReader {
 
   bool stamp(TimeNs* t) {
     const std::string_view field = fields_[at_++];
-    if (parseSeconds(std::string(field), t) && *t >= 0) return true;
+    if (evaluation::parseSeconds(std::string(field), t) && *t >= 0) return true;
     return fail(fault_, "line_malformed", shown(field) + " is not a time in seconds");
   }
 

@@ -6,9 +6,9 @@
 
 #include "input_error.h"
 #include "pyfg_dataset.h"
-#include "vir/pipeline/grabber_settings.h"
-#include "vir/pipeline/mrpt_pose.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/live/grabber_settings.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
@@ -23,7 +23,7 @@ mrpt::obs::CObservation::Ptr poseObservation(const char* label, const Pose& pose
                                              const pyfg::Mat6& covariance) {
   auto obs = std::make_shared<mrpt::obs::CObservationRobotPose>();
   obs->sensorLabel = label;
-  obs->pose.mean = toMrptPose(pose);
+  obs->pose.mean = rawlog::toMrptPose(pose);
   for (int r = 0; r < 6; ++r) {
     for (int c = 0; c < 6; ++c) obs->pose.cov(r, c) = covariance(r, c);
   }
@@ -74,7 +74,7 @@ void PyfgDataset::describe(OptionVisitor& v) { pyfg::describe(v, options_); }
 
 void PyfgDataset::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                             const std::string& section) {
-  readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  live::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
 }
 
 void PyfgDataset::initialize() {
@@ -100,7 +100,7 @@ void PyfgDataset::doProcess() {
   for (int i = 0; i < kBatch && !finished(); ++i) {
     const pyfg::Event& event = recording_.events[at_++];
     const auto obs = std::visit(Converter{&given_}, event.what);
-    obs->timestamp = toMrptTime(event.t);
+    obs->timestamp = rawlog::toMrptTime(event.t);
     appendObservation(obs);
   }
 }
@@ -121,8 +121,8 @@ std::vector<std::pair<std::string, long>> PyfgDataset::counters() const {
 
 std::vector<std::string> PyfgDataset::warnings() const { return log_.messages(); }
 
-std::vector<TrueAnchor> PyfgDataset::trueAnchors() const {
-  std::vector<TrueAnchor> anchors;
+std::vector<roles::TrueAnchor> PyfgDataset::trueAnchors() const {
+  std::vector<roles::TrueAnchor> anchors;
   for (const pyfg::Landmark& l : recording_.landmarks) {
     anchors.push_back({l.name.number, l.p_W.x(), l.p_W.y(), l.p_W.z()});
   }

@@ -10,7 +10,7 @@
 
 #include "pyfg_options.h"
 #include "robot_recording.h"
-#include "vir/pipeline/recorded_source.h"
+#include "vir/roles/recorded_source.h"
 
 namespace vir {
 
@@ -25,7 +25,7 @@ namespace vir {
 /// - `PEER`: one range each to another robot; beaconID is robotId() of its letter, whichever of the
 ///   two the file names first.
 /// The label set for the sensor is not used.
-class PyfgDataset : public mrpt::hwdrivers::CGenericSensor, public RecordedSource {
+class PyfgDataset : public mrpt::hwdrivers::CGenericSensor, public roles::RecordedSource {
   DEFINE_GENERIC_SENSOR(PyfgDataset)
  public:
   PyfgDataset();
@@ -41,7 +41,7 @@ class PyfgDataset : public mrpt::hwdrivers::CGenericSensor, public RecordedSourc
   bool finished() const override;
   std::vector<std::pair<std::string, long>> counters() const override;
   std::vector<std::string> warnings() const override;
-  std::vector<TrueAnchor> trueAnchors() const override;
+  std::vector<roles::TrueAnchor> trueAnchors() const override;
 
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,

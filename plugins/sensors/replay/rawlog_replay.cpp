@@ -6,9 +6,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "vir/pipeline/acquisition.h"
-#include "vir/pipeline/grabber_settings.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/live/acquisition.h"
+#include "vir/live/grabber_settings.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
@@ -32,7 +32,7 @@ struct RawlogReplay::Start {
     const std::lock_guard<std::mutex> lock(mutex);
     if (first) return;
     first = t;
-    const TimeNs now = hostNow();
+    const TimeNs now = live::hostNow();
     host = wanted > 0 ? wanted : now;
     at = SteadyClock::now() + std::chrono::nanoseconds(host - now);
   }
@@ -64,7 +64,7 @@ void RawlogReplay::describe(OptionVisitor& v) { vir::describe(v, options_); }
 
 void RawlogReplay::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
-  readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  live::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
 }
 
 void RawlogReplay::initialize() {
@@ -72,7 +72,7 @@ void RawlogReplay::initialize() {
   std::istringstream words(options_.labels);
   labels_.clear();
   for (std::string label; words >> label;) labels_.insert(label);
-  reader_ = std::make_unique<RawlogReader>(options_.rawlog);
+  reader_ = std::make_unique<rawlog::RawlogReader>(options_.rawlog);
   start_ = Start::of(options_.rawlog);
   next_ = reader_->next();
   if (!next_) throw std::runtime_error("replay: there is no observation in " + options_.rawlog);
@@ -93,15 +93,15 @@ void RawlogReplay::readOn() {
 void RawlogReplay::doProcess() {
   if (!reader_) throw std::runtime_error("replay: doProcess() before initialize()");
   if (finished_) return;
-  start_->begin(fromMrptTime(next_->timestamp), fromSeconds(options_.start_at_s));
+  start_->begin(rawlog::fromMrptTime(next_->timestamp), fromSeconds(options_.start_at_s));
   const std::chrono::duration<double> played = SteadyClock::now() - start_->at;
   const TimeNs until = *start_->first + fromSeconds(played.count() * options_.speed);
-  while (next_ && fromMrptTime(next_->timestamp) <= until) {
+  while (next_ && rawlog::fromMrptTime(next_->timestamp) <= until) {
     if (wanted(*next_)) {
       ++given_[next_->sensorLabel];
       if (options_.stamps == "now") {
-        const double after = toSeconds(fromMrptTime(next_->timestamp) - *start_->first);
-        next_->timestamp = toMrptTime(start_->host + fromSeconds(after / options_.speed));
+        const double after = toSeconds(rawlog::fromMrptTime(next_->timestamp) - *start_->first);
+        next_->timestamp = rawlog::toMrptTime(start_->host + fromSeconds(after / options_.speed));
       }
       appendObservation(next_);
     }

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "vir/core/time.h"
-#include "vir/pipeline/rawlog_reader.h"
-#include "vir/pipeline/recorded_source.h"
+#include "vir/rawlog/rawlog_reader.h"
+#include "vir/roles/recorded_source.h"
 
 namespace vir {
 
@@ -27,7 +27,7 @@ void describe(OptionVisitor& v, ReplayOptions& o);
 /// Hands out the observations of a rawlog with the pauses they were recorded with. Several
 /// instances on one file (a camera, an IMU, ... each in its thread) play in step: the time of the
 /// first object is the start of the first instance. Damage of the file ends it with an error.
-class RawlogReplay : public mrpt::hwdrivers::CGenericSensor, public RecordedSource {
+class RawlogReplay : public mrpt::hwdrivers::CGenericSensor, public roles::RecordedSource {
   DEFINE_GENERIC_SENSOR(RawlogReplay)
  public:
   RawlogReplay();
@@ -56,7 +56,7 @@ class RawlogReplay : public mrpt::hwdrivers::CGenericSensor, public RecordedSour
 
   ReplayOptions options_;
   std::set<std::string> labels_;
-  std::unique_ptr<RawlogReader> reader_;
+  std::unique_ptr<rawlog::RawlogReader> reader_;
   std::shared_ptr<Start> start_;
   mrpt::obs::CObservation::Ptr next_;
   bool finished_ = false;

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "vir/core/settings.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
@@ -91,7 +91,7 @@ void SerialImu::emit(const serial_imu::ImuReading& reading, TimeNs arrival) {
   const auto acc = axes_.toBody(reading.acc_m_s2);
   const auto gyro = axes_.toBody(reading.gyro_rad_s);
   auto obs = std::make_shared<CObservationIMU>();
-  obs->timestamp = toMrptTime(stampOf(reading, arrival));
+  obs->timestamp = rawlog::toMrptTime(stampOf(reading, arrival));
   obs->sensorLabel = m_sensorLabel;
   obs->set(IMU_X_ACC, acc[0]);
   obs->set(IMU_Y_ACC, acc[1]);

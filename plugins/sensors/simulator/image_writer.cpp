@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 ImageWriter::ImageWriter(std::string folder, std::string format, int jpeg_quality)
     : folder_(std::move(folder)), format_(std::move(format)), jpeg_quality_(jpeg_quality) {}
 
-std::string ImageWriter::write(TimeNs t, const GrayImage& image) {
+std::string ImageWriter::write(TimeNs t, const rendering::GrayImage& image) {
   if (!folder_ready_) {
     std::error_code ec;
     fs::create_directories(folder_, ec);

@@ -13,7 +13,7 @@ class ImageWriter {
   /// `format` is "jpg" or "png". The folder is created with the first image.
   ImageWriter(std::string folder, std::string format, int jpeg_quality);
   /// Returns the file's name in the folder. Throws InputError if it cannot be written.
-  std::string write(TimeNs t, const GrayImage& image);
+  std::string write(TimeNs t, const rendering::GrayImage& image);
 
  private:
   std::string folder_, format_;

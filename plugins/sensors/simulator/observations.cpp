@@ -6,7 +6,7 @@
 #include <mrpt/obs/CObservationStereoImagesFeatures.h>
 
 #include "observations.h"
-#include "vir/pipeline/mrpt_pose.h"
+#include "vir/rawlog/mrpt_pose.h"
 
 namespace vir::simulator {
 
@@ -14,15 +14,16 @@ using namespace mrpt::obs;
 
 namespace {
 
-mrpt::img::TCamera mrptCamera(const CameraCalibration& c) {
+mrpt::img::TCamera mrptCamera(const camera::CameraCalibration& c) {
   mrpt::img::TCamera out;
   out.ncols = static_cast<uint32_t>(c.width);
   out.nrows = static_cast<uint32_t>(c.height);
   out.cameraName = "cam0";
   out.setIntrinsicParamsFromValues(c.fx, c.fy, c.cx, c.cy);
   const auto& d = c.dist;
-  if (c.distortion == Distortion::radtan) out.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
-  if (c.distortion == Distortion::equidistant) {
+  if (c.distortion == camera::Distortion::radtan)
+    out.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
+  if (c.distortion == camera::Distortion::equidistant) {
     out.setDistortionKannalaBrandt(d[0], d[1], d[2], d[3]);
   }
   return out;
@@ -30,7 +31,7 @@ mrpt::img::TCamera mrptCamera(const CameraCalibration& c) {
 
 }  // namespace
 
-CObservation::Ptr imuObservation(const ImuSample& s) {
+CObservation::Ptr imuObservation(const imu::ImuSample& s) {
   auto obs = std::make_shared<CObservationIMU>();
   obs->sensorLabel = "IMU0";
   obs->set(IMU_WX, s.gyro.x());
@@ -45,12 +46,12 @@ CObservation::Ptr imuObservation(const ImuSample& s) {
 CObservation::Ptr poseObservation(const char* label, const Pose& pose) {
   auto obs = std::make_shared<CObservationRobotPose>();
   obs->sensorLabel = label;
-  obs->pose.mean = toMrptPose(pose);
+  obs->pose.mean = rawlog::toMrptPose(pose);
   obs->pose.cov.setZero();
   return obs;
 }
 
-CObservation::Ptr rangeObservation(const char* label, const SimulatedRange& range,
+CObservation::Ptr rangeObservation(const char* label, const simulation::SimulatedRange& range,
                                    const Vec3& antenna, double sigma_m) {
   auto obs = std::make_shared<CObservationBeaconRanges>();
   obs->sensorLabel = label;
@@ -65,7 +66,7 @@ CObservation::Ptr rangeObservation(const char* label, const SimulatedRange& rang
   return obs;
 }
 
-CObservation::Ptr toldObservation(int peer, const ToldPosition& told) {
+CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told) {
   auto obs = std::make_shared<CObservationRobotPose>();
   obs->sensorLabel = "PEER:" + std::to_string(peer);
   if (told.anchor >= 0) obs->sensorLabel += ":ANCHOR:" + std::to_string(told.anchor);
@@ -77,21 +78,22 @@ CObservation::Ptr toldObservation(int peer, const ToldPosition& told) {
   return obs;
 }
 
-CObservationImage::Ptr emptyImage(const CameraCalibration& calibration, const Pose& T_B_C) {
+CObservationImage::Ptr emptyImage(const camera::CameraCalibration& calibration, const Pose& T_B_C) {
   auto obs = std::make_shared<CObservationImage>();
   obs->sensorLabel = "CAM0";
   obs->cameraParams = mrptCamera(calibration);
-  obs->cameraPose = toMrptPose(T_B_C);
+  obs->cameraPose = rawlog::toMrptPose(T_B_C);
   return obs;
 }
 
-CObservation::Ptr tracksObservation(const TrackedFrame& frame, const CameraCalibration& calibration,
+CObservation::Ptr tracksObservation(const vision::TrackedFrame& frame,
+                                    const camera::CameraCalibration& calibration,
                                     const Pose& T_B_C) {
   auto obs = std::make_shared<CObservationStereoImagesFeatures>();
   obs->sensorLabel = "TRACKS0";
   obs->cameraLeft = obs->cameraRight = mrptCamera(calibration);
-  obs->cameraPoseOnRobot = mrpt::poses::CPose3DQuat(toMrptPose(T_B_C));
-  for (const FeatureObservation& f : frame.features) {
+  obs->cameraPoseOnRobot = mrpt::poses::CPose3DQuat(rawlog::toMrptPose(T_B_C));
+  for (const vision::FeatureObservation& f : frame.features) {
     TStereoImageFeatures feature;
     feature.pixels.first.x = static_cast<float>(f.px.x());
     feature.pixels.first.y = static_cast<float>(f.px.y());

@@ -9,22 +9,23 @@
 
 namespace vir::simulator {
 
-mrpt::obs::CObservation::Ptr imuObservation(const ImuSample& sample);
+mrpt::obs::CObservation::Ptr imuObservation(const imu::ImuSample& sample);
 /// Label GT or ODOM.
 mrpt::obs::CObservation::Ptr poseObservation(const char* label, const Pose& pose);
 /// One range. Label UWB0 (to an anchor) or PEER.
-mrpt::obs::CObservation::Ptr rangeObservation(const char* label, const SimulatedRange& range,
+mrpt::obs::CObservation::Ptr rangeObservation(const char* label,
+                                              const simulation::SimulatedRange& range,
                                               const Vec3& antenna, double sigma_m);
 /// What robot `peer` tells with a range: label PEER:<id>, and PEER:<id>:ANCHOR:<a> per anchor. Each
 /// holds a position with its covariance and no attitude.
-mrpt::obs::CObservation::Ptr toldObservation(int peer, const ToldPosition& told);
+mrpt::obs::CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told);
 /// Label CAM0, all but the pixels.
-mrpt::obs::CObservationImage::Ptr emptyImage(const CameraCalibration& calibration,
+mrpt::obs::CObservationImage::Ptr emptyImage(const camera::CameraCalibration& calibration,
                                              const Pose& T_B_C);
 /// Label TRACKS0: the features seen by the camera as its left images' features; the right camera is
 /// the same one again.
-mrpt::obs::CObservation::Ptr tracksObservation(const TrackedFrame& frame,
-                                               const CameraCalibration& calibration,
+mrpt::obs::CObservation::Ptr tracksObservation(const vision::TrackedFrame& frame,
+                                               const camera::CameraCalibration& calibration,
                                                const Pose& T_B_C);
 
 }  // namespace vir::simulator

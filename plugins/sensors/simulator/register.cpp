@@ -1,5 +1,5 @@
 #include "simulator_sensor.h"
-#include "vir/pipeline/sensor_registry.h"
+#include "vir/roles/sensor_registry.h"
 
 namespace vir {
 

@@ -46,7 +46,7 @@ void describeCamera(OptionVisitor& v, CameraOptions& o) {
 
 void describeRobot(OptionVisitor& v, char letter, RobotOptions& o) {
   v.section(std::string("Robot_") + letter, std::string("Where robot ") + letter + " goes");
-  v.choice("flight", o.flight, flightNames(), "a made-up flight");
+  v.choice("flight", o.flight, simulation::flightNames(), "a made-up flight");
   v.value("trajectory", o.trajectory, "a file (TUM or EuRoC) with poses to fly again instead");
   v.value("from_s", o.from_s, kNotNegative, "leave out this much of the file");
   v.value("duration_s", o.duration_s, kNotNegative, "stop after this much; 0 = to the end");
@@ -78,15 +78,15 @@ void describeSensor(OptionVisitor& v, SimulatorOptions& o) {
 void describe(OptionVisitor& v, SimulatorOptions& o) {
   describeSensor(v, o);
   for (const char letter : lettersOf(o)) describeRobot(v, letter, o.robot_options[letter]);
-  vir::describe(v, o.flight);
+  describe(v, o.flight);
   describeCamera(v, o.camera);
-  vir::describe(v, o.scene);
-  vir::describe(v, o.camera_effects);
-  vir::describe(v, o.imu);
-  vir::describe(v, o.track_errors);
-  vir::describe(v, o.range_errors);
-  vir::describe(v, o.team);
-  vir::describe(v, o.odometry_errors);
+  describe(v, o.scene);
+  describe(v, o.camera_effects);
+  describe(v, o.imu);
+  describe(v, o.track_errors);
+  describe(v, o.range_errors);
+  describe(v, o.team);
+  describe(v, o.odometry_errors);
 }
 
 std::vector<char> lettersOf(const SimulatorOptions& o) {
@@ -118,16 +118,16 @@ char recordedRobot(const SimulatorOptions& o) {
 
 int robotId(char letter) { return std::toupper(static_cast<unsigned char>(letter)) - 'A'; }
 
-CameraCalibration calibrationOf(const CameraOptions& o) {
-  CameraCalibration c;
+camera::CameraCalibration calibrationOf(const CameraOptions& o) {
+  camera::CameraCalibration c;
   c.width = o.width;
   c.height = o.height;
   c.fx = o.fx_px;
   c.fy = o.fy_px;
   c.cx = o.cx_px;
   c.cy = o.cy_px;
-  if (o.distortion == "radtan") c.distortion = Distortion::radtan;
-  if (o.distortion == "equidistant") c.distortion = Distortion::equidistant;
+  if (o.distortion == "radtan") c.distortion = camera::Distortion::radtan;
+  if (o.distortion == "equidistant") c.distortion = camera::Distortion::equidistant;
   if (o.distortion != "none") std::copy_n(o.dist.begin(), c.dist.size(), c.dist.begin());
   return c;
 }

@@ -60,15 +60,15 @@ struct SimulatorOptions {
   double start_time_s = 1600000000;
   int seed = 0;  ///< added to all seeds
   CameraOptions camera;
-  FlightOptions flight;
+  simulation::FlightOptions flight;
   std::map<char, RobotOptions> robot_options;
-  SceneOptions scene;
-  CameraSimulationOptions camera_effects;
-  ImuSimulationOptions imu;
-  TrackSimulationOptions track_errors;
-  RangeSimulationOptions range_errors;
-  TeamRangeOptions team;
-  OdometrySimulationOptions odometry_errors;
+  rendering::SceneOptions scene;
+  rendering::CameraSimulationOptions camera_effects;
+  simulation::ImuSimulationOptions imu;
+  simulation::TrackSimulationOptions track_errors;
+  simulation::RangeSimulationOptions range_errors;
+  simulation::TeamRangeOptions team;
+  simulation::OdometrySimulationOptions odometry_errors;
 };
 
 /// `robots` is read first: it says which sections [Robot_?] there are.
@@ -82,12 +82,12 @@ char recordedRobot(const SimulatorOptions& o);
 int robotId(char letter);
 
 /// As the recording says.
-CameraCalibration calibrationOf(const CameraOptions& o);
+camera::CameraCalibration calibrationOf(const CameraOptions& o);
 /// Camera in the body, as the recording says.
 Pose mountOf(const CameraOptions& o);
 
 struct TrueCamera {
-  CameraCalibration calibration;
+  camera::CameraCalibration calibration;
   Pose T_B_C;
 };
 /// As it is.

@@ -12,8 +12,8 @@
 #include "observations.h"
 #include "simulator_sensor.h"
 #include "vir/core/settings.h"
-#include "vir/pipeline/grabber_settings.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/live/grabber_settings.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
@@ -46,7 +46,7 @@ void SimulatorSensor::describe(OptionVisitor& v) { simulator::describe(v, option
 void SimulatorSensor::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                                 const std::string& section) {
   GrabberKeys keys;
-  readGrabberSection(config, section, [&keys](OptionVisitor& v) { describeKeys(v, keys); });
+  live::readGrabberSection(config, section, [&keys](OptionVisitor& v) { describeKeys(v, keys); });
   Settings settings = keys.ini.empty() ? Settings() : Settings::fromFile(keys.ini);
   if (!keys.robot.empty()) settings.set("simulator.robot=" + keys.robot);
   SettingsReader reader(settings);
@@ -89,13 +89,13 @@ void SimulatorSensor::doProcess() {
 
 void SimulatorSensor::give(TimeNs t, const char* counter,
                            const std::shared_ptr<mrpt::obs::CObservation>& obs) {
-  obs->timestamp = toMrptTime(t);
+  obs->timestamp = rawlog::toMrptTime(t);
   if (counter != nullptr) ++given_[counter];
   appendObservation(obs);
 }
 
 void SimulatorSensor::emit(const Event& event) {
-  const RangeSimulationOptions& r = options_.range_errors;
+  const simulation::RangeSimulationOptions& r = options_.range_errors;
   const double sigma = std::max(0.01, std::hypot(r.sigma_m, r.correlated_sigma_m));
   if (const auto* imu = std::get_if<simulator::ImuReading>(&event.what)) {
     give(event.t, "imu_samples", simulator::imuObservation(imu->sample));
@@ -106,10 +106,10 @@ void SimulatorSensor::emit(const Event& event) {
   } else if (const auto* range = std::get_if<simulator::AnchorRange>(&event.what)) {
     give(event.t, "ranges",
          simulator::rangeObservation("UWB0", range->range, world_->antenna(), sigma));
-  } else if (const auto* peer = std::get_if<PeerRange>(&event.what)) {
+  } else if (const auto* peer = std::get_if<simulation::PeerRange>(&event.what)) {
     give(event.t, "peer_ranges",
          simulator::rangeObservation("PEER", peer->range, world_->antenna(), sigma));
-    for (const ToldPosition& told : peer->told) {
+    for (const simulation::ToldPosition& told : peer->told) {
       give(event.t, nullptr, simulator::toldObservation(peer->range.anchor, told));
     }
   } else if (const auto* image = std::get_if<simulator::ImageDue>(&event.what)) {
@@ -122,7 +122,7 @@ void SimulatorSensor::emit(const Event& event) {
 }
 
 void SimulatorSensor::emitImage(const Event& event, std::uint64_t number) {
-  const GrayImage& image = world_->image(event, number);
+  const rendering::GrayImage& image = world_->image(event, number);
   auto obs = std::make_shared<mrpt::obs::CObservationImage>(*image_template_);
   if (writer_) {
     obs->image.setExternalStorage(writer_->write(event.t, image));
@@ -148,7 +148,7 @@ std::vector<std::pair<std::string, long>> SimulatorSensor::counters() const {
 std::vector<std::string> SimulatorSensor::warnings() const { return warnings_; }
 
 std::string SimulatorSensor::companionIni() const {
-  const ImuSimulationOptions& imu = options_.imu;
+  const simulation::ImuSimulationOptions& imu = options_.imu;
   const bool noisy = imu.gyro_noise_density > 0 && imu.gyro_random_walk > 0 &&
                      imu.acc_noise_density > 0 && imu.acc_random_walk > 0;
   if (!noisy) return {};
@@ -165,12 +165,12 @@ std::string SimulatorSensor::companionIni() const {
   return text;
 }
 
-std::vector<TrueAnchor> SimulatorSensor::trueAnchors() const {
-  std::vector<TrueAnchor> anchors;
-  const RangeSimulationOptions& r = options_.range_errors;
+std::vector<roles::TrueAnchor> SimulatorSensor::trueAnchors() const {
+  std::vector<roles::TrueAnchor> anchors;
+  const simulation::RangeSimulationOptions& r = options_.range_errors;
   for (std::size_t k = 0; options_.ranges && 3 * k + 3 <= r.anchor_m.size(); ++k) {
     const int id = r.anchor_id.empty() ? static_cast<int>(k) : static_cast<int>(r.anchor_id[k]);
-    const Vec3 p = anchorAt(r, k, 1e9);  // where it is in the end
+    const Vec3 p = simulation::anchorAt(r, k, 1e9);  // where it is in the end
     anchors.push_back({id, p.x(), p.y(), p.z()});
   }
   return anchors;

@@ -11,7 +11,7 @@
 
 #include "image_writer.h"
 #include "simulator_options.h"
-#include "vir/pipeline/recorded_source.h"
+#include "vir/roles/recorded_source.h"
 #include "world.h"
 
 namespace vir {
@@ -22,7 +22,7 @@ namespace vir {
 /// own world); `ODOM`; `GT`, all robots' in one world. The label set for the sensor is not used.
 ///
 /// In an ini of rawlog-grabber: `ini` names the file with the settings, `robot` the robot.
-class SimulatorSensor : public mrpt::hwdrivers::CGenericSensor, public RecordedSource {
+class SimulatorSensor : public mrpt::hwdrivers::CGenericSensor, public roles::RecordedSource {
   DEFINE_GENERIC_SENSOR(SimulatorSensor)
  public:
   SimulatorSensor();
@@ -41,7 +41,7 @@ class SimulatorSensor : public mrpt::hwdrivers::CGenericSensor, public RecordedS
   std::vector<std::pair<std::string, long>> counters() const override;
   std::vector<std::string> warnings() const override;
   std::string companionIni() const override;
-  std::vector<TrueAnchor> trueAnchors() const override;
+  std::vector<roles::TrueAnchor> trueAnchors() const override;
 
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,

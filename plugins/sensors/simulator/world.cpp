@@ -18,37 +18,37 @@ constexpr double kPathRate_hz = 5;
 constexpr int kSeedsPerRobot = 1000;
 
 /// Poses moved by the robot's start: turned about the first and shifted.
-Trajectory placed(Trajectory poses, const RobotOptions& o) {
+evaluation::Trajectory placed(evaluation::Trajectory poses, const RobotOptions& o) {
   const Vec3 start(o.start_m[0], o.start_m[1], o.start_m[2]);
   const Vec3 first = poses.front().T_W_B.p;
   const Quat turn(rotZ(o.start_heading_deg * kPi / 180));
-  for (StampedPose& s : poses) {
+  for (evaluation::StampedPose& s : poses) {
     s.T_W_B.p = first + start + turn * (s.T_W_B.p - first);
     s.T_W_B.q = (turn * s.T_W_B.q).normalized();
   }
   return poses;
 }
 
-Trajectory readPoses(const RobotOptions& o, const std::string& key) {
+evaluation::Trajectory readPoses(const RobotOptions& o, const std::string& key) {
   std::ifstream in(o.trajectory);
   if (!in) throw InputError(key + " = " + o.trajectory + ": no such file");
-  ReadReport report;
-  Trajectory poses = readTrajectory(in, &report);
+  evaluation::ReadReport report;
+  evaluation::Trajectory poses = evaluation::readTrajectory(in, &report);
   if (poses.size() < 2) throw InputError(key + " = " + o.trajectory + " holds no poses");
   return placed(std::move(poses), o);
 }
 
 /// The motion with its begin at `begin`, cut after `duration_s` if that is not 0.
-Motion begunAt(const Motion& motion, TimeNs begin, double duration_s) {
+simulation::Motion begunAt(const simulation::Motion& motion, TimeNs begin, double duration_s) {
   constexpr double kKnot_s = 0.05;
-  Trajectory poses;
+  evaluation::Trajectory poses;
   const double whole = motion.duration();
   const double duration = duration_s > 0 ? std::min(duration_s, whole) : whole;
   for (int k = 0; k * kKnot_s <= duration + 1e-9; ++k) {
     const TimeNs s = std::min(fromSeconds(k * kKnot_s), motion.end() - motion.begin());
     poses.push_back({begin + s, motion.poseAt(motion.begin() + s)});
   }
-  return Motion(begin, kKnot_s, poses);
+  return simulation::Motion(begin, kKnot_s, poses);
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ struct World::Impl {
         letter(recordedRobot(o)) {
     addSeed();
     const TrueCamera truth = trueCamera(o.camera, options.camera_effects.seed);
-    camera = makeCamera(truth.calibration);
+    camera = camera::makeCamera(truth.calibration);
     true_T_B_C = truth.T_B_C;
     makeMotions();
     makeScene();
@@ -70,7 +70,7 @@ struct World::Impl {
 
   void addSeed();
   void makeMotions();
-  Motion motionOf(char robot, int index) const;
+  simulation::Motion motionOf(char robot, int index) const;
   void makeScene();
   void record();
   void recordTruth();
@@ -79,18 +79,18 @@ struct World::Impl {
   void recordImages();
 
   SimulatorOptions options;
-  CameraCalibration calibration;  ///< as the recording says
-  Pose T_B_C;                     ///< the same
-  std::shared_ptr<const CameraModel> camera;
+  camera::CameraCalibration calibration;  ///< as the recording says
+  Pose T_B_C;                             ///< the same
+  std::shared_ptr<const camera::CameraModel> camera;
   Pose true_T_B_C;
   char letter;
   int index = 0;  ///< of the recorded robot among the robots
-  std::vector<TeamRobot> robots;
-  std::shared_ptr<const Motion> motion;
-  std::shared_ptr<const Scene> scene;
+  std::vector<simulation::TeamRobot> robots;
+  std::shared_ptr<const simulation::Motion> motion;
+  std::shared_ptr<const rendering::Scene> scene;
   std::vector<Event> events;
-  std::unique_ptr<CameraSimulator> images;
-  std::unique_ptr<TrackSimulator> tracks;
+  std::unique_ptr<rendering::CameraSimulator> images;
+  std::unique_ptr<simulation::TrackSimulator> tracks;
   std::vector<std::string> notes;
 };
 
@@ -107,17 +107,17 @@ void World::Impl::addSeed() {
   }
 }
 
-Motion World::Impl::motionOf(char robot, int number) const {
+simulation::Motion World::Impl::motionOf(char robot, int number) const {
   const RobotOptions& o = options.robot_options.at(robot);
   const TimeNs begin = fromSeconds(options.start_time_s);
   if (!o.trajectory.empty()) {
-    FlyAgainOptions again;
+    simulation::FlyAgainOptions again;
     again.from_s = o.from_s;
     again.duration_s = o.duration_s;
     const std::string key = std::string("[Robot_") + robot + "] trajectory";
-    return begunAt(flyAgain(readPoses(o, key), again), begin, 0);
+    return begunAt(simulation::flyAgain(readPoses(o, key), again), begin, 0);
   }
-  FlightOptions f = options.flight;
+  simulation::FlightOptions f = options.flight;
   if (o.length_m > 0) f.length_m = o.length_m;
   if (o.speed_mps > 0) f.speed_mps = o.speed_mps;
   for (int k = 0; k < 3; ++k) {
@@ -132,7 +132,8 @@ void World::Impl::makeMotions() {
   int number = 0;
   for (const char robot : lettersOf(options)) {
     try {
-      robots.push_back({robotId(robot), std::make_shared<Motion>(motionOf(robot, number++))});
+      robots.push_back(
+          {robotId(robot), std::make_shared<simulation::Motion>(motionOf(robot, number++))});
     } catch (const std::invalid_argument& e) {
       throw InputError(std::string("[Robot_") + robot + "]: " + e.what());
     }
@@ -142,48 +143,50 @@ void World::Impl::makeMotions() {
 
 void World::Impl::makeScene() {
   std::vector<Vec3> paths, anchors;
-  for (const TeamRobot& r : robots) {
-    for (const StampedPose& s : r.motion->sampled(kPathRate_hz)) paths.push_back(s.T_W_B.p);
+  for (const simulation::TeamRobot& r : robots) {
+    for (const evaluation::StampedPose& s : r.motion->sampled(kPathRate_hz))
+      paths.push_back(s.T_W_B.p);
   }
   const std::vector<double>& a = options.range_errors.anchor_m;
   for (std::size_t k = 0; options.ranges && k + 3 <= a.size(); k += 3) {
     anchors.emplace_back(a[k], a[k + 1], a[k + 2]);
   }
-  scene = std::make_shared<Scene>(vir::makeScene(options.scene, paths, anchors));
+  scene =
+      std::make_shared<rendering::Scene>(vir::rendering::makeScene(options.scene, paths, anchors));
 }
 
 void World::Impl::recordTruth() {
   if (options.read_gt) {
-    for (const StampedPose& s : motion->sampled(options.gt_rate_hz)) {
+    for (const evaluation::StampedPose& s : motion->sampled(options.gt_rate_hz)) {
       events.push_back({s.t, TruePose{s.T_W_B}});
     }
   }
   if (options.odometry) {
-    OdometrySimulationOptions o = options.odometry_errors;
+    simulation::OdometrySimulationOptions o = options.odometry_errors;
     o.seed += index;  // as the one it tells others of
-    for (const StampedPose& s : simulateOdometry(*motion, o)) {
+    for (const evaluation::StampedPose& s : simulation::simulateOdometry(*motion, o)) {
       events.push_back({s.t, OdometryPose{s.T_W_B}});
     }
   }
 }
 
 void World::Impl::recordImu() {
-  for (const ImuSample& s : simulateImu(*motion, options.imu).samples) {
+  for (const imu::ImuSample& s : simulation::simulateImu(*motion, options.imu).samples) {
     events.push_back({s.t, ImuReading{s}});
   }
 }
 
 void World::Impl::recordRanges() {
   if (!options.ranges) return;
-  const auto all = simulateTeamRanges(robots, options.range_errors, options.team,
-                                      options.odometry_errors, scene.get());
-  const RobotRanges& own = all[static_cast<std::size_t>(index)];
+  const auto all = simulation::simulateTeamRanges(robots, options.range_errors, options.team,
+                                                  options.odometry_errors, scene.get());
+  const simulation::RobotRanges& own = all[static_cast<std::size_t>(index)];
   long blocked = 0;
-  for (const SimulatedRange& r : own.anchors) {
+  for (const simulation::SimulatedRange& r : own.anchors) {
     events.push_back({r.t, AnchorRange{r}});
     blocked += r.line_of_sight ? 0 : 1;
   }
-  for (const PeerRange& p : own.peers) {
+  for (const simulation::PeerRange& p : own.peers) {
     events.push_back({p.range.t, p});
     blocked += p.range.line_of_sight ? 0 : 1;
   }
@@ -194,14 +197,14 @@ void World::Impl::recordRanges() {
 void World::Impl::recordImages() {
   const TimeNs offset = fromSeconds(options.camera.time_offset_s);
   if (options.tracks) {
-    tracks =
-        std::make_unique<TrackSimulator>(options.track_errors, motion, camera, true_T_B_C, scene);
+    tracks = std::make_unique<simulation::TrackSimulator>(options.track_errors, motion, camera,
+                                                          true_T_B_C, scene);
     for (const TimeNs t : tracks->times()) events.push_back({t - offset, TracksDue{}});
     return;
   }
   if (options.images == "none") return;
-  images =
-      std::make_unique<CameraSimulator>(options.camera_effects, scene, camera, options.scene.seed);
+  images = std::make_unique<rendering::CameraSimulator>(options.camera_effects, scene, camera,
+                                                        options.scene.seed);
   for (std::uint64_t k = 0;; ++k) {
     const TimeNs t = motion->begin() + fromSeconds(options.camera.phase_s +
                                                    static_cast<double>(k) / options.camera.rate_hz);
@@ -234,7 +237,7 @@ World::~World() = default;
 
 const std::vector<Event>& World::events() const { return impl_->events; }
 
-const GrayImage& World::image(const Event& event, std::uint64_t number) {
+const rendering::GrayImage& World::image(const Event& event, std::uint64_t number) {
   Impl& s = *impl_;
   const TimeNs t = event.t + fromSeconds(s.options.camera.time_offset_s);
   // The exposure may reach beyond the motion's ends.
@@ -245,21 +248,21 @@ const GrayImage& World::image(const Event& event, std::uint64_t number) {
   return s.images->take(toSeconds(t - s.motion->begin()), number, pose);
 }
 
-TrackedFrame World::tracks(const Event& event) {
-  TrackedFrame frame =
+vision::TrackedFrame World::tracks(const Event& event) {
+  vision::TrackedFrame frame =
       impl_->tracks->at(event.t + fromSeconds(impl_->options.camera.time_offset_s));
   frame.t = event.t;
   return frame;
 }
 
-const CameraCalibration& World::calibration() const { return impl_->calibration; }
+const camera::CameraCalibration& World::calibration() const { return impl_->calibration; }
 const Pose& World::T_B_C() const { return impl_->T_B_C; }
 Vec3 World::antenna() const {
   const std::vector<double>& l = impl_->options.range_errors.lever_arm_m;
   return {l[0], l[1], l[2]};
 }
-const Scene& World::scene() const { return *impl_->scene; }
-const Motion& World::motion() const { return *impl_->motion; }
+const rendering::Scene& World::scene() const { return *impl_->scene; }
+const simulation::Motion& World::motion() const { return *impl_->motion; }
 std::vector<std::string> World::notes() const { return impl_->notes; }
 
 }  // namespace vir::simulator

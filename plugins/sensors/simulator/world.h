@@ -17,10 +17,10 @@ struct OdometryPose {
   Pose T_O_B;
 };
 struct ImuReading {
-  ImuSample sample;
+  imu::ImuSample sample;
 };
 struct AnchorRange {
-  SimulatedRange range;
+  simulation::SimulatedRange range;
 };
 struct ImageDue {
   std::uint64_t number = 0;
@@ -30,7 +30,8 @@ struct TracksDue {};
 /// One thing that happens, at a time on the recording's clock.
 struct Event {
   TimeNs t = 0;
-  std::variant<TruePose, OdometryPose, ImuReading, AnchorRange, PeerRange, ImageDue, TracksDue>
+  std::variant<TruePose, OdometryPose, ImuReading, AnchorRange, simulation::PeerRange, ImageDue,
+               TracksDue>
       what;
 };
 
@@ -45,15 +46,15 @@ class World {
   /// In time order; at one time truth, odometry, IMU, ranges, image.
   const std::vector<Event>& events() const;
   /// The image of an event, with noise of its own. Holds until the next call.
-  const GrayImage& image(const Event& event, std::uint64_t number);
+  const rendering::GrayImage& image(const Event& event, std::uint64_t number);
   /// The tracks of an event; events must come in order.
-  TrackedFrame tracks(const Event& event);
+  vision::TrackedFrame tracks(const Event& event);
 
-  const CameraCalibration& calibration() const;
+  const camera::CameraCalibration& calibration() const;
   const Pose& T_B_C() const;
   Vec3 antenna() const;
-  const Scene& scene() const;
-  const Motion& motion() const;  ///< of the recorded robot
+  const rendering::Scene& scene() const;
+  const simulation::Motion& motion() const;  ///< of the recorded robot
   /// What a user should know, one line each.
   std::vector<std::string> notes() const;
 

@@ -1,5 +1,5 @@
 #include "uwb_serial.h"
-#include "vir/pipeline/sensor_registry.h"
+#include "vir/roles/sensor_registry.h"
 
 namespace vir {
 

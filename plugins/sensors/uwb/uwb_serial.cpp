@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "vir/core/settings.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
@@ -157,7 +157,7 @@ void UwbSerial::emit(const uwb::RangeReading& reading, TimeNs arrival) {
   const std::optional<std::string> label = labelOf(reading.responder);
   if (!label) return;
   auto obs = std::make_shared<mrpt::obs::CObservationBeaconRanges>();
-  obs->timestamp = toMrptTime(t);
+  obs->timestamp = rawlog::toMrptTime(t);
   obs->sensorLabel = *label;
   obs->minSensorDistance = static_cast<float>(options_.limits.min_m);
   obs->maxSensorDistance = static_cast<float>(options_.limits.max_m);

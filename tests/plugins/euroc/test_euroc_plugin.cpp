@@ -7,10 +7,10 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 
 #include "vir/core/settings.h"
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/plugin_loader.h"
-#include "vir/pipeline/recorded_source.h"
-#include "vir/pipeline/sensor_registry.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/plugin_loader.h"
+#include "vir/roles/recorded_source.h"
+#include "vir/roles/sensor_registry.h"
 #include "vir_test_data.h"
 #include "vir_test_euroc_folder.h"
 
@@ -30,8 +30,8 @@ struct Content {
 };
 
 mrpt::hwdrivers::CGenericSensor::Ptr makeSensor(const std::string& name) {
-  loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_euroc.so");
-  return createSensor(name);
+  roles::loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_euroc.so");
+  return roles::createSensor(name);
 }
 
 void collect(const CObservation::Ptr& obs, Content* c) {
@@ -43,7 +43,7 @@ void collect(const CObservation::Ptr& obs, Content* c) {
 
 Content runToEnd(mrpt::hwdrivers::CGenericSensor& sensor) {
   Content c;
-  auto& source = dynamic_cast<RecordedSource&>(sensor);
+  auto& source = dynamic_cast<roles::RecordedSource&>(sensor);
   sensor.initialize();
   c.companion = source.companionIni();
   mrpt::Clock::time_point last;
@@ -66,7 +66,7 @@ Content import(const std::string& folder, const std::vector<std::string>& set = 
   for (const auto& s : set) settings.set(s);
   settings.set("euroc.source=" + folder);
   SettingsReader reader(settings);
-  dynamic_cast<RecordedSource&>(*sensor).describe(reader);
+  dynamic_cast<roles::RecordedSource&>(*sensor).describe(reader);
   reader.finish();
   return runToEnd(*sensor);
 }
@@ -82,7 +82,7 @@ TEST(EurocPlugin, ObservationsCarryEverything) {
 
   const CObservationImage& im = *c.images[4];
   EXPECT_EQ(im.sensorLabel, "CAM0");
-  EXPECT_EQ(fromMrptTime(im.timestamp), f.imageStamp(4) / 100 * 100);
+  EXPECT_EQ(rawlog::fromMrptTime(im.timestamp), f.imageStamp(4) / 100 * 100);
   EXPECT_EQ(im.image.at<uint8_t>(20, 7), 10 + 4 + 20);
   EXPECT_EQ(im.cameraParams.ncols, 64u);
   EXPECT_DOUBLE_EQ(im.cameraParams.fx(), 40.5);
@@ -172,9 +172,10 @@ TEST(EurocPlugin, TheSharedMachineHallClip) {
   VIR_REQUIRE_DATA(folder, "euroc_MH01_clip30s");
   const Content c = import(folder.string(), {"euroc.images=embed", "euroc.max_duration_s=1"});
   ASSERT_EQ(c.images.size(), 21u);
-  EXPECT_EQ(fromMrptTime(c.images[0]->timestamp), 1403636584763555500);  // ...584 ns to 100 ns
-  EXPECT_EQ(fromMrptTime(c.imu[0]->timestamp), 1403636579758555300);
-  EXPECT_EQ(fromMrptTime(c.truth[0]->timestamp), 1403636580838560000);
+  EXPECT_EQ(rawlog::fromMrptTime(c.images[0]->timestamp),
+            1403636584763555500);  // ...584 ns to 100 ns
+  EXPECT_EQ(rawlog::fromMrptTime(c.imu[0]->timestamp), 1403636579758555300);
+  EXPECT_EQ(rawlog::fromMrptTime(c.truth[0]->timestamp), 1403636580838560000);
   EXPECT_NEAR(c.truth[0]->pose.mean.x(), 4.688319, 1e-9);
   EXPECT_TRUE(c.in_order);
 }

@@ -1,12 +1,12 @@
 /// Each way in which a plugin can be wrong has its own words.
-#include "vir/pipeline/plugin_loader.h"
+#include "vir/roles/plugin_loader.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "vir/pipeline/estimator_registry.h"
-#include "vir/pipeline/sensor_registry.h"
+#include "vir/roles/estimator_registry.h"
+#include "vir/roles/sensor_registry.h"
 #include "vir_test_temp_folder.h"
 
 namespace vir {
@@ -25,7 +25,7 @@ template <typename Work>
 std::string errorOf(Work work) {
   try {
     work();
-  } catch (const PluginError& e) {
+  } catch (const roles::PluginError& e) {
     return e.what();
   }
   return "no PluginError";
@@ -36,78 +36,78 @@ bool has(const std::string& text, const std::string& part) {
 }
 
 TEST(PluginLoader, LoadsAndCreditsWhatAPluginRegisters) {
-  loadPlugin(good("estimator"));
-  loadPlugin(good("sensor"));
-  loadPlugin(good("estimator"));  // again: nothing happens
-  ASSERT_EQ(registeredEstimators().size(), 1u);
-  EXPECT_EQ(registeredEstimators()[0].name, "counting");
-  EXPECT_TRUE(has(registeredEstimators()[0].plugin_file, "libfixture_estimator.so"));
-  ASSERT_EQ(registeredSensors().size(), 1u);
-  EXPECT_EQ(registeredSensors()[0].alias, "ticking");
-  EXPECT_EQ(registeredSensors()[0].class_name, "TickingSensor");
-  EXPECT_NE(createEstimator("counting"), nullptr);
-  EXPECT_NE(createSensor("ticking"), nullptr);
-  EXPECT_NE(createSensor("TickingSensor"), nullptr);
+  roles::loadPlugin(good("estimator"));
+  roles::loadPlugin(good("sensor"));
+  roles::loadPlugin(good("estimator"));  // again: nothing happens
+  ASSERT_EQ(roles::registeredEstimators().size(), 1u);
+  EXPECT_EQ(roles::registeredEstimators()[0].name, "counting");
+  EXPECT_TRUE(has(roles::registeredEstimators()[0].plugin_file, "libfixture_estimator.so"));
+  ASSERT_EQ(roles::registeredSensors().size(), 1u);
+  EXPECT_EQ(roles::registeredSensors()[0].alias, "ticking");
+  EXPECT_EQ(roles::registeredSensors()[0].class_name, "TickingSensor");
+  EXPECT_NE(roles::createEstimator("counting"), nullptr);
+  EXPECT_NE(roles::createSensor("ticking"), nullptr);
+  EXPECT_NE(roles::createSensor("TickingSensor"), nullptr);
 }
 
 TEST(PluginLoader, FolderIsLoadedInNameOrder) {
-  const auto files = loadPluginFolder(std::string(VIR_FIXTURES) + "/good");
+  const auto files = roles::loadPluginFolder(std::string(VIR_FIXTURES) + "/good");
   ASSERT_EQ(files.size(), 2u);
   EXPECT_TRUE(has(files[0], "estimator"));
   EXPECT_TRUE(has(files[1], "sensor"));
 }
 
 TEST(PluginLoader, MissingFile) {
-  const std::string text = errorOf([] { loadPlugin("/nowhere/libx.so"); });
+  const std::string text = errorOf([] { roles::loadPlugin("/nowhere/libx.so"); });
   EXPECT_EQ(text, "there is no plugin file /nowhere/libx.so");
 }
 
 TEST(PluginLoader, MissingFolder) {
-  const std::string text = errorOf([] { loadPluginFolder("/nowhere"); });
+  const std::string text = errorOf([] { roles::loadPluginFolder("/nowhere"); });
   EXPECT_TRUE(has(text, "no plugin folder /nowhere")) << text;
 }
 
 TEST(PluginLoader, NotASharedObject) {
   const test::TempFolder folder;
   test::writeText(folder / "libtext.so", "this is text\n");
-  const std::string text = errorOf([&] { loadPlugin((folder / "libtext.so").string()); });
+  const std::string text = errorOf([&] { roles::loadPlugin((folder / "libtext.so").string()); });
   EXPECT_TRUE(has(text, "cannot load plugin")) << text;
   EXPECT_TRUE(has(text, "libtext.so")) << text;
 }
 
 TEST(PluginLoader, UndefinedSymbolIsNamed) {
-  const std::string text = errorOf([] { loadPlugin(bad("undefined")); });
+  const std::string text = errorOf([] { roles::loadPlugin(bad("undefined")); });
   EXPECT_TRUE(has(text, "cannot load plugin")) << text;
   EXPECT_TRUE(has(text, "definedNowhere")) << text;
 }
 
 TEST(PluginLoader, DuplicateNameNamesBothPlugins) {
-  loadPlugin(good("estimator"));
-  const std::string text = errorOf([] { loadPlugin(bad("twin")); });
+  roles::loadPlugin(good("estimator"));
+  const std::string text = errorOf([] { roles::loadPlugin(bad("twin")); });
   EXPECT_TRUE(has(text, "estimator 'Counting' is registered twice")) << text;
   EXPECT_TRUE(has(text, "libfixture_estimator.so")) << text;
   EXPECT_TRUE(has(text, "libfixture_twin.so")) << text;
-  EXPECT_NE(createEstimator("counting"), nullptr);  // the first one stays
+  EXPECT_NE(roles::createEstimator("counting"), nullptr);  // the first one stays
 }
 
 TEST(PluginLoader, ClassThatMrptHasAlready) {
-  const std::string text = errorOf([] { loadPlugin(bad("twin_sensor")); });
+  const std::string text = errorOf([] { roles::loadPlugin(bad("twin_sensor")); });
   EXPECT_TRUE(has(text, "MRPT has a class CCameraSensor already")) << text;
 }
 
 TEST(PluginLoader, PluginThatRegistersNothing) {
-  const std::string text = errorOf([] { loadPlugin(bad("empty")); });
+  const std::string text = errorOf([] { roles::loadPlugin(bad("empty")); });
   EXPECT_TRUE(has(text, "registers nothing")) << text;
 }
 
 TEST(PluginLoader, UnknownNamesListWhatThereIs) {
-  if (registeredEstimators().empty()) {  // ctest runs each case in a process of its own
-    EXPECT_TRUE(has(errorOf([] { createEstimator("nope"); }), "none (no plugin loaded)"));
+  if (roles::registeredEstimators().empty()) {  // ctest runs each case in a process of its own
+    EXPECT_TRUE(has(errorOf([] { roles::createEstimator("nope"); }), "none (no plugin loaded)"));
   }
-  loadPluginFolder(std::string(VIR_FIXTURES) + "/good");
-  EXPECT_EQ(errorOf([] { createEstimator("nope"); }),
+  roles::loadPluginFolder(std::string(VIR_FIXTURES) + "/good");
+  EXPECT_EQ(errorOf([] { roles::createEstimator("nope"); }),
             "unknown estimator 'nope'; available: counting");
-  EXPECT_EQ(errorOf([] { createSensor("nope"); }),
+  EXPECT_EQ(errorOf([] { roles::createSensor("nope"); }),
             "unknown sensor driver 'nope'; available: ticking");
 }
 

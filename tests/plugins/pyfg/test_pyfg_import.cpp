@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <map>
 
-#include "vir/pipeline/rawlog_reader.h"
+#include "vir/rawlog/rawlog_reader.h"
 #include "vir_test_data.h"
 #include "vir_test_pyfg.h"
 #include "vir_test_shell.h"
@@ -28,7 +28,7 @@ class PyfgImport : public ::testing::Test {
   }
   std::map<std::string, int> labels() {
     std::map<std::string, int> counts;
-    RawlogReader reader(rawlog().string());
+    rawlog::RawlogReader reader(rawlog().string());
     while (const auto o = reader.next()) ++counts[o->sensorLabel];
     return counts;
   }

@@ -4,10 +4,10 @@
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/plugin_loader.h"
-#include "vir/pipeline/recorded_source.h"
-#include "vir/pipeline/sensor_registry.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/plugin_loader.h"
+#include "vir/roles/recorded_source.h"
+#include "vir/roles/sensor_registry.h"
 #include "vir_test_pyfg.h"
 #include "vir_test_temp_folder.h"
 
@@ -24,11 +24,11 @@ struct Content {
 class PyfgPlugin : public ::testing::Test {
  protected:
   void SetUp() override {
-    loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_pyfg.so");
+    roles::loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_pyfg.so");
     test::writeText(folder / "g.pyfg", test::twoRobots(100));
   }
   mrpt::hwdrivers::CGenericSensor::Ptr sensor(const std::string& more, const char* name) {
-    const auto s = createSensor(name);
+    const auto s = roles::createSensor(name);
     const std::string ini =
         "[graph]\ndriver=PyfgDataset\nprocess_rate=50\nsource=" + (folder / "g.pyfg").string() +
         "\n" + more + "\n";
@@ -40,7 +40,7 @@ class PyfgPlugin : public ::testing::Test {
 
 Content runToEnd(mrpt::hwdrivers::CGenericSensor& sensor) {
   Content c;
-  auto& source = dynamic_cast<RecordedSource&>(sensor);
+  auto& source = dynamic_cast<roles::RecordedSource&>(sensor);
   sensor.initialize();
   for (int calls = 0; !source.finished() && calls < 1000; ++calls) {
     sensor.doProcess();
@@ -63,7 +63,7 @@ TEST_F(PyfgPlugin, ObservationsCarryEverything) {
 
   const CObservationRobotPose& truth = *c.poses[2];
   EXPECT_EQ(truth.sensorLabel, "GT");
-  EXPECT_EQ(fromMrptTime(truth.timestamp), 101'000'000'000);
+  EXPECT_EQ(rawlog::fromMrptTime(truth.timestamp), 101'000'000'000);
   EXPECT_DOUBLE_EQ(truth.pose.mean.x(), 1);
   EXPECT_DOUBLE_EQ(truth.pose.mean.y(), 2);
   EXPECT_DOUBLE_EQ(truth.pose.cov(0, 0), 0);
@@ -78,7 +78,7 @@ TEST_F(PyfgPlugin, ObservationsCarryEverything) {
 
   const CObservationBeaconRanges& anchor = *c.ranges[0];
   EXPECT_EQ(anchor.sensorLabel, "UWB0");
-  EXPECT_EQ(fromMrptTime(anchor.timestamp), 100'250'000'000);
+  EXPECT_EQ(rawlog::fromMrptTime(anchor.timestamp), 100'250'000'000);
   EXPECT_FLOAT_EQ(anchor.stdError, 0.05f);
   ASSERT_EQ(anchor.sensedData.size(), 1u);
   EXPECT_EQ(anchor.sensedData[0].beaconID, 7);
@@ -93,7 +93,7 @@ TEST_F(PyfgPlugin, ObservationsCarryEverything) {
 TEST_F(PyfgPlugin, SaysWhereTheAnchorsAreOutsideTheObservations) {
   const auto s = sensor("robot=A", "PyfgDataset");
   s->initialize();
-  const auto anchors = dynamic_cast<RecordedSource&>(*s).trueAnchors();
+  const auto anchors = dynamic_cast<roles::RecordedSource&>(*s).trueAnchors();
   ASSERT_EQ(anchors.size(), 1u);
   EXPECT_EQ(anchors[0].id, 7);
   EXPECT_DOUBLE_EQ(anchors[0].y_m, -1.5);

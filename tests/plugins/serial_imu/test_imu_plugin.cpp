@@ -8,9 +8,9 @@
 
 #include "byte_fd.h"
 #include "messages.h"
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/plugin_loader.h"
-#include "vir/pipeline/sensor_registry.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/plugin_loader.h"
+#include "vir/roles/sensor_registry.h"
 #include "vir_test_pty.h"
 #include "vir_test_temp_folder.h"
 
@@ -24,10 +24,11 @@ using Readings = std::vector<CObservationIMU::Ptr>;
 class ImuPlugin : public ::testing::Test {
  protected:
   void SetUp() override {
-    loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_serial_imu.so");
+    roles::loadPlugin(std::string(VIR_BINARY_DIR) +
+                      "/lib/vir-slam/plugins/libvir_plugin_serial_imu.so");
   }
   CGenericSensor::Ptr sensor(const std::string& port, const std::string& more) {
-    const auto s = createSensor("SerialImu");
+    const auto s = roles::createSensor("SerialImu");
     s->loadConfig(
         mrpt::config::CConfigFileMemory(
             "[imu]\ndriver = SerialImu\nprocess_rate = 100\nport = " + port + "\n" + more + "\n"),

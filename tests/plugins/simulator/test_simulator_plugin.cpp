@@ -10,10 +10,10 @@
 #include <map>
 
 #include "vir/core/settings.h"
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/plugin_loader.h"
-#include "vir/pipeline/recorded_source.h"
-#include "vir/pipeline/sensor_registry.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/plugin_loader.h"
+#include "vir/roles/recorded_source.h"
+#include "vir/roles/sensor_registry.h"
 #include "vir_test_temp_folder.h"
 
 namespace vir {
@@ -39,16 +39,17 @@ const std::vector<std::string> kSmall{"simulator.robots=A B",
 class SimulatorPlugin : public ::testing::Test {
  protected:
   void SetUp() override {
-    loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_simulator.so");
+    roles::loadPlugin(std::string(VIR_BINARY_DIR) +
+                      "/lib/vir-slam/plugins/libvir_plugin_simulator.so");
   }
 
   mrpt::hwdrivers::CGenericSensor::Ptr sensor(const std::vector<std::string>& more = {}) {
-    const auto s = createSensor("simulator");
+    const auto s = roles::createSensor("simulator");
     Settings settings;
     for (const std::string& a : kSmall) settings.set(a);
     for (const std::string& a : more) settings.set(a);
     SettingsReader reader(settings);
-    dynamic_cast<RecordedSource&>(*s).describe(reader);
+    dynamic_cast<roles::RecordedSource&>(*s).describe(reader);
     reader.finish();
     return s;
   }
@@ -57,15 +58,15 @@ class SimulatorPlugin : public ::testing::Test {
   std::map<std::string, std::vector<CObservation::Ptr>> runToEnd(
       mrpt::hwdrivers::CGenericSensor& sensor) {
     std::map<std::string, std::vector<CObservation::Ptr>> out;
-    auto& source = dynamic_cast<RecordedSource&>(sensor);
+    auto& source = dynamic_cast<roles::RecordedSource&>(sensor);
     sensor.initialize();
     TimeNs last = 0;
     while (!source.finished()) {
       sensor.doProcess();
       for (const auto& [t, object] : sensor.getObservations()) {
         const auto obs = std::dynamic_pointer_cast<CObservation>(object);
-        EXPECT_GE(fromMrptTime(obs->timestamp), last);
-        last = fromMrptTime(obs->timestamp);
+        EXPECT_GE(rawlog::fromMrptTime(obs->timestamp), last);
+        last = rawlog::fromMrptTime(obs->timestamp);
         out[obs->sensorLabel].push_back(obs);
       }
     }
@@ -94,7 +95,7 @@ TEST_F(SimulatorPlugin, GivesEverySensorUnderItsLabel) {
   EXPECT_EQ(range->sensedData[0].beaconID, 5);
   EXPECT_NEAR(range->sensedData[0].sensorLocationOnRobot.z(), 0.2, 1e-9);
   EXPECT_NEAR(range->stdError, 0.05, 1e-6);
-  const auto& source = dynamic_cast<RecordedSource&>(*s);
+  const auto& source = dynamic_cast<roles::RecordedSource&>(*s);
   ASSERT_EQ(source.trueAnchors().size(), 1u);
   EXPECT_EQ(source.trueAnchors()[0].id, 5);
   EXPECT_NE(source.companionIni().find("acc_noise_density = 0.002"), std::string::npos);
@@ -116,7 +117,8 @@ TEST_F(SimulatorPlugin, WhatThePeerTellsComesWithTheRange) {
   }
   const auto& anchors = got.at("PEER:1:ANCHOR:5");
   EXPECT_LT(anchors.size(), told.size());
-  EXPECT_GE(toSeconds(fromMrptTime(anchors[0]->timestamp) - fromMrptTime(ranges[0]->timestamp)),
+  EXPECT_GE(toSeconds(rawlog::fromMrptTime(anchors[0]->timestamp) -
+                      rawlog::fromMrptTime(ranges[0]->timestamp)),
             1.5);
 }
 
@@ -152,7 +154,7 @@ TEST_F(SimulatorPlugin, IsConfiguredAsAnyGrabberSensor) {
     std::ofstream ini((folder / "world.ini").string());
     ini << "[simulator]\nrobots = A B\nimages = none\n[Robot_B]\nduration_s = 5\n";
   }
-  const auto s = createSensor("SimulatorSensor");
+  const auto s = roles::createSensor("SimulatorSensor");
   const std::string keys =
       "[any]\ndriver=SimulatorSensor\nprocess_rate=50\nini=" + (folder / "world.ini").string() +
       "\nrobot=B\n";

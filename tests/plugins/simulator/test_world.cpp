@@ -50,7 +50,7 @@ TEST(SimulatedWorld, HoldsEverythingInTimeOrder) {
   EXPECT_NEAR(static_cast<double>(all<ImageDue>(world).size()), 20 * s, 2);
   EXPECT_NEAR(static_cast<double>(all<TruePose>(world).size()), 100 * s, 2);
   EXPECT_GT(all<AnchorRange>(world).size(), 50u);
-  EXPECT_GT(all<PeerRange>(world).size(), 20u);
+  EXPECT_GT(all<simulation::PeerRange>(world).size(), 20u);
   EXPECT_TRUE(all<OdometryPose>(world).empty());
   EXPECT_TRUE(all<TracksDue>(world).empty());
 }
@@ -75,7 +75,7 @@ TEST(SimulatedWorld, RobotsShareThePlaceAndTheirRanges) {
   for (std::size_t k = 0; k < a.scene().boxes().size(); ++k) {
     EXPECT_EQ(a.scene().boxes()[k].low, b.scene().boxes()[k].low);
   }
-  const auto of_a = all<PeerRange>(a), of_b = all<PeerRange>(b);
+  const auto of_a = all<simulation::PeerRange>(a), of_b = all<simulation::PeerRange>(b);
   ASSERT_EQ(of_a.size(), of_b.size());
   for (std::size_t k = 0; k < of_a.size(); ++k) {
     EXPECT_EQ(of_a[k].first, of_b[k].first);
@@ -121,13 +121,13 @@ TEST(SimulatedWorld, TheCamerasClockMayBeOff) {
   ASSERT_EQ(t0.size(), t1.size());
   const TimeNs shift = fromSeconds(0.02);
   std::size_t k = 0;
-  std::vector<TrackedFrame> frames;
+  std::vector<vision::TrackedFrame> frames;
   for (const Event& e : exact.events()) {
     if (std::holds_alternative<TracksDue>(e.what)) frames.push_back(exact.tracks(e));
   }
   for (const Event& e : late.events()) {
     if (!std::holds_alternative<TracksDue>(e.what)) continue;
-    const TrackedFrame frame = late.tracks(e);
+    const vision::TrackedFrame frame = late.tracks(e);
     EXPECT_EQ(frame.t, t0[k].first - shift);
     ASSERT_EQ(frame.features.size(), frames[k].features.size());
     for (std::size_t i = 0; i < frame.features.size(); i += 10) {
@@ -163,7 +163,7 @@ TEST(SimulatedWorld, FliesAFileAgain) {
   {
     const World world(o);
     std::ofstream out((folder / "a.tum").string());
-    writeTum(out, world.motion().sampled(100));
+    evaluation::writeTum(out, world.motion().sampled(100));
   }
   SimulatorOptions again = o;
   again.robot_options['A'].trajectory = (folder / "a.tum").string();

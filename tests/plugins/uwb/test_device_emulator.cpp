@@ -9,10 +9,10 @@
 #include <regex>
 #include <thread>
 
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/plugin_loader.h"
-#include "vir/pipeline/rawlog_writer.h"
-#include "vir/pipeline/sensor_registry.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/rawlog_writer.h"
+#include "vir/roles/plugin_loader.h"
+#include "vir/roles/sensor_registry.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
 
@@ -29,20 +29,20 @@ class DeviceEmulator : public ::testing::Test {
  protected:
   void SetUp() override {
     for (const char* name : {"uwb", "serial_imu"}) {
-      loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_" + name +
-                 ".so");
+      roles::loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_" +
+                        name + ".so");
     }
   }
 
   /// IMU at 200 Hz, ranges to anchors 0 to 3 and robot 5 in turn at 20 Hz.
   std::string recording(double seconds) {
     const std::string file = (folder / "r.rawlog").string();
-    RawlogWriter writer(file);
+    rawlog::RawlogWriter writer(file);
     for (int i = 0; i < seconds * 200; ++i) {
       const TimeNs t = kStart + 5 * kMs * i;
       CObservationIMU imu;
       imu.sensorLabel = "IMU0";
-      imu.timestamp = toMrptTime(t);
+      imu.timestamp = rawlog::toMrptTime(t);
       imu.set(mrpt::obs::IMU_X_ACC, 0.001 * i);
       for (const auto k : {mrpt::obs::IMU_Y_ACC, mrpt::obs::IMU_Z_ACC, mrpt::obs::IMU_WX,
                            mrpt::obs::IMU_WY, mrpt::obs::IMU_WZ}) {
@@ -53,7 +53,7 @@ class DeviceEmulator : public ::testing::Test {
       CObservationBeaconRanges range;
       const int id = i / 10 % 5;
       range.sensorLabel = id == 4 ? "PEER" : "UWB0";
-      range.timestamp = toMrptTime(t);
+      range.timestamp = rawlog::toMrptTime(t);
       CObservationBeaconRanges::TMeasurement m;
       m.beaconID = id == 4 ? 5 : id;
       m.sensedDistance = static_cast<float>(1 + 0.01 * (i / 10));
@@ -65,7 +65,7 @@ class DeviceEmulator : public ::testing::Test {
   }
 
   CGenericSensor::Ptr sensor(const std::string& name, const std::string& ini) {
-    const auto s = createSensor(name);
+    const auto s = roles::createSensor(name);
     s->loadConfig(mrpt::config::CConfigFileMemory("[s]\ndriver = " + name +
                                                   "\nprocess_rate = 100\n" + ini + "\n"),
                   "s");

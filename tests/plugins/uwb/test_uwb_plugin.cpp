@@ -5,9 +5,9 @@
 
 #include <functional>
 
-#include "vir/pipeline/mrpt_time.h"
-#include "vir/pipeline/plugin_loader.h"
-#include "vir/pipeline/sensor_registry.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/plugin_loader.h"
+#include "vir/roles/sensor_registry.h"
 #include "vir_test_pty.h"
 #include "vir_test_temp_folder.h"
 
@@ -21,10 +21,10 @@ using Ranges = std::vector<CObservationBeaconRanges::Ptr>;
 class UwbPlugin : public ::testing::Test {
  protected:
   void SetUp() override {
-    loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_uwb.so");
+    roles::loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_uwb.so");
   }
   CGenericSensor::Ptr sensor(const std::string& more) {
-    const auto s = createSensor("UwbSerial");
+    const auto s = roles::createSensor("UwbSerial");
     const std::string ini =
         "[uwb_front]\ndriver = UwbSerial\nprocess_rate = 100\nport = " + pty.path() + "\n" + more +
         "\n";
@@ -57,10 +57,10 @@ TEST_F(UwbPlugin, ObservationsCarryEverything) {
       "antenna_m = 0.1 -0.2 0.3\nsensorLabel = UWB7\nmax_range_m = 50");
   s->initialize();
   EXPECT_EQ(s->getState(), CGenericSensor::ssWorking);
-  const TimeNs before = fromMrptTime(mrpt::Clock::now());
+  const TimeNs before = rawlog::fromMrptTime(mrpt::Clock::now());
   pty.send(kLine);
   const Ranges ranges = collect(*s, 2);
-  const TimeNs after = fromMrptTime(mrpt::Clock::now());
+  const TimeNs after = rawlog::fromMrptTime(mrpt::Clock::now());
   ASSERT_EQ(ranges.size(), 2u);
   const bool anchor_first = ranges[0]->sensorLabel == "UWB7";
   const auto& anchor = *ranges[anchor_first ? 0 : 1];
@@ -78,8 +78,8 @@ TEST_F(UwbPlugin, ObservationsCarryEverything) {
   EXPECT_EQ(peer.sensedData.at(0).beaconID, 2);
   EXPECT_FLOAT_EQ(peer.sensedData[0].sensedDistance, 2.12F);
   for (const auto& r : ranges) {
-    EXPECT_GE(fromMrptTime(r->timestamp), before - 100);
-    EXPECT_LE(fromMrptTime(r->timestamp), after);
+    EXPECT_GE(rawlog::fromMrptTime(r->timestamp), before - 100);
+    EXPECT_LE(rawlog::fromMrptTime(r->timestamp), after);
   }
 }
 
@@ -90,7 +90,7 @@ TEST_F(UwbPlugin, UnknownIds) {
   EXPECT_EQ(collect(*drops, 2, 20).size(), 1u);
 
   test::Pty other(folder / "tty2");
-  const auto keeps = createSensor("uwb");
+  const auto keeps = roles::createSensor("uwb");
   keeps->loadConfig(
       mrpt::config::CConfigFileMemory("[u]\ndriver = UwbSerial\nprocess_rate = 100\nport = " +
                                       other.path() + "\nanchor_ids = 1\nunknown_ids = anchor"),

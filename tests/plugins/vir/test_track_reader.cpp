@@ -5,23 +5,23 @@
 #include <limits>
 
 #include "tracks_of.h"
-#include "vir/pipeline/mrpt_time.h"
+#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 namespace {
 
 using mrpt::obs::CObservationStereoImagesFeatures;
 
-std::shared_ptr<const CameraModel> camera() {
-  CameraCalibration c;
+std::shared_ptr<const camera::CameraModel> camera() {
+  camera::CameraCalibration c;
   c.width = 640;
   c.height = 480;
   c.fx = c.fy = 400;
   c.cx = 320;
   c.cy = 240;
-  c.distortion = Distortion::radtan;
+  c.distortion = camera::Distortion::radtan;
   c.dist = {-0.2, 0.05, 1e-4, 2e-4, 0};
-  return makeCamera(c);
+  return camera::makeCamera(c);
 }
 
 struct Pixel {
@@ -31,7 +31,7 @@ struct Pixel {
 
 CObservationStereoImagesFeatures tracks(double s, const std::vector<Pixel>& pixels) {
   CObservationStereoImagesFeatures o;
-  o.timestamp = toMrptTime(fromSeconds(s));
+  o.timestamp = rawlog::toMrptTime(fromSeconds(s));
   for (const Pixel& p : pixels) {
     mrpt::obs::TStereoImageFeatures f;
     f.ID = p.id;
@@ -45,19 +45,21 @@ CObservationStereoImagesFeatures tracks(double s, const std::vector<Pixel>& pixe
 TEST(TrackReader, SameIdsBelongTogether) {
   TrackReader reader;
   const auto model = camera();
-  const TrackedFrame first = reader.read(tracks(100, {{7, 100, 80}, {3, 400, 300}}), *model);
+  const vision::TrackedFrame first =
+      reader.read(tracks(100, {{7, 100, 80}, {3, 400, 300}}), *model);
   ASSERT_EQ(first.features.size(), 2u);
   EXPECT_EQ(first.t, 100000000000LL);
   EXPECT_EQ(first.features[0].id, 3u) << "by id";
   EXPECT_EQ(first.detected, 2);
   EXPECT_EQ(first.features[1].age, 0);
-  const TrackedFrame next = reader.read(tracks(100.05, {{7, 103, 84}, {9, 20, 20}}), *model);
+  const vision::TrackedFrame next =
+      reader.read(tracks(100.05, {{7, 103, 84}, {9, 20, 20}}), *model);
   ASSERT_EQ(next.features.size(), 2u);
   EXPECT_EQ(next.continued, 1);
   EXPECT_EQ(next.lost_flow, 1);
   EXPECT_EQ(next.detected, 1);
   EXPECT_DOUBLE_EQ(next.median_flow_px, 5);
-  const FeatureObservation& f = next.features[0];
+  const vision::FeatureObservation& f = next.features[0];
   EXPECT_EQ(f.age, 1);
   EXPECT_LT((f.bearing_rate - (f.bearing - first.features[1].bearing) / 0.05).norm(), 1e-9);
   Vec2 px;
@@ -73,7 +75,7 @@ TEST(TrackReader, WhatIsNoFeatureIsCounted) {
   TrackReader reader;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
-  const TrackedFrame frame = reader.read(
+  const vision::TrackedFrame frame = reader.read(
       tracks(1, {{1, nan, 10}, {2, 10, inf}, {3, -5, 10}, {4, 700, 10}, {5, 10, 10}, {5, 11, 11}}),
       *camera());
   ASSERT_EQ(frame.features.size(), 1u);
@@ -83,7 +85,7 @@ TEST(TrackReader, WhatIsNoFeatureIsCounted) {
 
 TEST(TrackReader, NoFeaturesAreNoImage) {
   TrackReader reader;
-  const TrackedFrame frame = reader.read(tracks(1, {}), *camera());
+  const vision::TrackedFrame frame = reader.read(tracks(1, {}), *camera());
   EXPECT_FALSE(frame.usable);
   EXPECT_NE(frame.reason, "");
 }
@@ -91,7 +93,7 @@ TEST(TrackReader, NoFeaturesAreNoImage) {
 TEST(TrackReader, ARepeatedTimeIsNoMotion) {
   TrackReader reader;
   reader.read(tracks(1, {{1, 50, 50}}), *camera());
-  const TrackedFrame again = reader.read(tracks(1, {{1, 60, 60}}), *camera());
+  const vision::TrackedFrame again = reader.read(tracks(1, {{1, 60, 60}}), *camera());
   ASSERT_EQ(again.features.size(), 1u);
   EXPECT_TRUE(again.features[0].bearing_rate.allFinite());
 }

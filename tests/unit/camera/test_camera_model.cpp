@@ -9,7 +9,7 @@
 
 #include "vir/camera/camera_model.h"
 
-namespace vir {
+namespace vir::camera {
 namespace {
 
 CameraCalibration calibration(Distortion kind, std::array<double, 5> dist) {
@@ -217,4 +217,4 @@ TEST(CameraModel, RefusesImpossibleCalibrationsByName) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::camera

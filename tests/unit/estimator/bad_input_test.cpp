@@ -6,7 +6,7 @@
 
 #include "estimator_driver.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 using vir_test::EstimatorDriver;
@@ -22,8 +22,8 @@ std::vector<FrameEstimate> expectSane(EstimatorDriver* d) {
     EXPECT_TRUE(vir_test::finite(out[k])) << "image " << k << ": " << out[k].health;
     EXPECT_FALSE(out[k].health.empty()) << "image " << k;
   }
-  for (const NavState& s : d->estimator.keyframes()) EXPECT_TRUE(s.T_W_B.p.allFinite());
-  for (const WindowLandmark& l : d->estimator.landmarks()) EXPECT_TRUE(l.p_W.allFinite());
+  for (const window::NavState& s : d->estimator.keyframes()) EXPECT_TRUE(s.T_W_B.p.allFinite());
+  for (const window::WindowLandmark& l : d->estimator.landmarks()) EXPECT_TRUE(l.p_W.allFinite());
   return out;
 }
 
@@ -217,4 +217,4 @@ TEST(EstimatorBadInput, EveryImageAnotherScene) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::estimator

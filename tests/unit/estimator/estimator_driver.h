@@ -26,9 +26,9 @@ inline cv::Mat texture(unsigned seed) {
 }
 
 struct EstimatorDriver {
-  explicit EstimatorDriver(unsigned seed = 1, const vir::EstimatorConfig& config = {})
+  explicit EstimatorDriver(unsigned seed = 1, const vir::estimator::EstimatorConfig& config = {})
       : estimator(config), random(seed), image(texture(seed)) {
-    vir::CameraCalibration c;
+    vir::camera::CameraCalibration c;
     c.width = kWidth;
     c.height = kHeight;
     c.fx = c.fy = 250;
@@ -56,14 +56,14 @@ struct EstimatorDriver {
     }
   }
 
-  vir::VisualInertialEstimator estimator;
+  vir::estimator::VisualInertialEstimator estimator;
   std::mt19937 random;
   std::normal_distribution<double> normal;
   cv::Mat image;
 };
 
-inline bool finite(const vir::FrameEstimate& e) {
-  const vir::NavState& s = e.state;
+inline bool finite(const vir::estimator::FrameEstimate& e) {
+  const vir::window::NavState& s = e.state;
   return s.T_W_B.p.allFinite() && s.T_W_B.q.coeffs().allFinite() && s.v.allFinite() &&
          s.bg.allFinite() && s.ba.allFinite() && std::isfinite(e.reprojection_rms);
 }

@@ -7,7 +7,7 @@
 #include "simulated_run.h"
 #include "vir/simulation/flights.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 using tool::RunResult;
@@ -15,7 +15,7 @@ using tool::RunSettings;
 using tool::simulateRun;
 
 /// 640x480, looking along body x.
-RunSettings lookingAhead(const Vec3& anchor_from_start, const Motion& motion) {
+RunSettings lookingAhead(const Vec3& anchor_from_start, const simulation::Motion& motion) {
   RunSettings s;
   s.camera.width = 640;
   s.camera.height = 480;
@@ -31,10 +31,10 @@ RunSettings lookingAhead(const Vec3& anchor_from_start, const Motion& motion) {
   return s;
 }
 
-std::shared_ptr<const Motion> flightOf(const std::string& name, double length_m) {
-  FlightOptions o;
+std::shared_ptr<const simulation::Motion> flightOf(const std::string& name, double length_m) {
+  simulation::FlightOptions o;
   o.length_m = length_m;
-  return std::make_shared<Motion>(flight(name, o));
+  return std::make_shared<simulation::Motion>(simulation::flight(name, o));
 }
 
 /// Straight towards an anchor that stands a little beside the path: the first ranges leave a valley
@@ -84,4 +84,4 @@ TEST(FlightWithRanges, RangesTakeDriftAwayAndCovariancesHold) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::estimator

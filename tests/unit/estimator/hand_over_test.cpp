@@ -6,7 +6,7 @@
 #include <chrono>
 #include <stdexcept>
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 using Ids = std::vector<std::uint64_t>;
@@ -113,4 +113,4 @@ TEST(HandOver, AThreadNeedsALagAndAFreshStart) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::estimator

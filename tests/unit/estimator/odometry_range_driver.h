@@ -14,27 +14,28 @@
 
 namespace vir_test {
 
-using vir::AnchorReport;
-using vir::OdometryEstimate;
 using vir::Pose;
-using vir::RangeMeasurement;
 using vir::TimeNs;
 using vir::Vec3;
+using vir::estimator::AnchorReport;
+using vir::estimator::OdometryEstimate;
+using vir::estimator::RangeMeasurement;
 
 /// A flight with everything that is measured on it. W is the odometry's frame at the start.
 struct RangeWorld {
-  explicit RangeWorld(vir::Motion m, const vir::OdometrySimulationOptions& o,
-                      const vir::RangeSimulationOptions& r)
+  explicit RangeWorld(vir::simulation::Motion m,
+                      const vir::simulation::OdometrySimulationOptions& o,
+                      const vir::simulation::RangeSimulationOptions& r)
       : motion(std::move(m)), range_options(r) {
-    odometry = vir::simulateOdometry(motion, o);
-    for (const vir::SimulatedRange& s : vir::simulateRanges(motion, r)) {
+    odometry = vir::simulation::simulateOdometry(motion, o);
+    for (const vir::simulation::SimulatedRange& s : vir::simulation::simulateRanges(motion, r)) {
       ranges.push_back(measurement(s));
     }
     const Pose first = motion.poseAt(motion.begin());
     T_W_M = Pose(vir::Quat(vir::rotZ(-vir::yawOf(first.R()))), Vec3::Zero());
     T_W_M.p = -(T_W_M.q * first.p);
   }
-  RangeMeasurement measurement(const vir::SimulatedRange& s) const {
+  RangeMeasurement measurement(const vir::simulation::SimulatedRange& s) const {
     RangeMeasurement r;
     r.t = s.t;
     r.anchor = static_cast<std::uint64_t>(s.anchor);
@@ -46,14 +47,14 @@ struct RangeWorld {
   /// Where the body truly is, in W.
   Pose truth(TimeNs t) const { return T_W_M * motion.poseAt(t); }
   Vec3 anchor(std::size_t index, double s = 0) const {
-    return T_W_M * vir::anchorAt(range_options, index, s);
+    return T_W_M * vir::simulation::anchorAt(range_options, index, s);
   }
   /// When the body has been under way for `s` seconds.
   TimeNs time(double s) const { return motion.begin() + vir::fromSeconds(s); }
 
-  vir::Motion motion;
-  vir::RangeSimulationOptions range_options;
-  vir::Trajectory odometry;
+  vir::simulation::Motion motion;
+  vir::simulation::RangeSimulationOptions range_options;
+  vir::evaluation::Trajectory odometry;
   std::vector<RangeMeasurement> ranges;
   Pose T_W_M;  ///< from the frame of the motion
 };
@@ -61,7 +62,7 @@ struct RangeWorld {
 struct RangeRun {
   std::vector<OdometryEstimate> estimates;
   std::vector<AnchorReport> anchors;
-  std::vector<vir::RangeDecision> decisions;
+  std::vector<vir::estimator::RangeDecision> decisions;
   std::vector<std::pair<std::string, long>> counters;
   std::vector<std::string> warnings;
 
@@ -84,15 +85,16 @@ struct RangeRun {
 };
 
 /// Called after every pose.
-using AtPose = std::function<void(const vir::OdometryRangeEstimator&, const OdometryEstimate&)>;
+using AtPose =
+    std::function<void(const vir::estimator::OdometryRangeEstimator&, const OdometryEstimate&)>;
 
 /// Ranges in the order of the list, each before the first pose that is not older than it.
-inline RangeRun fly(const RangeWorld& world, const vir::OdometryRangeConfig& config,
+inline RangeRun fly(const RangeWorld& world, const vir::estimator::OdometryRangeConfig& config,
                     const std::vector<RangeMeasurement>& ranges, const AtPose& at_pose = {}) {
-  vir::OdometryRangeEstimator estimator(config);
+  vir::estimator::OdometryRangeEstimator estimator(config);
   RangeRun out;
   std::size_t next = 0;
-  for (const vir::StampedPose& p : world.odometry) {
+  for (const vir::evaluation::StampedPose& p : world.odometry) {
     for (; next < ranges.size() && !(ranges[next].t > p.t); ++next) {
       estimator.addRange(ranges[next]);
     }
@@ -109,28 +111,28 @@ inline RangeRun fly(const RangeWorld& world, const vir::OdometryRangeConfig& con
   return out;
 }
 
-inline RangeRun fly(const RangeWorld& world, const vir::OdometryRangeConfig& config = {},
+inline RangeRun fly(const RangeWorld& world, const vir::estimator::OdometryRangeConfig& config = {},
                     const AtPose& at_pose = {}) {
   return fly(world, config, world.ranges, at_pose);
 }
 
 /// ATE (position and yaw aligned) of the causal trajectory [m].
 inline double ate(const RangeWorld& world, const RangeRun& run) {
-  vir::Trajectory estimate;
+  vir::evaluation::Trajectory estimate;
   for (const OdometryEstimate& e : run.estimates) estimate.push_back({e.t, e.T_W_B});
-  return vir::evaluate(world.motion.sampled(50), estimate, {}).ate_position_m.rmse;
+  return vir::evaluation::evaluate(world.motion.sampled(50), estimate, {}).ate_position_m.rmse;
 }
 
-inline vir::FlightOptions flightOf(double length_m, int seed = 1) {
-  vir::FlightOptions o;
+inline vir::simulation::FlightOptions flightOf(double length_m, int seed = 1) {
+  vir::simulation::FlightOptions o;
   o.length_m = length_m;
   o.seed = seed;
   return o;
 }
 
 /// An odometry that drifts as the defaults of OdometryOptions say, or less.
-inline vir::OdometrySimulationOptions drifting(int seed = 1) {
-  vir::OdometrySimulationOptions o;
+inline vir::simulation::OdometrySimulationOptions drifting(int seed = 1) {
+  vir::simulation::OdometrySimulationOptions o;
   o.scale_error = 0.05;
   o.yaw_walk = 0.01;
   o.position_walk = 0.02;
@@ -138,8 +140,9 @@ inline vir::OdometrySimulationOptions drifting(int seed = 1) {
   return o;
 }
 
-inline vir::RangeSimulationOptions rangesTo(const std::vector<Vec3>& anchors, int seed = 1) {
-  vir::RangeSimulationOptions o;
+inline vir::simulation::RangeSimulationOptions rangesTo(const std::vector<Vec3>& anchors,
+                                                        int seed = 1) {
+  vir::simulation::RangeSimulationOptions o;
   o.rate_hz = 10;
   o.seed = seed;
   for (const Vec3& a : anchors) o.anchor_m.insert(o.anchor_m.end(), {a.x(), a.y(), a.z()});

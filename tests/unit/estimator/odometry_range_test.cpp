@@ -7,7 +7,7 @@
 #include "vir/evaluation/nees.h"
 #include "vir_test_noise.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 using vir_test::ate;
@@ -23,7 +23,7 @@ const Vec3 kAnchor(4, 6, 2.5);
 TEST(OdometryRange, RangesHalveTheDrift) {
   double sum_with = 0, sum_without = 0, mean_scale = 0;
   for (int seed : {1, 2, 3}) {
-    const RangeWorld world(flight("eight", flightOf(120, seed)), drifting(seed),
+    const RangeWorld world(simulation::flight("eight", flightOf(120, seed)), drifting(seed),
                            rangesTo({kAnchor}, seed));
     const double without = ate(world, fly(world, {}, std::vector<RangeMeasurement>()));
     const RangeRun run = fly(world);
@@ -45,7 +45,7 @@ TEST(OdometryRange, NoLineOfSightCostsLittle) {
   double clean = 0, nlos = 0;
   for (int seed = 1; seed <= 5; ++seed) {
     auto ranges = rangesTo({kAnchor}, seed);
-    const Motion motion = flight("eight", flightOf(120, seed));
+    const simulation::Motion motion = simulation::flight("eight", flightOf(120, seed));
     const RangeWorld good(motion, drifting(seed), ranges);
     ranges.nlos_share = 0.1;
     const RangeWorld bad(motion, drifting(seed), ranges);
@@ -61,7 +61,7 @@ TEST(OdometryRange, NoLineOfSightCostsLittle) {
 TEST(OdometryRange, AMovedAnchorIsNoticedAndFoundAgain) {
   auto ranges = rangesTo({kAnchor});
   ranges.jump = {0, 70, -5, -5, 1.5};
-  const RangeWorld world(flight("eight", flightOf(240)), drifting(), ranges);
+  const RangeWorld world(simulation::flight("eight", flightOf(240)), drifting(), ranges);
   TimeNs lost = 0, found = 0;
   const RangeRun run =
       fly(world, {}, [&](const OdometryRangeEstimator& e, const OdometryEstimate& now) {
@@ -90,7 +90,7 @@ TEST(OdometryRange, AnAnchorThatOnlySeemedMovedIsTakenUpAgain) {
   auto ranges = rangesTo({kAnchor});
   // As seen from there for 25 s, then again from where it was.
   ranges.jump = {0, 70, -5, -5, 1.5, 0, 95, kAnchor.x(), kAnchor.y(), kAnchor.z()};
-  const Motion motion = flight("eight", flightOf(240));
+  const simulation::Motion motion = simulation::flight("eight", flightOf(240));
   const RangeWorld world(motion, drifting(), ranges);
   const RangeRun run = fly(world);
   EXPECT_EQ(run.count("anchors_taken_up_again"), 1);
@@ -107,7 +107,8 @@ TEST(OdometryRange, AnOutageCausesNoJump) {
   for (int seed : {1, 2, 3}) {
     auto ranges = rangesTo({kAnchor}, seed);
     ranges.outage_s = {50, 70};
-    const RangeWorld world(flight("eight", flightOf(150, seed)), drifting(seed), ranges);
+    const RangeWorld world(simulation::flight("eight", flightOf(150, seed)), drifting(seed),
+                           ranges);
     const RangeRun run = fly(world);
     double worst = 0, largest = 0, error = 0;
     for (std::size_t k = 1; k < run.estimates.size(); ++k) {
@@ -141,7 +142,7 @@ TEST(OdometryRange, IsAsSureAsItMayBe) {
   long positions = 0;
   for (int seed = 1; seed <= kRuns; ++seed) {
     vir::test::Noise noise(static_cast<std::uint64_t>(1000 + seed));
-    OdometrySimulationOptions o;
+    simulation::OdometrySimulationOptions o;
     o.seed = seed;
     o.scale_error = kScale * noise.normal();
     o.scale_wander = 0.01;
@@ -158,14 +159,16 @@ TEST(OdometryRange, IsAsSureAsItMayBe) {
     config.long_window.scale_walk_per_sqrt_m =
         o.scale_wander * std::sqrt(2 / o.scale_wander_s / kSpeed);
     config.long_window.size = 150;
-    const RangeWorld world(flight("eight", flightOf(75, seed)), o, rangesTo({kAnchor}, seed));
+    const RangeWorld world(simulation::flight("eight", flightOf(75, seed)), o,
+                           rangesTo({kAnchor}, seed));
     const RangeRun run = fly(world, config);
     double value = 0, sum = 0;
     long n = 0;
     for (std::size_t k = 0; k < run.estimates.size(); k += 20) {
       const OdometryEstimate& e = run.estimates[k];
       if (e.t < world.time(10)) continue;
-      if (!nees(e.T_W_B.p - world.truth(e.t).p, e.covariance.topLeftCorner<3, 3>(), &value)) {
+      if (!evaluation::nees(e.T_W_B.p - world.truth(e.t).p, e.covariance.topLeftCorner<3, 3>(),
+                            &value)) {
         ADD_FAILURE() << "no covariance at " << e.t << ", seed " << seed;
         continue;
       }
@@ -176,7 +179,8 @@ TEST(OdometryRange, IsAsSureAsItMayBe) {
     positions += n;
     ASSERT_TRUE(run.anchor(0)) << seed;
     const AnchorReport& a = *run.anchor(0);
-    const bool known = a.has_position && nees(a.p_W - world.anchor(0), a.covariance, &value);
+    const bool known =
+        a.has_position && evaluation::nees(a.p_W - world.anchor(0), a.covariance, &value);
     EXPECT_TRUE(known) << seed;
     if (known) {
       anchor += value;
@@ -198,7 +202,8 @@ TEST(OdometryRange, IsAsSureAsItMayBe) {
 TEST(OdometryRange, ByteForByteTheSameTwice) {
   std::vector<double> numbers[2];
   for (std::vector<double>& out : numbers) {
-    const RangeWorld world(flight("eight", flightOf(40)), drifting(), rangesTo({kAnchor}));
+    const RangeWorld world(simulation::flight("eight", flightOf(40)), drifting(),
+                           rangesTo({kAnchor}));
     const RangeRun run = fly(world);
     for (const OdometryEstimate& e : run.estimates) {
       for (int i = 0; i < 3; ++i) out.push_back(e.T_W_B.p[i]);
@@ -214,13 +219,14 @@ TEST(OdometryRange, ByteForByteTheSameTwice) {
 }
 
 TEST(OdometryRange, BadOdometryIsCountedAndChangesNothing) {
-  const RangeWorld world(flight("eight", flightOf(30)), drifting(), rangesTo({kAnchor}));
+  const RangeWorld world(simulation::flight("eight", flightOf(30)), drifting(),
+                         rangesTo({kAnchor}));
   const RangeRun clean = fly(world);
   OdometryRangeEstimator e{OdometryRangeConfig()};
   std::size_t next = 0;
   std::vector<OdometryEstimate> out;
   for (std::size_t k = 0; k < world.odometry.size(); ++k) {
-    const StampedPose& p = world.odometry[k];
+    const evaluation::StampedPose& p = world.odometry[k];
     for (; next < world.ranges.size() && world.ranges[next].t <= p.t; ++next) {
       e.addRange(world.ranges[next]);
     }
@@ -245,7 +251,7 @@ TEST(OdometryRange, BadOdometryIsCountedAndChangesNothing) {
 }
 
 TEST(OdometryRange, AJumpOfTheOdometryIsSurvived) {
-  RangeWorld world(flight("eight", flightOf(120)), drifting(), rangesTo({kAnchor}));
+  RangeWorld world(simulation::flight("eight", flightOf(120)), drifting(), rangesTo({kAnchor}));
   const std::size_t at = world.odometry.size() / 2;
   for (std::size_t k = at; k < world.odometry.size(); ++k) {
     world.odometry[k].T_W_B.p += Vec3(30, -20, 5);
@@ -264,4 +270,4 @@ TEST(OdometryRange, AJumpOfTheOdometryIsSurvived) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::estimator

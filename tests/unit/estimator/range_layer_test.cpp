@@ -8,7 +8,7 @@
 
 #include "odometry_range_driver.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 using vir_test::drifting;
@@ -33,7 +33,7 @@ std::vector<double> numbersOf(const RangeRun& run) {
 }
 
 TEST(RangeLayer, BadRangesAreCountedByReason) {
-  LongWindow window{LongWindowOptions()};
+  window::LongWindow window{window::LongWindowOptions()};
   RangeLayer layer(RangeOptions(), &window, {});
   const auto offer = [&](TimeNs t, std::uint64_t id, double range_m, double sigma_m = 0.1,
                          const Vec3& lever = Vec3::Zero()) {
@@ -84,7 +84,8 @@ TEST(RangeLayer, BadRangesAreCountedByReason) {
 }
 
 TEST(RangeLayer, BadRangesChangeNothing) {
-  const RangeWorld world(flight("eight", flightOf(40)), drifting(), rangesTo({kAnchor}));
+  const RangeWorld world(simulation::flight("eight", flightOf(40)), drifting(),
+                         rangesTo({kAnchor}));
   std::vector<RangeMeasurement> dirty;
   RangeMeasurement early = world.ranges.front();
   early.t = world.motion.begin() - 50000000;
@@ -128,7 +129,8 @@ TEST(RangeLayer, BadRangesChangeNothing) {
 }
 
 TEST(RangeLayer, AnAnchorFoundLate) {
-  const RangeWorld world(flight("eight", flightOf(120)), drifting(), rangesTo({kAnchor}));
+  const RangeWorld world(simulation::flight("eight", flightOf(120)), drifting(),
+                         rangesTo({kAnchor}));
   std::vector<RangeMeasurement> late;
   for (const RangeMeasurement& r : world.ranges) {
     if (r.t > world.time(50)) late.push_back(r);
@@ -143,7 +145,8 @@ TEST(RangeLayer, AnAnchorFoundLate) {
 }
 
 TEST(RangeLayer, TwoAnchorsOneAfterAnother) {
-  const RangeWorld world(flight("eight", flightOf(120)), drifting(), rangesTo({kAnchor, kOther}));
+  const RangeWorld world(simulation::flight("eight", flightOf(120)), drifting(),
+                         rangesTo({kAnchor, kOther}));
   std::vector<RangeMeasurement> some;
   for (const RangeMeasurement& r : world.ranges) {
     if (r.anchor == 0 || r.t > world.time(40)) some.push_back(r);
@@ -174,7 +177,7 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
       const double a = 2 * M_PI * k / 50;
       points.emplace_back(6 * std::sin(a), 3 * std::sin(2 * a), 0.05 * std::max(0, k - 100));
     }
-    FlightOptions level;
+    simulation::FlightOptions level;
     level.sway_m = level.sway_deg = level.height_m = 0;
     auto gentle = drifting();
     gentle.scale_error = 0.02;
@@ -185,7 +188,7 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
     config.odometry.yaw_per_sqrt_m = 0.005;
     auto ranges = rangesTo({Vec3(4, 6, z)});
     ranges.lever_arm_m = {0, 0, 0};
-    const RangeWorld world(flyAlong(points, level), gentle, ranges);
+    const RangeWorld world(simulation::flyAlong(points, level), gentle, ranges);
     bool seen = false;
     TimeNs found = 0;
     const RangeRun run =
@@ -212,11 +215,11 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
 }
 
 TEST(RangeLayer, AStraightLineAsksToMoveSideways) {
-  FlightOptions straight;
+  simulation::FlightOptions straight;
   straight.sway_m = straight.sway_deg = straight.height_m = 0;
   auto gentle = drifting();
   gentle.yaw_walk = gentle.position_walk = 0.0005;
-  const RangeWorld world(flyAlong({Vec3::Zero(), Vec3(20, 0, 0)}, straight), gentle,
+  const RangeWorld world(simulation::flyAlong({Vec3::Zero(), Vec3(20, 0, 0)}, straight), gentle,
                          rangesTo({Vec3(10, 4, 1)}));
   // A device of unknown scale takes an anchor that is known to a few metres; a ring of radius 4 m
   // is none the less nothing to use when a metre is asked for.
@@ -233,11 +236,11 @@ TEST(RangeLayer, AStraightLineAsksToMoveSideways) {
 
 /// So is a ring for a device of unknown scale, which takes an anchor known to a few metres.
 TEST(RangeLayer, AStraightLineIsARingForTheOdometryModeToo) {
-  FlightOptions straight;
+  simulation::FlightOptions straight;
   straight.sway_m = straight.sway_deg = straight.height_m = 0;
   auto gentle = drifting();
   gentle.yaw_walk = gentle.position_walk = 0.0005;
-  const RangeWorld world(flyAlong({Vec3::Zero(), Vec3(20, 0, 0)}, straight), gentle,
+  const RangeWorld world(simulation::flyAlong({Vec3::Zero(), Vec3(20, 0, 0)}, straight), gentle,
                          rangesTo({Vec3(10, 4, 1)}));
   const RangeRun run = fly(world);
   ASSERT_EQ(run.anchors.size(), 1u);
@@ -247,7 +250,8 @@ TEST(RangeLayer, AStraightLineIsARingForTheOdometryModeToo) {
 }
 
 TEST(RangeLayer, ADroppedAnchorStartsFromItsPrior) {
-  const RangeWorld world(flight("eight", flightOf(60)), drifting(), rangesTo({kAnchor}));
+  const RangeWorld world(simulation::flight("eight", flightOf(60)), drifting(),
+                         rangesTo({kAnchor}));
   OdometryRangeConfig config;
   const Vec3 at = world.anchor(0) + Vec3(0.1, -0.1, 0.1);
   config.ranges.anchor_prior = {0, at.x(), at.y(), at.z(), 0.3};
@@ -266,4 +270,4 @@ TEST(RangeLayer, ADroppedAnchorStartsFromItsPrior) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::estimator

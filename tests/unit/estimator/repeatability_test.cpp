@@ -4,7 +4,7 @@
 
 #include "estimator_driver.h"
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 using vir_test::EstimatorDriver;
@@ -59,7 +59,7 @@ std::vector<double> numbersOf(unsigned seed, bool pipelined = false,
   EXPECT_GE(d.estimator.resets(), 2);
   EXPECT_TRUE(estimates.back().valid) << estimates.back().health;
   std::vector<double> out;
-  const auto add = [&](const NavState& s) {
+  const auto add = [&](const window::NavState& s) {
     out.push_back(static_cast<double>(s.t));
     for (const Vec3& v : {s.T_W_B.p, s.v, s.bg, s.ba}) {
       for (int i = 0; i < 3; ++i) out.push_back(v[i]);
@@ -74,8 +74,8 @@ std::vector<double> numbersOf(unsigned seed, bool pipelined = false,
       out.push_back(x);
     }
   }
-  for (const NavState& s : d.estimator.keyframes()) add(s);
-  for (const WindowLandmark& l : d.estimator.landmarks()) {
+  for (const window::NavState& s : d.estimator.keyframes()) add(s);
+  for (const window::WindowLandmark& l : d.estimator.landmarks()) {
     out.push_back(static_cast<double>(l.id));
     for (int i = 0; i < 3; ++i) out.push_back(l.p_W[i]);
   }
@@ -108,4 +108,4 @@ TEST(EstimatorRepeatability, AnotherSeedGivesOtherNumbers) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::estimator

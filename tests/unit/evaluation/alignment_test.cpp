@@ -4,7 +4,7 @@
 
 #include "made_trajectories.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 std::vector<PosePair> pairsOf(const Trajectory& reference, const Trajectory& estimate) {
@@ -117,4 +117,4 @@ TEST(Align, NoPairs) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::evaluation

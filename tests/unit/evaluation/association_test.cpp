@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 constexpr TimeNs kSecond = 1000000000;
@@ -73,4 +73,4 @@ TEST(Associate, EmptyAndSinglePoses) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -4,7 +4,7 @@
 
 #include "made_trajectories.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 constexpr double kDeg = 3.14159265358979323846 / 180;
@@ -185,4 +185,4 @@ TEST(Evaluate, TheWordsSayHowItWasCompared) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -7,7 +7,7 @@
 #include "made_trajectories.h"
 #include "vir/evaluation/figure_parts.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 TEST(AxisTicks, RoundSteps) {
@@ -153,4 +153,4 @@ TEST(ComparisonFigure, HasAxesUnitsAndLegendAndSurvivesStandingStill) {
 TEST(ComparisonFigure, Empty) { EXPECT_TRUE(comparisonFigure({}, {}, "").panels.empty()); }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 TEST(Nees, ByHand) {
@@ -63,4 +63,4 @@ TEST(Nees, SummaryOfConsistentErrors) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -10,7 +10,7 @@
 #include "made_trajectories.h"
 #include "vir/evaluation/evaluate.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 struct Sample {
@@ -125,4 +125,4 @@ TEST(ReferenceAte, AgreesOnRecordedMotion) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -6,7 +6,7 @@
 #include "made_trajectories.h"
 #include "vir/evaluation/trajectory.h"
 
-namespace vir {
+namespace vir::evaluation {
 namespace {
 
 Trajectory tum(const std::string& text, ReadReport* report) {
@@ -189,4 +189,4 @@ TEST(ReadStamps, TakesTheFirstColumn) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -8,18 +8,18 @@
 #include "vir_test_jacobian.h"
 #include "vir_test_poses.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 
 using vir_test::Blocks;
 using vir_test::poseBlock;
 
-Preintegration turningLink(const Vec3& bg, const Vec3& ba) {
-  Preintegration p(ImuNoise(), bg, ba);
+imu::Preintegration turningLink(const Vec3& bg, const Vec3& ba) {
+  imu::Preintegration p(imu::ImuNoise(), bg, ba);
   for (int k = 0; k < 40; ++k) {
     const auto at = [](int i) {
-      return ImuSample{i * 5000000LL, Vec3(0.8 * std::sin(0.05 * i), 0.5, -0.7),
-                       Vec3(1 + 0.02 * i, -2, 9.81)};
+      return imu::ImuSample{i * 5000000LL, Vec3(0.8 * std::sin(0.05 * i), 0.5, -0.7),
+                            Vec3(1 + 0.02 * i, -2, 9.81)};
     };
     p.integrate(at(k), at(k + 1));
   }
@@ -27,7 +27,7 @@ Preintegration turningLink(const Vec3& bg, const Vec3& ba) {
 }
 
 /// Where the link leads to from T_i, v_i, a little beside it.
-Blocks blocksFrom(const Pose& T_i, const Preintegration& link, double error) {
+Blocks blocksFrom(const Pose& T_i, const imu::Preintegration& link, double error) {
   const Vec3 v(0.5, -1, 0.3), bg(0.01, -0.02, 0.03), ba(0.1, 0.05, -0.1), g(0, 0, -9.81);
   const double dt = link.dt();
   const Vec3 e = error * Vec3(1, -2, 1.5);
@@ -41,12 +41,12 @@ Blocks blocksFrom(const Pose& T_i, const Preintegration& link, double error) {
 }
 
 /// S^-1 r: the residual without its weight.
-Vec15 unweighted(const ImuFactor& f, const Preintegration& link, const Blocks& x) {
+imu::Vec15 unweighted(const ImuFactor& f, const imu::Preintegration& link, const Blocks& x) {
   return link.sqrtInformation().inverse() * vir_test::residualOf(f, x);
 }
 
 TEST(ImuFactor, JacobiansEverywhere) {
-  const Preintegration link = turningLink(Vec3(0.005, 0, 0.01), Vec3(0, 0.1, 0));
+  const imu::Preintegration link = turningLink(Vec3(0.005, 0, 0.01), Vec3(0, 0.1, 0));
   const ImuFactor f(link, 9.81);
   vir_test::JacobianTolerance tolerance;
   tolerance.relative = 1e-7;
@@ -60,7 +60,7 @@ TEST(ImuFactor, JacobiansEverywhere) {
 
 TEST(ImuFactor, ResidualByHand) {
   // At rest for 0.2 s: dp = 9.81 * 0.2^2 / 2 = 0.1962 m, dv = 1.962 m/s upwards.
-  Preintegration link(ImuNoise(), Vec3::Zero(), Vec3::Zero());
+  imu::Preintegration link(imu::ImuNoise(), Vec3::Zero(), Vec3::Zero());
   const Vec3 up(0, 0, 9.81);
   for (int k = 0; k < 40; ++k) {
     link.integrate({k * 5000000LL, Vec3::Zero(), up}, {(k + 1) * 5000000LL, Vec3::Zero(), up});
@@ -72,7 +72,7 @@ TEST(ImuFactor, ResidualByHand) {
                     {1, 0, 0, 0, 0, 0, 0, 0, 0},
                     poseBlock(Pose(expQuat(Vec3(0, 0, 0.1)), Vec3(0.3, 0, 0))),
                     {1, 0, 0.5, 0.001, 0, 0, 0, 0.02, 0}};
-  const Vec15 r = unweighted(f, link, x);
+  const imu::Vec15 r = unweighted(f, link, x);
   // r_p = p_j - p_i - v dt - g dt^2/2 - dp = 0.3 - 0.2 along x; z: 0.1962 - 0.1962 = 0
   EXPECT_LT((r.segment<3>(kP) - Vec3(0.1, 0, 0)).norm(), 1e-9);
   EXPECT_LT((r.segment<3>(kTheta) - Vec3(0, 0, 0.1)).norm(), 1e-9);
@@ -83,7 +83,7 @@ TEST(ImuFactor, ResidualByHand) {
 }
 
 TEST(ImuFactor, ResidualIsZeroWhereTheReadingsLead) {
-  const Preintegration link = turningLink(Vec3(0.01, -0.02, 0.03), Vec3(0.1, 0.05, -0.1));
+  const imu::Preintegration link = turningLink(Vec3(0.01, -0.02, 0.03), Vec3(0.1, 0.05, -0.1));
   const ImuFactor f(link, 9.81);
   for (const vir_test::NamedPose& p : vir_test::poses()) {
     EXPECT_LT(vir_test::residualOf(f, blocksFrom(p.T, link, 0)).norm(), 1e-6) << p.name;
@@ -92,16 +92,16 @@ TEST(ImuFactor, ResidualIsZeroWhereTheReadingsLead) {
 
 TEST(ImuFactor, WhitensWithTheCovariance) {
   // r^T P^-1 r must be the squared norm of what the factor returns.
-  const Preintegration link = turningLink(Vec3::Zero(), Vec3::Zero());
+  const imu::Preintegration link = turningLink(Vec3::Zero(), Vec3::Zero());
   const ImuFactor f(link, 9.81);
   const Blocks x = blocksFrom(Pose(), link, 1e-3);
   const Eigen::VectorXd white = vir_test::residualOf(f, x);
-  const Vec15 r = unweighted(f, link, x);
+  const imu::Vec15 r = unweighted(f, link, x);
   EXPECT_NEAR(r.dot(link.covariance().inverse() * r) / white.squaredNorm(), 1, 1e-6);
 }
 
 TEST(ImuFactor, JacobiansStandAtTheFirstEstimateResidualsDoNot) {
-  const Preintegration link = turningLink(Vec3::Zero(), Vec3::Zero());
+  const imu::Preintegration link = turningLink(Vec3::Zero(), Vec3::Zero());
   const Blocks now = blocksFrom(vir_test::poses().back().T, link, 0.3);
   const Blocks first = blocksFrom(vir_test::poses()[1].T, link, 0.1);
   const ImuFactor plain(link, 9.81);
@@ -124,4 +124,4 @@ TEST(ImuFactor, JacobiansStandAtTheFirstEstimateResidualsDoNot) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::factors

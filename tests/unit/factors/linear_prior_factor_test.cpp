@@ -8,7 +8,7 @@
 #include "vir_test_jacobian.h"
 #include "vir_test_poses.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 
 using vir_test::poseBlock;
@@ -79,4 +79,4 @@ TEST(LinearPriorFactor, BothQuaternionsOfAPoseAreTheSame) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::factors

@@ -7,7 +7,7 @@
 #include "vir_test_jacobian.h"
 #include "vir_test_poses.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 
 using Mat6 = Eigen::Matrix<double, 6, 6>;
@@ -54,4 +54,4 @@ TEST(RelativePoseFactor, ResidualByHand) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::factors

@@ -7,7 +7,7 @@
 #include "vir_test_jacobian.h"
 #include "vir_test_poses.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 
 using vir_test::poseBlock;
@@ -74,4 +74,4 @@ TEST(HostSightFactor, JacobiansAndResidualByHand) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::factors

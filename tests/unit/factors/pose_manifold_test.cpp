@@ -5,7 +5,7 @@
 #include "vir_test_poses.h"
 #include "vir_test_rotations.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 
 using Vec6 = Eigen::Matrix<double, 6, 1>;
@@ -79,4 +79,4 @@ TEST(PoseManifold, JacobiansAreThoseOfTheLiftedConvention) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::factors

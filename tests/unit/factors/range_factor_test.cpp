@@ -8,7 +8,7 @@
 #include "vir_test_jacobian.h"
 #include "vir_test_poses.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 
 using vir_test::Blocks;
@@ -275,4 +275,4 @@ TEST(PositionLinkFactor, ResidualByHandAndJacobians) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::factors

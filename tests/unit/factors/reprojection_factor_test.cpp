@@ -7,7 +7,7 @@
 #include "vir_test_jacobian.h"
 #include "vir_test_poses.h"
 
-namespace vir {
+namespace vir::factors {
 namespace {
 
 using vir_test::Blocks;
@@ -203,4 +203,4 @@ TEST(TangentBasis, IsOrthonormalForEveryDirection) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::factors

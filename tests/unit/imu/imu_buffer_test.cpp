@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace vir {
+namespace vir::imu {
 namespace {
 
 constexpr TimeNs kMs = 1000000;
@@ -149,7 +149,7 @@ TEST(ImuBuffer, DropBeforeKeepsTheReadingToInterpolateFrom) {
   EXPECT_FALSE(b.add(at(999 * kMs, kZero, kZero)));
 }
 
-TEST(ImuBuffer, Statistics) {
+TEST(ImuBuffer, evaluation::Statistics) {
   ImuBuffer b;
   // Gyro x alternates 0.1 +- 0.02: mean 0.1, standard deviation 0.02; accelerometer constant.
   for (int k = 0; k < 100; ++k) {
@@ -169,4 +169,4 @@ TEST(ImuBuffer, Statistics) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::imu

@@ -6,7 +6,7 @@
 
 #include "vir/imu/preintegration.h"
 
-namespace vir {
+namespace vir::imu {
 namespace {
 
 constexpr double kStep = 0.005;
@@ -135,4 +135,4 @@ TEST(ImuCovariance, AFactorInflatesTheIntervalItIsGivenFor) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::imu

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace vir {
+namespace vir::imu {
 namespace {
 
 using Signal = std::function<Vec3(double)>;  // of time [s]
@@ -222,4 +222,4 @@ TEST(Preintegration, WithoutReadingsThereIsNoInformation) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::imu

@@ -29,7 +29,7 @@ double meanNees(Flight f, double share_of_ar = 0) {
         r.range_m += f.sigma * x;
       }
     }
-    const auto result = vir::initializeAnchor(ranges, plainOptions());
+    const auto result = vir::ranging::initializeAnchor(ranges, plainOptions());
     double least = 1e9;
     for (const auto& s : result.solutions) {
       Eigen::Vector4d e;

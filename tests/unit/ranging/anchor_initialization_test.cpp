@@ -10,13 +10,13 @@
 
 namespace {
 
-using vir::AnchorGeometry;
-using vir::AnchorInitialization;
-using vir::AnchorInitOptions;
-using vir::AnchorPrior;
-using vir::AntennaRange;
 using vir::Mat3;
 using vir::Vec3;
+using vir::ranging::AnchorGeometry;
+using vir::ranging::AnchorInitialization;
+using vir::ranging::AnchorInitOptions;
+using vir::ranging::AnchorPrior;
+using vir::ranging::AntennaRange;
 using vir::test::Flight;
 using vir::test::fly;
 using vir::test::plainOptions;
@@ -40,7 +40,7 @@ TEST(AnchorInitialization, ExactWithoutNoise) {
     f.noise = false;
     f.turn = kTilt;
     if (anchor.norm() > 10) f.amplitude = Vec3(20, 20, 5);
-    const auto r = vir::initializeAnchor(fly(f), plainOptions());
+    const auto r = vir::ranging::initializeAnchor(fly(f), plainOptions());
     ASSERT_EQ(r.geometry, AnchorGeometry::good) << anchor.transpose() << " " << r.advice;
     ASSERT_EQ(r.solutions.size(), 1u);
     EXPECT_LT((r.solutions[0].p_W - anchor).norm(), 1e-6) << anchor.transpose();
@@ -54,7 +54,7 @@ TEST(AnchorInitialization, ABiasIsFound) {
   Flight f;
   f.amplitude = Vec3(4, 4, 2);
   f.bias = 0.08;
-  const auto r = vir::initializeAnchor(fly(f), plainOptions());
+  const auto r = vir::ranging::initializeAnchor(fly(f), plainOptions());
   ASSERT_EQ(r.geometry, AnchorGeometry::good);
   EXPECT_NEAR(r.solutions[0].bias_m, 0.08, 4 * std::sqrt(r.solutions[0].covariance(3, 3)));
   EXPECT_LT((r.solutions[0].p_W - f.anchor).norm(), 0.1);
@@ -68,7 +68,7 @@ TEST(AnchorInitialization, PlanarMotionGivesMirrorImages) {
     f.turn = turn;
     f.anchor = turn * Vec3(3, 1, 1.5);
     const Vec3 image = turn * Vec3(3, 1, -1.5);
-    const auto r = vir::initializeAnchor(fly(f), plainOptions());
+    const auto r = vir::ranging::initializeAnchor(fly(f), plainOptions());
     ASSERT_EQ(r.geometry, AnchorGeometry::mirror) << r.advice;
     ASSERT_EQ(r.solutions.size(), 2u);
     const bool first = (r.solutions[0].p_W - f.anchor).norm() < 1;
@@ -78,11 +78,12 @@ TEST(AnchorInitialization, PlanarMotionGivesMirrorImages) {
   }
   Flight level;
   level.amplitude.z() = 0;
-  EXPECT_TRUE(begins(vir::initializeAnchor(fly(level), plainOptions()).advice, "change height"));
+  EXPECT_TRUE(
+      begins(vir::ranging::initializeAnchor(fly(level), plainOptions()).advice, "change height"));
   Flight upright;  // a vertical plane
   upright.amplitude = Vec3(2, 0, 2);
   upright.anchor = Vec3(1, 3, 1);
-  const auto r = vir::initializeAnchor(fly(upright), plainOptions());
+  const auto r = vir::ranging::initializeAnchor(fly(upright), plainOptions());
   EXPECT_EQ(r.geometry, AnchorGeometry::mirror);
   EXPECT_TRUE(begins(r.advice, "move sideways")) << r.advice;
 }
@@ -91,7 +92,7 @@ TEST(AnchorInitialization, HeightChangeRejectsTheMirrorImage) {
   Flight f;
   f.amplitude.z() = 0.4;
   for (int seed = 1; seed <= 50; ++seed) {
-    const auto r = vir::initializeAnchor(fly(f, seed), plainOptions());
+    const auto r = vir::ranging::initializeAnchor(fly(f, seed), plainOptions());
     ASSERT_EQ(r.geometry, AnchorGeometry::good) << r.advice;
     EXPECT_LT((r.solutions[0].p_W - f.anchor).norm(), 0.3) << seed;
   }
@@ -101,7 +102,7 @@ TEST(AnchorInitialization, PlanarMotionLevelWithTheAnchorIsUsable) {
   Flight f;
   f.amplitude.z() = 0;
   f.anchor = Vec3(3, 1, 0.1);
-  const auto r = vir::initializeAnchor(fly(f), plainOptions());
+  const auto r = vir::ranging::initializeAnchor(fly(f), plainOptions());
   ASSERT_EQ(r.geometry, AnchorGeometry::good) << r.advice;
   const auto& s = r.solutions[0];
   EXPECT_LT((s.p_W - f.anchor).head<2>().norm(), 0.1);
@@ -116,7 +117,7 @@ TEST(AnchorInitialization, AStraightLineIsRecognised) {
     Flight f;
     f.amplitude = Vec3(3, 0.003, 0.003);
     f.anchor = Vec3(1, side, 1);
-    const auto r = vir::initializeAnchor(fly(f), plainOptions());
+    const auto r = vir::ranging::initializeAnchor(fly(f), plainOptions());
     EXPECT_EQ(r.geometry, AnchorGeometry::straight_line) << side << r.advice;
     EXPECT_TRUE(begins(r.advice, "move sideways")) << r.advice;
     EXPECT_TRUE(finite(r));
@@ -127,7 +128,7 @@ TEST(AnchorInitialization, AShortPathForTheDistance) {
   Flight f;
   f.anchor = Vec3(60, 50, 4);
   f.amplitude = Vec3(0.5, 0.5, 0.3);
-  const auto r = vir::initializeAnchor(fly(f), plainOptions());
+  const auto r = vir::ranging::initializeAnchor(fly(f), plainOptions());
   EXPECT_EQ(r.geometry, AnchorGeometry::too_short);
   EXPECT_TRUE(begins(r.advice, "move further")) << r.advice;
   EXPECT_TRUE(finite(r));
@@ -141,7 +142,7 @@ TEST(AnchorInitialization, WithoutLineOfSight) {
         Flight f;
         f.nlos = share;
         f.amplitude.z() = height;
-        const auto r = vir::initializeAnchor(fly(f, seed), plainOptions());
+        const auto r = vir::ranging::initializeAnchor(fly(f, seed), plainOptions());
         ASSERT_EQ(r.geometry, height > 0 ? AnchorGeometry::good : AnchorGeometry::mirror);
         double best = 1e9;
         for (const auto& s : r.solutions) best = std::min(best, (s.p_W - f.anchor).norm());
@@ -159,14 +160,15 @@ TEST(AnchorInitialization, AnAnchorThatMovesIsInconsistent) {
   other.anchor = Vec3(-3, 2, 0);
   const auto later = fly(other, 2);
   for (std::size_t i = 150; i < 300; ++i) ranges[i] = later[i];
-  EXPECT_EQ(vir::initializeAnchor(ranges, plainOptions()).geometry, AnchorGeometry::inconsistent);
+  EXPECT_EQ(vir::ranging::initializeAnchor(ranges, plainOptions()).geometry,
+            AnchorGeometry::inconsistent);
 }
 
 TEST(AnchorInitialization, APriorDecidesBetweenMirrorImages) {
   Flight f;
   f.amplitude.z() = 0;
   const AnchorPrior prior{f.anchor + Vec3(0.3, -0.2, 0.3), 0.25 * Mat3::Identity()};
-  const auto r = vir::initializeAnchor(fly(f), plainOptions(), prior);
+  const auto r = vir::ranging::initializeAnchor(fly(f), plainOptions(), prior);
   ASSERT_EQ(r.geometry, AnchorGeometry::good) << r.advice;
   EXPECT_LT((r.solutions[0].p_W - f.anchor).norm(), 0.2);
 }
@@ -175,7 +177,7 @@ TEST(AnchorInitialization, APriorIsEnoughAfterOneRange) {
   Flight f;
   f.ranges = 1;
   const AnchorPrior prior{f.anchor, 0.01 * Mat3::Identity()};
-  const auto r = vir::initializeAnchor(fly(f), plainOptions(), prior);
+  const auto r = vir::ranging::initializeAnchor(fly(f), plainOptions(), prior);
   ASSERT_EQ(r.geometry, AnchorGeometry::good) << r.advice;
   EXPECT_LT((r.solutions[0].p_W - f.anchor).norm(), 0.2);
   EXPECT_LT(r.solutions[0].covariance.topLeftCorner(3, 3).trace(), 0.0301);
@@ -184,19 +186,20 @@ TEST(AnchorInitialization, APriorIsEnoughAfterOneRange) {
 TEST(AnchorInitialization, APriorThatIsWrongIsReported) {
   const Flight f;
   const AnchorPrior prior{f.anchor + Vec3(3, 0, 0), 0.01 * Mat3::Identity()};
-  const auto r = vir::initializeAnchor(fly(f), plainOptions(), prior);
+  const auto r = vir::ranging::initializeAnchor(fly(f), plainOptions(), prior);
   EXPECT_EQ(r.geometry, AnchorGeometry::inconsistent) << r.solutions[0].p_W.transpose();
   Mat3 bad = Mat3::Identity();
   bad(0, 0) = -1;
-  EXPECT_THROW(vir::initializeAnchor(fly(f), plainOptions(), AnchorPrior{Vec3::Zero(), bad}),
-               std::invalid_argument);
+  EXPECT_THROW(
+      vir::ranging::initializeAnchor(fly(f), plainOptions(), AnchorPrior{Vec3::Zero(), bad}),
+      std::invalid_argument);
 }
 
 TEST(AnchorInitialization, DriftOfThePathIsInTheCovariance) {
   AnchorInitOptions drifting;
   drifting.drift_ratio = 0.02;
-  const auto with = vir::initializeAnchor(fly(Flight()), drifting);
-  const auto without = vir::initializeAnchor(fly(Flight()), plainOptions());
+  const auto with = vir::ranging::initializeAnchor(fly(Flight()), drifting);
+  const auto without = vir::ranging::initializeAnchor(fly(Flight()), plainOptions());
   EXPECT_GT(with.solutions[0].covariance(0, 0), 2 * without.solutions[0].covariance(0, 0));
 }
 
@@ -216,19 +219,19 @@ TEST(AnchorInitialization, DegenerateInputIsFiniteAndExplained) {
   cases[6] = fly(f);  // no distance at all
   for (auto& r : cases[6]) r.range_m = 1e-12;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const auto r = vir::initializeAnchor(cases[i], plainOptions());
+    const auto r = vir::ranging::initializeAnchor(cases[i], plainOptions());
     EXPECT_NE(r.geometry, AnchorGeometry::good) << i;
     EXPECT_FALSE(r.advice.empty()) << i;
     EXPECT_TRUE(finite(r)) << i;
     const AnchorPrior prior{f.anchor, Mat3::Identity()};
-    EXPECT_TRUE(finite(vir::initializeAnchor(cases[i], plainOptions(), prior))) << i;
+    EXPECT_TRUE(finite(vir::ranging::initializeAnchor(cases[i], plainOptions(), prior))) << i;
   }
   auto mixed = fly(f);
   mixed[7].range_m = nan;
   mixed[8].p_W.x() = inf;
   mixed[9].range_m = -3;
   mixed[10].sigma_m = -1;
-  const auto r = vir::initializeAnchor(mixed, plainOptions());
+  const auto r = vir::ranging::initializeAnchor(mixed, plainOptions());
   EXPECT_EQ(r.geometry, AnchorGeometry::good);
   EXPECT_EQ(r.ignored, 4);
 }
@@ -238,7 +241,7 @@ TEST(AnchorInitialization, ThePathMayPassThroughTheAnchor) {
   f.noise = false;
   f.anchor = fly(f)[150].p_W;
   const auto ranges = fly(f);
-  const auto r = vir::initializeAnchor(ranges, plainOptions());
+  const auto r = vir::ranging::initializeAnchor(ranges, plainOptions());
   EXPECT_EQ(r.geometry, AnchorGeometry::good) << r.advice;
   EXPECT_LT((r.solutions[0].p_W - f.anchor).norm(), 1e-3);
 }
@@ -246,8 +249,8 @@ TEST(AnchorInitialization, ThePathMayPassThroughTheAnchor) {
 TEST(AnchorInitialization, TheSameInputGivesTheSameBits) {
   Flight f;
   f.nlos = 0.3;
-  const auto a = vir::initializeAnchor(fly(f), plainOptions());
-  const auto b = vir::initializeAnchor(fly(f), plainOptions());
+  const auto a = vir::ranging::initializeAnchor(fly(f), plainOptions());
+  const auto b = vir::ranging::initializeAnchor(fly(f), plainOptions());
   EXPECT_EQ(a.solutions[0].p_W, b.solutions[0].p_W);
   EXPECT_EQ(a.solutions[0].covariance, b.solutions[0].covariance);
 }

@@ -14,7 +14,7 @@ namespace {
 using vir::Vec3;
 
 struct Recording {
-  std::vector<vir::AntennaRange> ranges;
+  std::vector<vir::ranging::AntennaRange> ranges;
   Vec3 anchor = Vec3::Zero();
 };
 
@@ -45,10 +45,11 @@ TEST(AnchorRecording, SingleDroneWithItsTruePath) {
   VIR_REQUIRE_DATA(file, "range_graphs/single_drone.pyfg");
   const Recording recording = read(file);
   ASSERT_EQ(recording.ranges.size(), 1754u);
-  vir::AnchorInitOptions options;
+  vir::ranging::AnchorInitOptions options;
   options.drift_ratio = 0;
-  const auto r = vir::initializeAnchor(recording.ranges, options);
-  ASSERT_TRUE(r.geometry == vir::AnchorGeometry::good || r.geometry == vir::AnchorGeometry::mirror)
+  const auto r = vir::ranging::initializeAnchor(recording.ranges, options);
+  ASSERT_TRUE(r.geometry == vir::ranging::AnchorGeometry::good ||
+              r.geometry == vir::ranging::AnchorGeometry::mirror)
       << name(r.geometry) << r.advice;
   for (const auto& s : r.solutions) {
     const Vec3 e = s.p_W - recording.anchor;

@@ -10,8 +10,8 @@
 
 namespace {
 
-using vir::GaussianProcess;
-using vir::GaussianProcessOptions;
+using vir::ranging::GaussianProcess;
+using vir::ranging::GaussianProcessOptions;
 
 double truth(double x) { return 0.1 + 0.05 * std::sin(0.9 * x); }
 

@@ -7,8 +7,8 @@
 
 namespace {
 
-using vir::RangeBiasModel;
-using vir::RangeBiasModelError;
+using vir::ranging::RangeBiasModel;
+using vir::ranging::RangeBiasModelError;
 
 RangeBiasModel made() {
   return RangeBiasModel({{1, 0.10, 0.01}, {2, 0.14, 0.005}, {4, 0.02, 0.01}, {5, 0.03, 0.02}},

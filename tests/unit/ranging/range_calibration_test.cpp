@@ -10,7 +10,7 @@
 
 namespace {
 
-using vir::CalibrationSample;
+using vir::ranging::CalibrationSample;
 
 double bias(double d) { return 0.08 + 0.06 * std::exp(-d) - 0.01 * d; }
 
@@ -30,7 +30,7 @@ std::vector<CalibrationSample> sweep(int n, double nlos, double rho, int seed) {
 }
 
 TEST(RangeCalibration, FindsTheBias) {
-  const auto c = vir::calibrateRangeBias(sweep(3000, 0, 0, 1));
+  const auto c = vir::ranging::calibrateRangeBias(sweep(3000, 0, 0, 1));
   EXPECT_NEAR(c.sigma_m, 0.04, 0.002);
   for (double d = 0.7; d < 8.3; d += 0.2) EXPECT_NEAR(c.model.at(d).mean_m, bias(d), 0.01) << d;
   EXPECT_LT(c.too_long + c.too_short, 10);
@@ -40,7 +40,7 @@ TEST(RangeCalibration, FindsTheBias) {
 }
 
 TEST(RangeCalibration, OutliersAreLeftOutAndCounted) {
-  const auto c = vir::calibrateRangeBias(sweep(3000, 0.3, 0, 2));
+  const auto c = vir::ranging::calibrateRangeBias(sweep(3000, 0.3, 0, 2));
   EXPECT_NEAR(c.too_long, 900, 60);
   EXPECT_LT(c.too_short, 10);
   EXPECT_NEAR(c.sigma_m, 0.04, 0.004);
@@ -48,8 +48,8 @@ TEST(RangeCalibration, OutliersAreLeftOutAndCounted) {
 }
 
 TEST(RangeCalibration, CorrelatedErrorsWidenTheBand) {
-  const auto white = vir::calibrateRangeBias(sweep(3000, 0, 0, 3));
-  const auto slow = vir::calibrateRangeBias(sweep(3000, 0, 0.86, 3));
+  const auto white = vir::ranging::calibrateRangeBias(sweep(3000, 0, 0, 3));
+  const auto slow = vir::ranging::calibrateRangeBias(sweep(3000, 0, 0.86, 3));
   EXPECT_NEAR(slow.correlation.lag_one, 0.86, 0.06);
   EXPECT_GT(slow.model.at(4.5).sigma_m, 1.7 * white.model.at(4.5).sigma_m);
   double chi2 = 0;
@@ -62,17 +62,17 @@ TEST(RangeCalibration, CorrelatedErrorsWidenTheBand) {
 }
 
 TEST(RangeCalibration, TooLittleOrBadData) {
-  EXPECT_THROW(vir::calibrateRangeBias({}), std::invalid_argument);
-  EXPECT_THROW(vir::calibrateRangeBias(sweep(20, 0, 0, 1)), std::invalid_argument);
+  EXPECT_THROW(vir::ranging::calibrateRangeBias({}), std::invalid_argument);
+  EXPECT_THROW(vir::ranging::calibrateRangeBias(sweep(20, 0, 0, 1)), std::invalid_argument);
   auto samples = sweep(500, 0, 0, 1);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (int i = 0; i < 100; ++i) samples[i].residual_m = i % 2 ? nan : 1e30;
-  const auto c = vir::calibrateRangeBias(samples);
+  const auto c = vir::ranging::calibrateRangeBias(samples);
   EXPECT_NEAR(c.sigma_m, 0.04, 0.005);
   for (int i = 0; i < 100; ++i) EXPECT_TRUE(c.outlier[i]);
   // One distance only.
   std::vector<CalibrationSample> same(100, {0, 0, 2.0, 0.1});
-  EXPECT_NEAR(vir::calibrateRangeBias(same).model.at(2).mean_m, 0.1, 1e-3);
+  EXPECT_NEAR(vir::ranging::calibrateRangeBias(same).model.at(2).mean_m, 0.1, 1e-3);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 namespace {
 
-using vir::RangeCheck;
-using vir::RangeProblem;
+using vir::ranging::RangeCheck;
+using vir::ranging::RangeProblem;
 constexpr vir::TimeNs kStep = 50'000'000;
 
 TEST(RangeCheck, ValuesThatAreNoDistance) {

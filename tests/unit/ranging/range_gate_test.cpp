@@ -10,9 +10,9 @@
 
 namespace {
 
-using vir::GateDecision;
-using vir::RangeGate;
 using vir::TimeNs;
+using vir::ranging::GateDecision;
+using vir::ranging::RangeGate;
 constexpr TimeNs kStep = 50'000'000;  // 20 Hz
 
 struct Outcome {

@@ -7,7 +7,7 @@
 
 namespace {
 
-using vir::RobustRange;
+using vir::ranging::RobustRange;
 
 TEST(RobustRange, ThePaperLossBelowZeroAndCauchyAbove) {
   const RobustRange robust{2.0, 1.5};

@@ -21,7 +21,8 @@ CameraSimulationOptions perfect() {
 }
 
 CameraSimulator simulator(const CameraSimulationOptions& o) {
-  return CameraSimulator(o, vir_test::twoCrates(), makeCamera(calibration(Distortion::radtan)));
+  return CameraSimulator(o, vir_test::twoCrates(),
+                         camera::makeCamera(calibration(camera::Distortion::radtan)));
 }
 
 Pose still(double) { return lookingAhead(Vec3(0.2, 0, 0)); }

@@ -9,20 +9,20 @@
 
 namespace vir_test {
 
-inline vir::Box room() { return {vir::Vec3(-4, -4, -1.5), vir::Vec3(8, 4, 2.5)}; }
+inline vir::rendering::Box room() { return {vir::Vec3(-4, -4, -1.5), vir::Vec3(8, 4, 2.5)}; }
 
 /// One crate 3 m ahead of the origin, one 5 m ahead to the left.
-inline std::vector<vir::Box> crates() {
+inline std::vector<vir::rendering::Box> crates() {
   return {{vir::Vec3(3, -0.5, -0.6), vir::Vec3(3.8, 0.45, 0.5)},
           {vir::Vec3(5, 2.0, -1.0), vir::Vec3(6, 3.2, 0.8)}};
 }
 
-inline std::shared_ptr<const vir::Scene> twoCrates() {
-  return std::make_shared<vir::Scene>(room(), crates());
+inline std::shared_ptr<const vir::rendering::Scene> twoCrates() {
+  return std::make_shared<vir::rendering::Scene>(room(), crates());
 }
 
-inline vir::CameraCalibration calibration(vir::Distortion kind) {
-  vir::CameraCalibration c;
+inline vir::camera::CameraCalibration calibration(vir::camera::Distortion kind) {
+  vir::camera::CameraCalibration c;
   c.width = 376;
   c.height = 240;
   c.fx = 229.3;
@@ -30,8 +30,8 @@ inline vir::CameraCalibration calibration(vir::Distortion kind) {
   c.cx = 183.6;
   c.cy = 124.2;
   c.distortion = kind;
-  if (kind == vir::Distortion::radtan) c.dist = {-0.28, 0.074, 2e-4, 2e-5, 0.0};
-  if (kind == vir::Distortion::equidistant) c.dist = {0.0035, 7e-4, -2e-3, 2e-4, 0.0};
+  if (kind == vir::camera::Distortion::radtan) c.dist = {-0.28, 0.074, 2e-4, 2e-5, 0.0};
+  if (kind == vir::camera::Distortion::equidistant) c.dist = {0.0035, 7e-4, -2e-3, 2e-4, 0.0};
   return c;
 }
 
@@ -42,9 +42,9 @@ inline vir::Pose lookingAhead(const vir::Vec3& p, const vir::Vec3& theta = vir::
   return {(vir::Quat(R) * vir::expQuat(theta)).normalized(), p};
 }
 
-inline vir::FloatImage rendered(vir::SceneRenderer* renderer, const vir::Pose& T_W_C,
-                                double contrast = 1) {
-  vir::FloatImage out;
+inline vir::rendering::FloatImage rendered(vir::rendering::SceneRenderer* renderer,
+                                           const vir::Pose& T_W_C, double contrast = 1) {
+  vir::rendering::FloatImage out;
   renderer->add(T_W_C, contrast, 1.0F, &out);
   return out;
 }

@@ -186,9 +186,10 @@ TEST(SimulatedRanges, RefuseListsOfTheWrongLength) {
 TEST(SimulatedRanges, TheScenesBoxesStandInTheWay) {
   const auto motion = vir_test::briskFlight();
   RangeSimulationOptions o = perfect();
-  const Box room{Vec3(-20, -20, -5), Vec3(20, 20, 5)};
+  const rendering::Box room{Vec3(-20, -20, -5), Vec3(20, 20, 5)};
   // A thin board before the anchor, a thick block elsewhere.
-  const Scene scene(room, {{Vec3(3, 0, -5), Vec3(3.2, 2, 5)}, {Vec3(3, -8, -5), Vec3(6, 0, 5)}});
+  const rendering::Scene scene(
+      room, {{Vec3(3, 0, -5), Vec3(3.2, 2, 5)}, {Vec3(3, -8, -5), Vec3(6, 0, 5)}});
   const auto ranges = simulateRanges(*motion, o, &scene);
   const auto all = simulateRanges(*motion, o);
   long blocked = 0;

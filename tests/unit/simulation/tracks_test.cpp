@@ -13,8 +13,8 @@ namespace {
 
 using namespace vir;
 
-CameraCalibration calibration() {
-  CameraCalibration c;
+camera::CameraCalibration calibration() {
+  camera::CameraCalibration c;
   c.width = 640;
   c.height = 480;
   c.fx = c.fy = 400;
@@ -38,13 +38,13 @@ TrackSimulationOptions perfect() {
 
 TrackSimulator simulator(const TrackSimulationOptions& o,
                          const std::shared_ptr<const Motion>& motion) {
-  return TrackSimulator(o, motion, makeCamera(calibration()), forward());
+  return TrackSimulator(o, motion, camera::makeCamera(calibration()), forward());
 }
 
-std::vector<TrackedFrame> allFrames(const TrackSimulationOptions& o,
-                                    const std::shared_ptr<const Motion>& motion) {
+std::vector<vision::TrackedFrame> allFrames(const TrackSimulationOptions& o,
+                                            const std::shared_ptr<const Motion>& motion) {
   TrackSimulator s = simulator(o, motion);
-  std::vector<TrackedFrame> out;
+  std::vector<vision::TrackedFrame> out;
   for (const TimeNs t : s.times()) out.push_back(s.at(t));
   return out;
 }
@@ -52,16 +52,16 @@ std::vector<TrackedFrame> allFrames(const TrackSimulationOptions& o,
 TEST(SimulatedTracks, WithoutErrorsAreProjectionsOfTheirPoints) {
   const auto motion = vir_test::briskFlight();
   TrackSimulator s = simulator(perfect(), motion);
-  const auto camera = makeCamera(calibration());
-  std::map<std::uint64_t, FeatureObservation> before;
+  const auto camera = camera::makeCamera(calibration());
+  std::map<std::uint64_t, vision::FeatureObservation> before;
   TimeNs last = 0;
   for (const TimeNs t : s.times()) {
-    const TrackedFrame frame = s.at(t);
+    const vision::TrackedFrame frame = s.at(t);
     EXPECT_EQ(frame.t, t);
     EXPECT_EQ(static_cast<std::size_t>(frame.continued + frame.detected - frame.lost_crowded),
               frame.features.size());
-    std::map<std::uint64_t, FeatureObservation> now;
-    for (const FeatureObservation& f : frame.features) {
+    std::map<std::uint64_t, vision::FeatureObservation> now;
+    for (const vision::FeatureObservation& f : frame.features) {
       Vec3 p_W;
       ASSERT_TRUE(s.pointOf(f.id, &p_W));
       Vec2 px;
@@ -95,7 +95,7 @@ TEST(SimulatedTracks, ThereAreEnoughAllAlongEveryFlight) {
     const auto motion = std::make_shared<Motion>(flight(name, flight_options));
     int fewest = 1000, most = 0;
     const auto frames = allFrames({}, motion);
-    for (const TrackedFrame& f : frames) {
+    for (const vision::TrackedFrame& f : frames) {
       fewest = std::min(fewest, static_cast<int>(f.features.size()));
       most = std::max(most, static_cast<int>(f.features.size()));
     }
@@ -110,7 +110,7 @@ TEST(SimulatedTracks, LiveAsLongAsSaid) {
   o.weak_share = 0;
   o.mean_track_images = 20;
   double ends = 0, images = 0;
-  for (const TrackedFrame& f : allFrames(o, vir_test::standing(60))) {
+  for (const vision::TrackedFrame& f : allFrames(o, vir_test::standing(60))) {
     ends += f.lost_flow;
     images += static_cast<double>(f.continued + f.lost_flow);
   }
@@ -123,7 +123,7 @@ TEST(SimulatedTracks, HaveTheNoiseAskedFor) {
   o.noise_px = 0.4;
   o.offset_px = 0.3;
   TrackSimulator s = simulator(o, motion);
-  const auto camera = makeCamera(calibration());
+  const auto camera = camera::makeCamera(calibration());
   double total = 0, steps = 0, n_total = 0, n_steps = 0;
   std::map<std::uint64_t, Vec2> before;
   for (const TimeNs t : s.times()) {
@@ -133,7 +133,7 @@ TEST(SimulatedTracks, HaveTheNoiseAskedFor) {
       continue;
     }
     std::map<std::uint64_t, Vec2> now;
-    for (const FeatureObservation& f : s.at(t).features) {
+    for (const vision::FeatureObservation& f : s.at(t).features) {
       if (f.age == 0) continue;  // has its offset only
       Vec3 p_W;
       Vec2 px;
@@ -154,7 +154,7 @@ TEST(SimulatedTracks, HaveTheNoiseAskedFor) {
 }
 
 TEST(SimulatedTracks, AtRestTheImageHardlyMoves) {
-  for (const TrackedFrame& f : allFrames({}, vir_test::standing(5))) {
+  for (const vision::TrackedFrame& f : allFrames({}, vir_test::standing(5))) {
     EXPECT_LT(f.median_flow_px, 0.2);
   }
 }
@@ -168,7 +168,7 @@ TEST(SimulatedTracks, SomeSlideOff) {
   std::map<std::uint64_t, Vec2> first;
   std::map<std::uint64_t, double> far;
   for (const TimeNs t : s.times()) {
-    for (const FeatureObservation& f : s.at(t).features) {
+    for (const vision::FeatureObservation& f : s.at(t).features) {
       first.emplace(f.id, f.px);
       if (f.age >= 20) far[f.id] = (f.px - first[f.id]).norm();
     }
@@ -183,7 +183,7 @@ TEST(SimulatedTracks, DarkImagesAreReportedAndTracksEnd) {
   o.blackout_s = {3, 5};
   const auto motion = vir_test::briskFlight();
   std::uint64_t newest_before = 0;
-  for (const TrackedFrame& f : allFrames(o, motion)) {
+  for (const vision::TrackedFrame& f : allFrames(o, motion)) {
     const double s = toSeconds(f.t - motion->begin());
     const bool dark = s >= 3 && s < 5;
     EXPECT_EQ(f.usable, !dark) << s;
@@ -193,7 +193,7 @@ TEST(SimulatedTracks, DarkImagesAreReportedAndTracksEnd) {
     }
     if (s < 3) newest_before = std::max(newest_before, f.features.back().id);
     if (s >= 5) {
-      for (const FeatureObservation& x : f.features) EXPECT_GT(x.id, newest_before);
+      for (const vision::FeatureObservation& x : f.features) EXPECT_GT(x.id, newest_before);
     }
   }
 }
@@ -205,7 +205,7 @@ TEST(SimulatedTracks, DroppedOnesDoNotComeBack) {
   const std::uint64_t id = s.at(times[0]).features.front().id;
   s.drop({id});
   for (std::size_t k = 1; k < times.size(); ++k) {
-    for (const FeatureObservation& f : s.at(times[k]).features) EXPECT_NE(f.id, id);
+    for (const vision::FeatureObservation& f : s.at(times[k]).features) EXPECT_NE(f.id, id);
   }
 }
 
@@ -228,7 +228,7 @@ TEST(SimulatedTracks, SameSeedSameTracks) {
 
 TEST(SimulatedTracks, RefusesWhatCannotBe) {
   const auto motion = vir_test::standing(2);
-  EXPECT_THROW(TrackSimulator({}, nullptr, makeCamera(calibration()), forward()),
+  EXPECT_THROW(TrackSimulator({}, nullptr, camera::makeCamera(calibration()), forward()),
                std::invalid_argument);
   TrackSimulationOptions o;
   o.rate_hz = 0;
@@ -244,16 +244,16 @@ TEST(SimulatedTracks, RefusesWhatCannotBe) {
 TEST(SimulatedTracks, HideBehindTheScenesBoxes) {
   const auto motion = vir_test::briskFlight();
   std::vector<Vec3> path;
-  for (const StampedPose& p : motion->sampled(4)) path.push_back(p.T_W_B.p);
-  const auto scene = std::make_shared<Scene>(makeScene({}, path, {}));
-  const auto camera = makeCamera(calibration());
+  for (const evaluation::StampedPose& p : motion->sampled(4)) path.push_back(p.T_W_B.p);
+  const auto scene = std::make_shared<rendering::Scene>(rendering::makeScene({}, path, {}));
+  const auto camera = camera::makeCamera(calibration());
   TrackSimulator s(perfect(), motion, camera, forward(), scene);
   std::size_t fewest = 1000;
   for (const TimeNs t : s.times()) {
-    const TrackedFrame frame = s.at(t);
+    const vision::TrackedFrame frame = s.at(t);
     const Vec3 eye = (motion->poseAt(t) * forward()).p;
     fewest = std::min(fewest, frame.features.size());
-    for (const FeatureObservation& f : frame.features) {
+    for (const vision::FeatureObservation& f : frame.features) {
       Vec3 p_W;
       ASSERT_TRUE(s.pointOf(f.id, &p_W));
       EXPECT_FALSE(scene->hidden(eye, p_W));

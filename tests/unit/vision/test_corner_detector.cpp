@@ -4,7 +4,7 @@
 
 #include "corner_detector.h"
 
-namespace vir {
+namespace vir::vision {
 namespace {
 
 cv::Mat gradientOf(const cv::Mat& image) {
@@ -68,4 +68,4 @@ TEST(CornerDetector, FindsNothingOnEdgesAndFlats) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::vision

@@ -7,7 +7,7 @@
 #include "synthetic_view.h"
 #include "vir/vision/feature_tracker.h"
 
-namespace vir {
+namespace vir::vision {
 namespace {
 
 using test::lookingDown;
@@ -39,7 +39,7 @@ struct Flight {
   double rms = 0, worst = 0;  ///< [px], of all features older than one image
   long n = 0;
 
-  Flight(const CameraModel& camera, FeatureTracker* tracker, const std::vector<Pose>& poses,
+  Flight(const camera::CameraModel& camera, FeatureTracker* tracker, const std::vector<Pose>& poses,
          const std::vector<double>& gain, const std::vector<Mat3>& rotation) {
     std::map<std::uint64_t, std::pair<std::size_t, Vec2>> first;
     double sum = 0;
@@ -85,7 +85,7 @@ double survival(const TrackedFrame& before, const TrackedFrame& now) {
 }
 
 TEST(FeatureTracker, TracksLandWhereTheyBelong) {
-  const auto camera = makeCamera(smallCamera());
+  const auto camera = camera::makeCamera(smallCamera());
   FeatureTracker tracker(smallOptions(), camera);
   const auto poses = sweep(20);
   const Flight flight(*camera, &tracker, poses, std::vector<double>(20, 1.0), rotations(poses));
@@ -99,7 +99,7 @@ TEST(FeatureTracker, TracksLandWhereTheyBelong) {
 }
 
 TEST(FeatureTracker, WorksWithAnEquidistantCamera) {
-  const auto camera = makeCamera(smallCamera(Distortion::equidistant));
+  const auto camera = camera::makeCamera(smallCamera(camera::Distortion::equidistant));
   FeatureTracker tracker(smallOptions(), camera);
   const auto poses = sweep(12);
   const Flight flight(*camera, &tracker, poses, std::vector<double>(12, 1.0), rotations(poses));
@@ -108,7 +108,7 @@ TEST(FeatureTracker, WorksWithAnEquidistantCamera) {
 }
 
 TEST(FeatureTracker, SurvivesExposureJumps) {
-  const auto camera = makeCamera(smallCamera());
+  const auto camera = camera::makeCamera(smallCamera());
   FeatureTracker tracker(smallOptions(), camera);
   const auto poses = sweep(12);
   const std::vector<double> gain = {1, 1, 0.5, 0.5, 0.9, 1.3, 0.4, 0.35, 1, 0.7, 0.75, 0.8};
@@ -121,9 +121,9 @@ TEST(FeatureTracker, SurvivesExposureJumps) {
 
 TEST(FeatureTracker, FollowsNinetyDegreesPerSecondWithTheGyro) {
   // 4.5 deg per image: 31 px with this focal length.
-  CameraCalibration calibration = smallCamera();
+  camera::CameraCalibration calibration = smallCamera();
   calibration.fx = calibration.fy = 400.0;
-  const auto camera = makeCamera(calibration);
+  const auto camera = camera::makeCamera(calibration);
   std::vector<Pose> poses;
   for (int i = 0; i < 8; ++i) {
     poses.push_back(lookingDown(Vec3(0.02 * i, 0, 2.0), Vec3(0, 0.0785 * (i - 4), 0)));
@@ -141,7 +141,7 @@ TEST(FeatureTracker, FollowsNinetyDegreesPerSecondWithTheGyro) {
 }
 
 TEST(FeatureTracker, ToleratesAGyroBias) {
-  const auto camera = makeCamera(smallCamera());
+  const auto camera = camera::makeCamera(smallCamera());
   FeatureTracker exact(smallOptions(), camera), biased(smallOptions(), camera);
   const auto poses = sweep(10);
   std::vector<Mat3> wrong = rotations(poses);
@@ -154,7 +154,7 @@ TEST(FeatureTracker, ToleratesAGyroBias) {
 }
 
 TEST(FeatureTracker, DropsWhatMovesOnItsOwn) {
-  const auto camera = makeCamera(smallCamera());
+  const auto camera = camera::makeCamera(smallCamera());
   FeatureTracker tracker(smallOptions(), camera);
   const auto poses = sweep(5);
   const SyntheticPlane other(0.004, 512, 99);
@@ -189,7 +189,7 @@ TEST(FeatureTracker, DropsWhatMovesOnItsOwn) {
 }
 
 TEST(FeatureTracker, ObservationsAreConsistent) {
-  const auto camera = makeCamera(smallCamera());
+  const auto camera = camera::makeCamera(smallCamera());
   TrackerOptions options = smallOptions();
   FeatureTracker tracker(options, camera);
   const auto poses = sweep(4);
@@ -229,4 +229,4 @@ TEST(FeatureTracker, ObservationsAreConsistent) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::vision

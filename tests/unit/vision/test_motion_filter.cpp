@@ -6,12 +6,12 @@
 #include "motion_filter.h"
 #include "synthetic_view.h"
 
-namespace vir {
+namespace vir::vision {
 namespace {
 
 /// Points 2 to 8 m away seen before and after a motion, with noise of 0.1 px.
 struct Scene {
-  std::shared_ptr<const CameraModel> camera = makeCamera(test::smallCamera());
+  std::shared_ptr<const camera::CameraModel> camera = camera::makeCamera(test::smallCamera());
   std::vector<BearingPair> pairs;
 
   Scene(int n, const Mat3& R_C0_C1, const Vec3& p_C0_C1, unsigned seed = 5) {
@@ -124,4 +124,4 @@ TEST(MotionFilter, IdenticalPairsAreNotDegenerate) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::vision

@@ -6,7 +6,7 @@
 #include "patch.h"
 #include "synthetic_view.h"
 
-namespace vir {
+namespace vir::vision {
 namespace {
 
 /// A texture and its view through x1 = A (x0 - centre) + centre + shift.
@@ -82,4 +82,4 @@ TEST(Patch, RefusesWhatHasNoTextureOrDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::vision

@@ -10,7 +10,7 @@
 #include "synthetic_view.h"
 #include "vir/vision/feature_tracker.h"
 
-namespace vir {
+namespace vir::vision {
 namespace {
 
 using test::lookingDown;
@@ -28,7 +28,7 @@ Pose poseAt(int i) {
   return lookingDown(Vec3(0.02 * i, 0.01 * i, 2.0), Vec3(0.1, 0.004 * i, 0.01 * i));
 }
 
-cv::Mat view(const CameraModel& camera, int i) { return plane().render(camera, poseAt(i)); }
+cv::Mat view(const camera::CameraModel& camera, int i) { return plane().render(camera, poseAt(i)); }
 
 Mat3 turn(int from, int to) {
   return (poseAt(from).q.conjugate() * poseAt(to).q).toRotationMatrix();
@@ -42,7 +42,7 @@ std::set<std::uint64_t> ids(const TrackedFrame& frame) {
 
 class TrackerInput : public ::testing::Test {
  protected:
-  std::shared_ptr<const CameraModel> camera_ = makeCamera(smallCamera());
+  std::shared_ptr<const camera::CameraModel> camera_ = camera::makeCamera(smallCamera());
   FeatureTracker tracker_{TrackerOptions(), camera_};
 };
 
@@ -177,10 +177,10 @@ TEST_F(TrackerInput, DropAndResetNeverReuseAnId) {
 
 TEST_F(TrackerInput, SmallImages) {
   for (int size : {1, 2, 5, 16, 31, 64}) {
-    CameraCalibration c = smallCamera();
+    camera::CameraCalibration c = smallCamera();
     c.width = size;
     c.height = size + 3;
-    FeatureTracker tracker(TrackerOptions(), makeCamera(c));
+    FeatureTracker tracker(TrackerOptions(), camera::makeCamera(c));
     const cv::Mat image = view(*camera_, 0)(cv::Rect(100, 100, c.width, c.height));
     for (int i = 0; i < 3; ++i) tracker.process(i * kStep, image, Mat3::Identity());
   }
@@ -267,4 +267,4 @@ TEST(TrackerOptions, DefaultsLieWithinTheirBounds) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::vision

@@ -5,7 +5,7 @@
 
 #include "long_window_world.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 using vir_test::valuesOf;
@@ -258,4 +258,4 @@ TEST(LongWindowRun, BrokenRangesMakeNothingNotFinite) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::window

@@ -5,7 +5,7 @@
 
 #include "long_window_world.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 using vir_test::Batch;
@@ -315,4 +315,4 @@ TEST(MergeRanges, NeverMoreThanTheLimitNorBetterThanAQuarter) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::window

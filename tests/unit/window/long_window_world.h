@@ -13,10 +13,10 @@
 
 namespace vir_test {
 
-using vir::HeldRange;
-using vir::LongWindow;
 using vir::Pose;
 using vir::Vec3;
+using vir::window::HeldRange;
+using vir::window::LongWindow;
 
 struct WalkOptions {
   int nodes = 60;
@@ -103,7 +103,7 @@ class Batch {
   Batch(LongWindow* w, const std::vector<HeldRange>& front_ranges, const Pose& start)
       : frozen_(w->frozen()) {
     const auto add = [&](const double* v, int n) { x.emplace_back(v, v + n); };
-    for (const vir::LongNode& n : w->nodes()) add(n.x, 5);
+    for (const vir::window::LongNode& n : w->nodes()) add(n.x, 5);
     add(w->front().x, 5);
     nodes_ = static_cast<int>(x.size());
     std::map<std::uint64_t, int> index;
@@ -118,22 +118,23 @@ class Batch {
     information_ << 1e6, 1e6, 1e6, 1e6, 1 / (scale * scale);
     const auto hold = [&](const std::vector<HeldRange>& list, int k) {
       for (const HeldRange& r : list) {
-        const vir::RangeTerm term = w->termOf(r.anchor, r.range_m, r.sigma_m);
-        put(std::make_unique<vir::NodeRangeFactor>(term, r.motion, r.lever),
+        const vir::factors::RangeTerm term = w->termOf(r.anchor, r.range_m, r.sigma_m);
+        put(std::make_unique<vir::factors::NodeRangeFactor>(term, r.motion, r.lever),
             {k, index.at(r.anchor)});
       }
     };
     for (int k = 0; k + 1 < nodes_; ++k) {
-      const vir::LongNode& n = w->nodes()[static_cast<std::size_t>(k)];
+      const vir::window::LongNode& n = w->nodes()[static_cast<std::size_t>(k)];
       hold(n.ranges, k);
       if (w->options().mode == "position") {
         for (std::size_t j = 0; j < n.links_W.size(); ++j) {
-          put(std::make_unique<vir::PositionLinkFactor>(n.links_W[j], w->options().gamma_s),
+          put(std::make_unique<vir::factors::PositionLinkFactor>(n.links_W[j],
+                                                                 w->options().gamma_s),
               {k, k + 1 + static_cast<int>(j)});
         }
       } else {
-        put(std::make_unique<vir::NodeEdgeFactor>(n.motion_O, n.sqrt_information,
-                                                  n.sigma_log_scale),
+        put(std::make_unique<vir::factors::NodeEdgeFactor>(n.motion_O, n.sqrt_information,
+                                                           n.sigma_log_scale),
             {k, k + 1});
       }
     }
@@ -212,7 +213,7 @@ class Batch {
 /// All present values of a window in the order of `Batch::x`.
 inline Blocks valuesOf(const LongWindow& w) {
   Blocks out;
-  for (const vir::LongNode& n : w.nodes()) out.emplace_back(n.x, n.x + 5);
+  for (const vir::window::LongNode& n : w.nodes()) out.emplace_back(n.x, n.x + 5);
   out.emplace_back(w.front().x, w.front().x + 5);
   for (const auto& [id, a] : w.anchors()) out.emplace_back(a.x, a.x + 4);
   return out;

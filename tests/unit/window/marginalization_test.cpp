@@ -10,7 +10,7 @@
 
 #include "vir_test_jacobian.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 using Eigen::MatrixXd;
@@ -85,18 +85,18 @@ class RandomProblem {
 
   void link(std::vector<int> which, int landmark, int rows) {
     if (landmark >= 0) which.push_back(landmark);
-    auto prior = std::make_unique<LinearPrior>();
+    auto prior = std::make_unique<factors::LinearPrior>();
     int n = 0;
     Term t;
     for (int k : which) {
       const std::vector<double>& x = blocks_[static_cast<std::size_t>(k)];
-      LinearPrior::Block block;
+      factors::LinearPrior::Block block;
       block.ambient = static_cast<int>(x.size());
       block.offset = n;
       block.x0 = x;
       n += block.local();
       if (block.ambient == 7) {
-        posePlus(x.data(), std::vector<double>(6, 0.1 * u()).data(), block.x0.data());
+        factors::posePlus(x.data(), std::vector<double>(6, 0.1 * u()).data(), block.x0.data());
       } else {
         for (double& v : block.x0) v += 0.1 * u();
       }
@@ -110,7 +110,7 @@ class RandomProblem {
       prior->r0[r] = u();
     }
     priors_.push_back(std::move(prior));
-    costs_.push_back(std::make_unique<LinearPriorFactor>(*priors_.back()));
+    costs_.push_back(std::make_unique<factors::LinearPriorFactor>(*priors_.back()));
     t.cost = costs_.back().get();
     if (landmark >= 0) t.landmark = address(landmark);
     touched_.push_back(which);
@@ -120,8 +120,8 @@ class RandomProblem {
   std::mt19937 random_;
   std::uniform_real_distribution<double> uniform_{-1, 1};
   vir_test::Blocks blocks_;
-  std::vector<std::unique_ptr<LinearPrior>> priors_;
-  std::vector<std::unique_ptr<LinearPriorFactor>> costs_;
+  std::vector<std::unique_ptr<factors::LinearPrior>> priors_;
+  std::vector<std::unique_ptr<factors::LinearPriorFactor>> costs_;
   std::vector<std::vector<int>> touched_;
 };
 
@@ -157,7 +157,7 @@ TEST(Marginalization, LandmarksAndFramesAgainstTheDenseMarginal) {
     const MatrixXd P = Hm.inverse();
     EXPECT_LT((covarianceOf(rest) - P).norm(), 1e-7 * P.norm());
 
-    const LinearPrior prior = toPrior(rest);
+    const factors::LinearPrior prior = toPrior(rest);
     EXPECT_EQ(prior.r0.size(), 30);
     EXPECT_LT((prior.J.transpose() * prior.J - Hm).norm(), 1e-8 * Hm.norm());
     EXPECT_LT((prior.J.transpose() * prior.r0 - bm).norm(), 1e-8 * bm.norm());
@@ -172,7 +172,7 @@ TEST(Marginalization, PriorStandsAtTheFirstEstimates) {
   for (const BlockRef& f : frames) {
     lin.emplace_back(f.data, f.data + f.ambient);
     if (f.ambient == 7) {
-      posePlus(f.data, std::vector<double>(6, 0.05).data(), lin.back().data());
+      factors::posePlus(f.data, std::vector<double>(6, 0.05).data(), lin.back().data());
     } else {
       lin.back()[2] -= 0.2;
     }
@@ -181,7 +181,7 @@ TEST(Marginalization, PriorStandsAtTheFirstEstimates) {
   for (std::size_t k = 0; k < 4; ++k) frames[k].lin = lin[k].data();
   const NormalEquations eq = eliminateLandmarks(problem.terms, frames);
   EXPECT_EQ(eq.H, plain.H) << "where Jacobians are taken is the cost functions' matter";
-  const LinearPrior prior = toPrior(eq);
+  const factors::LinearPrior prior = toPrior(eq);
   VectorXd dx = VectorXd::Zero(kFrameColumns);
   for (std::size_t k = 0; k < 6; ++k) {
     const double* now = frames[k].data;
@@ -190,7 +190,7 @@ TEST(Marginalization, PriorStandsAtTheFirstEstimates) {
     if (k >= 4) continue;
     double* delta = dx.data() + prior.blocks[k].offset;
     if (frames[k].ambient == 7) {
-      poseMinus(now, lin[k].data(), delta);
+      factors::poseMinus(now, lin[k].data(), delta);
     } else {
       for (std::size_t i = 0; i < 9; ++i) delta[i] = now[i] - lin[k][i];
     }
@@ -219,13 +219,13 @@ TEST(Marginalization, ADepthNoSightObservesIsLeftOut) {
 TEST(Marginalization, GaugeDirectionsAreNotInvented) {
   // Three blocks in a chain that only differences tie: the sum is free, before and after.
   double x[9] = {}, y[9] = {}, z[9] = {};
-  LinearPrior between;
+  factors::LinearPrior between;
   between.blocks = {{9, 0, std::vector<double>(9, 0)}, {9, 9, std::vector<double>(9, 0)}};
   between.J = MatrixXd::Zero(9, 18);
   between.J.leftCols(9) = -10 * MatrixXd::Identity(9, 9);
   between.J.rightCols(9) = 10 * MatrixXd::Identity(9, 9);
   between.r0 = VectorXd::Zero(9);
-  const LinearPriorFactor f(between);
+  const factors::LinearPriorFactor f(between);
   std::vector<Term> terms(2);
   terms[0].cost = terms[1].cost = &f;
   terms[0].blocks = {x, y};
@@ -246,11 +246,11 @@ TEST(Marginalization, GaugeDirectionsAreNotInvented) {
 
 TEST(Marginalization, RobustWeightsAndConstantBlocks) {
   // r = 6, J = (2, 3): Huber at 1.5 weighs 1.5/6 = 1/4, Cauchy at 3 weighs 1/(1 + 36/9) = 1/5.
-  LinearPrior prior;
+  factors::LinearPrior prior;
   prior.blocks = {{1, 0, {0}}, {1, 1, {0}}};
   prior.J = (MatrixXd(1, 2) << 2, 3).finished();
   prior.r0 = VectorXd::Constant(1, 6);
-  const LinearPriorFactor f(prior);
+  const factors::LinearPriorFactor f(prior);
   double x = 0, y = 0;
   Term t;
   t.cost = &f;
@@ -272,4 +272,4 @@ TEST(Marginalization, RobustWeightsAndConstantBlocks) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::window

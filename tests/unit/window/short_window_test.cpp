@@ -8,7 +8,7 @@
 
 #include "window_driver.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 using vir_test::Scene;
@@ -67,11 +67,11 @@ TEST(ShortWindow, AWrongMatchIsRejectedAndNothingElse) {
   std::set<std::uint64_t> known;
   for (const WindowLandmark& l : d.window.landmarks()) known.insert(l.id);
   std::uint64_t wrong = 0;
-  d.spoil = [&](std::vector<FeatureObservation>* features) {
-    for (FeatureObservation& o : *features) {
+  d.spoil = [&](std::vector<vision::FeatureObservation>* features) {
+    for (vision::FeatureObservation& o : *features) {
       if (wrong != 0 || !known.count(o.id) || o.px.x() > 500) continue;
       wrong = o.id;
-      o = Scene::observation(o.id, o.px + Vec2(30, 0));
+      o = rendering::Scene::observation(o.id, o.px + Vec2(30, 0));
     }
   };
   d.push(0.1);
@@ -142,8 +142,8 @@ TEST(ShortWindow, FeaturesThatAreNotFiniteDoNotSpoilTheState) {
   d.start(d.scene.truth(d.t), StartPrior());
   fill(&d, 0);
   refine(&d, 2);
-  d.spoil = [](std::vector<FeatureObservation>* features) {
-    for (FeatureObservation& o : *features) o.bearing.setConstant(NAN);
+  d.spoil = [](std::vector<vision::FeatureObservation>* features) {
+    for (vision::FeatureObservation& o : *features) o.bearing.setConstant(NAN);
   };
   d.push(0.1);
   d.window.triangulate();
@@ -168,7 +168,7 @@ TEST(ShortWindow, ClearForgetsEverything) {
 
 TEST(Predict, FallsFreelyWithoutSpecificForce) {
   // 0.1 s from v = (1, 0, 0): p = (0.1, 0, -9.81 * 0.005), v_z = -0.981.
-  Preintegration link(ImuNoise(), Vec3::Zero(), Vec3::Zero());
+  imu::Preintegration link(imu::ImuNoise(), Vec3::Zero(), Vec3::Zero());
   link.integrate({0, Vec3::Zero(), Vec3::Zero()}, {100000000, Vec3::Zero(), Vec3::Zero()});
   NavState s;
   s.v = Vec3(1, 0, 0);
@@ -179,4 +179,4 @@ TEST(Predict, FallsFreelyWithoutSpecificForce) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::window

@@ -7,19 +7,19 @@
 
 namespace vir_test {
 
-inline vir::ImuNoise unscaledNoise() {
-  vir::ImuNoise n;
+inline vir::imu::ImuNoise unscaledNoise() {
+  vir::imu::ImuNoise n;
   n.noise_scale = 1;
   n.acc_random_walk = 1e-4;
   return n;
 }
 
 struct WindowDriver {
-  WindowDriver(Motion motion, unsigned seed, const vir::WindowOptions& window_options,
-               double t0_s = 1.0)
+  WindowDriver(simulation::Motion motion, unsigned seed,
+               const vir::window::WindowOptions& window_options, double t0_s = 1.0)
       : scene(std::move(motion), seed),
         options(window_options),
-        window(options, noise, Scene::T_B_C(), Scene::kFocal, 0.0),
+        window(options, noise, rendering::Scene::T_B_C(), rendering::Scene::kFocal, 0.0),
         t(vir::fromSeconds(t0_s)),
         next_imu(t - vir::fromSeconds(0.01)) {
     window.attach(&long_window);
@@ -31,7 +31,8 @@ struct WindowDriver {
     }
   }
 
-  void start(const vir::NavState& state, const vir::StartPrior& prior, bool standing = false) {
+  void start(const vir::window::NavState& state, const vir::window::StartPrior& prior,
+             bool standing = false) {
     feedImu();
     window.start(state, prior, scene.observe(t), standing);
     long_window.start(state.t, state.T_W_B, state.T_W_B, 1e-3, 1e-3);
@@ -39,17 +40,17 @@ struct WindowDriver {
 
   /// Adds the next image with its prediction, optionally disturbed.
   void push(double period_s, double disturb = 0, bool standing = false) {
-    const vir::NavState from = window.newest();
+    const vir::window::NavState from = window.newest();
     t += vir::fromSeconds(period_s);
     feedImu();
-    vir::Preintegration link = imu.integrate(from.t, t, noise, from.bg, from.ba);
-    vir::NavState s = predict(from, link, noise.gravity_mps2, t);
+    vir::imu::Preintegration link = imu.integrate(from.t, t, noise, from.bg, from.ba);
+    vir::window::NavState s = predict(from, link, noise.gravity_mps2, t);
     if (disturb > 0) {
       s.T_W_B.p += scene.normal3(disturb);
       s.T_W_B.q = (s.T_W_B.q * vir::expQuat(scene.normal3(0.3 * disturb))).normalized();
       s.v += scene.normal3(disturb);
     }
-    std::vector<vir::FeatureObservation> features = scene.observe(t);
+    std::vector<vir::vision::FeatureObservation> features = scene.observe(t);
     if (spoil) spoil(&features);
     window.push(s, std::move(link), features, standing);
     imu.dropBefore(from.t - vir::fromSeconds(1.0));
@@ -72,15 +73,15 @@ struct WindowDriver {
     return (window.newest().T_W_B.p - scene.truth(window.newest().t).T_W_B.p).norm();
   }
 
-  Scene scene;
-  vir::ImuNoise noise = unscaledNoise();
-  vir::WindowOptions options;
-  vir::LongWindow long_window{vir::LongWindowOptions{}};
-  vir::ShortWindow window;
-  vir::ImuBuffer imu;
+  rendering::Scene scene;
+  vir::imu::ImuNoise noise = unscaledNoise();
+  vir::window::WindowOptions options;
+  vir::window::LongWindow long_window{vir::window::LongWindowOptions{}};
+  vir::window::ShortWindow window;
+  vir::imu::ImuBuffer imu;
   TimeNs t, next_imu;
-  std::function<void(std::vector<vir::FeatureObservation>*)> spoil;
-  vir::SolveSummary last;
+  std::function<void(std::vector<vir::vision::FeatureObservation>*)> spoil;
+  vir::window::SolveSummary last;
   int keyframes = 0;
 };
 

@@ -7,7 +7,7 @@
 
 #include "window_driver.h"
 
-namespace vir {
+namespace vir::window {
 namespace {
 
 using vir_test::WindowDriver;
@@ -140,4 +140,4 @@ TEST(WindowRun, ExtrinsicsMayBeEstimatedOnTheWay) {
 }
 
 }  // namespace
-}  // namespace vir
+}  // namespace vir::window

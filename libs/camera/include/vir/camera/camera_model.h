@@ -6,7 +6,7 @@
 
 #include "vir/geometry/so3.h"
 
-namespace vir {
+namespace vir::camera {
 
 enum class Distortion { none, radtan, equidistant };
 
@@ -41,4 +41,4 @@ class CameraModel {
 /// focal length not positive, not finite).
 std::shared_ptr<const CameraModel> makeCamera(const CameraCalibration& calibration);
 
-}  // namespace vir
+}  // namespace vir::camera

@@ -5,12 +5,14 @@
 #include <string>
 
 namespace vir {
+inline namespace core {
 
 class AssertionError : public std::logic_error {
  public:
   using std::logic_error::logic_error;
 };
 
+}  // namespace core
 }  // namespace vir
 
 /// VIR_ASSERT(n > 0, "n = " << n): throws AssertionError with expression, file, line and values.

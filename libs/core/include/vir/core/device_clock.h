@@ -6,6 +6,7 @@
 #include "vir/core/time.h"
 
 namespace vir {
+inline namespace core {
 
 struct DeviceClockOptions {
   TimeNs wrap = 0;                      ///< the device counts from 0 again after this; 0 = never
@@ -76,4 +77,5 @@ class DeviceClock {
   long restarts_ = 0, glitches_ = 0;
 };
 
+}  // namespace core
 }  // namespace vir

@@ -6,6 +6,7 @@
 #include "vir/core/options.h"
 
 namespace vir {
+inline namespace core {
 
 /// Writes options as ini text: the values in effect (`used.ini`) or, with what each one means and
 /// may be, the reference. The values passed in are not changed. Options of one section that several
@@ -40,4 +41,5 @@ class IniWriter : public OptionVisitor {
 /// The shortest text that reads back as the same number.
 std::string numberText(double v);
 
+}  // namespace core
 }  // namespace vir

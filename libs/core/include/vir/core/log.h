@@ -4,6 +4,7 @@
 #include <string>
 
 namespace vir {
+inline namespace core {
 
 enum class LogLevel { debug, info, warning, error };
 
@@ -14,4 +15,5 @@ inline void log(const LogSink& sink, LogLevel level, const std::string& text) {
   if (sink) sink(level, text);
 }
 
+}  // namespace core
 }  // namespace vir

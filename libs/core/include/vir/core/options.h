@@ -7,6 +7,7 @@
 #include <vector>
 
 namespace vir {
+inline namespace core {
 
 /// Inclusive bounds of a number.
 template <typename T>
@@ -35,4 +36,5 @@ class OptionVisitor {
                       const char* doc) = 0;
 };
 
+}  // namespace core
 }  // namespace vir

@@ -5,6 +5,7 @@
 #include <random>
 
 namespace vir {
+inline namespace core {
 
 class Random {
  public:
@@ -26,4 +27,5 @@ class Random {
 /// Well mixed 64 bits of a number (the finaliser of splitmix64, Steele et al. 2014).
 std::uint64_t mixBits(std::uint64_t x);
 
+}  // namespace core
 }  // namespace vir

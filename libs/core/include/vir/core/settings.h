@@ -16,6 +16,7 @@ class CConfigFileBase;
 }
 
 namespace vir {
+inline namespace core {
 
 /// Where a setting was read.
 struct SettingOrigin {
@@ -119,4 +120,5 @@ class SettingsReader : public OptionVisitor {
   std::set<std::pair<std::string, std::string>> known_;  // (lower-case section, key as declared)
 };
 
+}  // namespace core
 }  // namespace vir

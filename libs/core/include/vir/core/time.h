@@ -3,6 +3,7 @@
 #include <cstdint>
 
 namespace vir {
+inline namespace core {
 
 /// Nanoseconds since the epoch of the recording's clock (Unix time for EuRoC).
 using TimeNs = std::int64_t;
@@ -16,4 +17,5 @@ constexpr TimeNs fromSeconds(double s) {
   return static_cast<TimeNs>(s * 1e9 + (s >= 0 ? 0.5 : -0.5));
 }
 
+}  // namespace core
 }  // namespace vir

@@ -8,7 +8,7 @@
 
 #include "vir/estimator/range_layer.h"
 
-namespace vir {
+namespace vir::estimator {
 
 struct OdometryOptions {
   double node_distance_m = 0.25;
@@ -28,12 +28,12 @@ void describe(OptionVisitor& v, OdometryOptions& o);
 
 /// Defaults that suit a device of unknown scale: its scale is a state, and an anchor is used as
 /// soon as it is roughly known, since the odometry alone will not get better by waiting.
-LongWindowOptions odometryWindowDefaults();
+window::LongWindowOptions odometryWindowDefaults();
 RangeOptions odometryRangeDefaults();
 
 struct OdometryRangeConfig {
   OdometryOptions odometry;
-  LongWindowOptions long_window = odometryWindowDefaults();
+  window::LongWindowOptions long_window = odometryWindowDefaults();
   RangeOptions ranges = odometryRangeDefaults();
   int iterations = 2;
 };
@@ -75,4 +75,4 @@ class OdometryRangeEstimator {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -11,7 +11,7 @@
 #include "vir/ranging/range_bias_model.h"
 #include "vir/window/long_window.h"
 
-namespace vir {
+namespace vir::estimator {
 
 struct RangeOptions {
   bool use = true;  ///< [Estimator] use_ranges
@@ -27,8 +27,8 @@ struct RangeOptions {
   double path_scale_sigma = 0.02;
   double restart_s = 3.0;
   std::vector<double> anchor_prior;
-  std::string bias_model_file;  ///< for the caller, who reads it into:
-  RangeBiasModel bias_model;    ///< b_d(d) of the paper; empty: none
+  std::string bias_model_file;         ///< for the caller, who reads it into:
+  ranging::RangeBiasModel bias_model;  ///< b_d(d) of the paper; empty: none
 };
 /// Section [Ranges].
 void describe(OptionVisitor& v, RangeOptions& o);
@@ -70,7 +70,7 @@ struct AntennaPrediction {
 
 class RangeLayer {
  public:
-  RangeLayer(const RangeOptions& options, LongWindow* window, LogSink log);
+  RangeLayer(const RangeOptions& options, window::LongWindow* window, LogSink log);
   ~RangeLayer();
 
   /// Takes a range; what cannot be used at all is recorded with its reason.
@@ -82,15 +82,16 @@ class RangeLayer {
 
   /// Decides on a range and records it. True: it is to be held by a keyframe; `held` has all but
   /// the two vectors filled in.
-  bool judge(const RangeMeasurement& range, const AntennaPrediction& antenna, HeldRange* held);
+  bool judge(const RangeMeasurement& range, const AntennaPrediction& antenna,
+             window::HeldRange* held);
 
   /// All held ranges of an anchor, the antenna's position in W in `motion`.
-  using Held = std::function<std::vector<HeldRange>(std::uint64_t key)>;
+  using Held = std::function<std::vector<window::HeldRange>(std::uint64_t key)>;
   /// Once per keyframe: finds new anchors, settles mirror images, reweighs correlated ranges,
   /// notices anchors that are no longer where they were. True if the anchors changed so much that
   /// the window is to be solved again.
   /// `front`: all ranges held after the long window's nodes, as if at its front.
-  bool update(TimeNs t, const Held& held, const std::vector<HeldRange>& front);
+  bool update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& front);
 
   /// The robot says that it dropped an anchor at `p_W` (standard deviation `sigma_m`).
   void dropped(std::uint64_t id, const Vec3& p_W, double sigma_m);
@@ -106,4 +107,4 @@ class RangeLayer {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

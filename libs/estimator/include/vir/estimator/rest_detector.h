@@ -7,7 +7,7 @@
 #include "vir/imu/imu_buffer.h"
 #include "vir/vision/feature_tracker.h"
 
-namespace vir {
+namespace vir::estimator {
 
 struct RestOptions {
   double min_time_s = 0.4;
@@ -27,16 +27,16 @@ class RestDetector {
     standing_ = false;
   }
   /// Updates with an image; true if standing still since `since()`.
-  bool update(const TrackedFrame& frame, const ImuBuffer& imu);
+  bool update(const vision::TrackedFrame& frame, const imu::ImuBuffer& imu);
   bool standing() const { return standing_; }
   TimeNs since() const { return reference_t_; }
 
  private:
-  void setReference(const TrackedFrame& frame);
+  void setReference(const vision::TrackedFrame& frame);
   RestOptions options_;
-  std::vector<FeatureObservation> reference_;
+  std::vector<vision::FeatureObservation> reference_;
   TimeNs reference_t_ = 0;
   bool standing_ = false;
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -8,7 +8,7 @@
 #include "vir/vision/feature_tracker.h"
 #include "vir/window/short_window.h"
 
-namespace vir {
+namespace vir::estimator {
 
 struct StartupOptions {
   double min_span_s = 1.0;
@@ -32,14 +32,15 @@ enum class StartupStatus { waiting, started_moving, started_standing };
 
 class Startup {
  public:
-  Startup(const StartupOptions& options, const ImuNoise& noise, const Pose& T_B_C, double focal_px);
+  Startup(const StartupOptions& options, const imu::ImuNoise& noise, const Pose& T_B_C,
+          double focal_px);
 
   void reset();
   /// Offers a tracked image (IMU readings up to its time are in `imu`). On success the window is
   /// filled, its newest frame is this image. The first frame of the window gets the position and
   /// the yaw of `origin`.
-  StartupStatus offer(const TrackedFrame& frame, ImuBuffer& imu, const RestDetector& rest,
-                      const Pose& origin, ShortWindow* window);
+  StartupStatus offer(const vision::TrackedFrame& frame, imu::ImuBuffer& imu,
+                      const RestDetector& rest, const Pose& origin, window::ShortWindow* window);
   /// Why it is still waiting: "too few tracks", "too little parallax", "rotation only", "no
   /// excitation", "scale uncertain", "inconsistent".
   const std::string& reason() const { return reason_; }
@@ -51,18 +52,18 @@ class Startup {
   const std::string& detail() const { return detail_; }
 
  private:
-  bool startStanding(const TrackedFrame& frame, const ImuBuffer& imu, const RestDetector& rest,
-                     const Pose& origin, ShortWindow* window);
-  bool startMoving(ImuBuffer& imu, const Pose& origin, ShortWindow* window);
-  std::vector<const TrackedFrame*> selectFrames() const;
-  bool enoughMotion(const std::vector<const TrackedFrame*>& frames, ImuBuffer& imu);
-  bool refine(ShortWindow* window);
+  bool startStanding(const vision::TrackedFrame& frame, const imu::ImuBuffer& imu,
+                     const RestDetector& rest, const Pose& origin, window::ShortWindow* window);
+  bool startMoving(imu::ImuBuffer& imu, const Pose& origin, window::ShortWindow* window);
+  std::vector<const vision::TrackedFrame*> selectFrames() const;
+  bool enoughMotion(const std::vector<const vision::TrackedFrame*>& frames, imu::ImuBuffer& imu);
+  bool refine(window::ShortWindow* window);
 
   StartupOptions options_;
-  ImuNoise noise_;
+  imu::ImuNoise noise_;
   Pose T_B_C_;
   double focal_px_;
-  std::deque<TrackedFrame> frames_;
+  std::deque<vision::TrackedFrame> frames_;
   Vec3 gyro_bias_ = Vec3::Zero();
   std::string reason_ = "waiting for images";
   std::string detail_;
@@ -71,4 +72,4 @@ class Startup {
   TimeNs first_offer_ = 0;
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

@@ -16,7 +16,7 @@
 #include "vir/vision/feature_tracker.h"
 #include "vir/window/short_window.h"
 
-namespace vir {
+namespace vir::estimator {
 
 struct FailureOptions {
   double max_blind_s = 5.0;
@@ -28,10 +28,10 @@ struct FailureOptions {
 void describe(OptionVisitor& v, FailureOptions& o);
 
 struct EstimatorConfig {
-  ImuNoise imu;
-  TrackerOptions tracker;
-  WindowOptions window;
-  LongWindowOptions long_window;
+  imu::ImuNoise imu;
+  vision::TrackerOptions tracker;
+  window::WindowOptions window;
+  window::LongWindowOptions long_window;
   RangeOptions ranges;
   StartupOptions startup;
   RestOptions rest;
@@ -46,9 +46,9 @@ void describe(OptionVisitor& v, EstimatorConfig& o);
 
 /// What is known when one image has been processed.
 struct FrameEstimate {
-  TimeNs t = 0;        ///< stamp of the image (its own clock)
-  bool valid = false;  ///< false before initialisation or when lost
-  NavState state;      ///< in W
+  TimeNs t = 0;            ///< stamp of the image (its own clock)
+  bool valid = false;      ///< false before initialisation or when lost
+  window::NavState state;  ///< in W
   /// Of (position in W, rotation on the right), as of the last keyframe.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   int segment = 0;
@@ -79,14 +79,14 @@ class VisualInertialEstimator {
   /// EstimatorConfig::pipelined, before any input: else std::logic_error.
   void workBehind(std::function<void()> on_estimates);
   /// Must be called before the first image. `T_B_C`: camera in body (= IMU) frame.
-  void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
+  void setCamera(const camera::CameraCalibration& calibration, const Pose& T_B_C);
   bool hasCamera() const;
-  void addImu(const ImuSample& sample);
+  void addImu(const imu::ImuSample& sample);
   /// Images in time order; copied if it has to wait for readings. Readings up to its time make it
   /// processed; else it waits.
   void addImage(TimeNs t, const cv::Mat& gray);
   /// Tracks found by someone else instead of an image: the same for all that follows.
-  void addTracks(const TrackedFrame& tracks);
+  void addTracks(const vision::TrackedFrame& tracks);
   /// Ranges in any order; each is used with the first image at or after its time.
   void addRange(const RangeMeasurement& range);
   /// The robot has just put down an anchor at `p_B` in its body frame.
@@ -100,12 +100,12 @@ class VisualInertialEstimator {
   std::vector<std::pair<std::string, long>> rangeCounters() const;
 
   /// Keyframes that left the long window, then those in it and in the short one; in W.
-  std::vector<NavState> keyframes() const;
-  std::vector<WindowLandmark> landmarks() const;
+  std::vector<window::NavState> keyframes() const;
+  std::vector<window::WindowLandmark> landmarks() const;
   /// Where features were seen in the last image [px].
   const std::vector<Eigen::Vector2f>& trackedPixels() const;
   EstimatorCounters counters() const;
-  const ImuBufferCounters& imuCounters() const;
+  const imu::ImuBufferCounters& imuCounters() const;
   /// Time offset and camera pose in the body as last estimated (or as given).
   double timeOffset() const;
   Pose extrinsics() const;
@@ -119,4 +119,4 @@ class VisualInertialEstimator {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vir
+}  // namespace vir::estimator

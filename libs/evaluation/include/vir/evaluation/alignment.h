@@ -5,7 +5,7 @@
 
 #include "vir/evaluation/association.h"
 
-namespace vir {
+namespace vir::evaluation {
 
 /// `posyaw`: translation and rotation about z, what visual-inertial odometry cannot know.
 /// `se3`, `sim3`: rigid, and rigid with scale (Umeyama 1991). `none`: worlds are the same.
@@ -32,4 +32,4 @@ struct AlignmentResult {
 /// `pairs` is empty and `kind` is not none.
 AlignmentResult align(const std::vector<PosePair>& pairs, Alignment kind);
 
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -4,7 +4,7 @@
 
 #include "vir/evaluation/trajectory.h"
 
-namespace vir {
+namespace vir::evaluation {
 
 struct AssociationOptions {
   /// The reference is not interpolated across more than this; exact stamps always count.
@@ -38,4 +38,4 @@ Pose interpolate(const Pose& a, const Pose& b, double s);
 Association associate(const Trajectory& reference, const Trajectory& estimate,
                       const AssociationOptions& options);
 
-}  // namespace vir
+}  // namespace vir::evaluation

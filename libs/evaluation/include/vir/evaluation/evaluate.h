@@ -6,7 +6,7 @@
 
 #include "vir/evaluation/alignment.h"
 
-namespace vir {
+namespace vir::evaluation {
 
 /// The comparison cannot be made; what() says why and what to do.
 class EvaluationError : public std::runtime_error {
@@ -67,4 +67,4 @@ EvaluationResult evaluate(const Trajectory& reference, const Trajectory& estimat
 /// How the comparison was made, in words for the head of a table: alignment and association.
 std::string describeComparison(const EvaluationOptions& options);
 
-}  // namespace vir
+}  // namespace vir::evaluation

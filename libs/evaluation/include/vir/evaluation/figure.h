@@ -7,7 +7,7 @@
 #include "vir/evaluation/evaluate.h"
 #include "vir/evaluation/trajectory.h"
 
-namespace vir {
+namespace vir::evaluation {
 
 struct Color {
   int r = 0, g = 0, b = 0;  ///< 0..255
@@ -101,4 +101,4 @@ struct NamedResult {
 Figure comparisonFigure(const Trajectory& reference, const std::vector<NamedResult>& estimates,
                         const std::string& subtitle);
 
-}  // namespace vir
+}  // namespace vir::evaluation

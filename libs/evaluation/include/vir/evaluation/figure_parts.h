@@ -4,7 +4,7 @@
 
 #include "vir/evaluation/figure.h"
 
-namespace vir {
+namespace vir::evaluation {
 
 /// Colours told apart with any colour vision (the palette of Okabe and Ito); comes round after 6.
 Color figureColor(std::size_t i);
@@ -36,4 +36,4 @@ int longerHorizontalAxis(const Trajectory& trajectory);
 std::vector<Vec2> ellipseOutline(const Vec2& centre, const Eigen::Matrix2d& covariance,
                                  double sigmas);
 
-}  // namespace vir
+}  // namespace vir::evaluation

@@ -5,7 +5,7 @@
 
 #include "vir/geometry/pose.h"
 
-namespace vir {
+namespace vir::evaluation {
 
 /// e^T P^-1 e. False (and `*value` = 0) when `P` is not positive definite or anything is not
 /// finite: such a covariance makes no statement that could be tested.
@@ -33,4 +33,4 @@ struct NeesSummary {
 /// `values` of `dof` degrees each.
 NeesSummary summariseNees(const std::vector<double>& values, int dof);
 
-}  // namespace vir
+}  // namespace vir::evaluation

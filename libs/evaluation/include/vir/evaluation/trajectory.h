@@ -8,7 +8,7 @@
 #include "vir/core/time.h"
 #include "vir/geometry/pose.h"
 
-namespace vir {
+namespace vir::evaluation {
 
 struct StampedPose {
   TimeNs t = 0;
@@ -61,4 +61,4 @@ std::string tumLine(const StampedPose& pose);
 /// All poses, one per line. The caller checks the stream.
 void writeTum(std::ostream& out, const Trajectory& trajectory);
 
-}  // namespace vir
+}  // namespace vir::evaluation

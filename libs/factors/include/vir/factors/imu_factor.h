@@ -4,7 +4,7 @@
 
 #include "vir/imu/preintegration.h"
 
-namespace vir {
+namespace vir::factors {
 
 /// Residual [15], whitened, in the order of ImuErrorIndex; parameters: pose i, speed_bias i, pose
 /// j, speed_bias j.
@@ -15,7 +15,7 @@ namespace vir {
 /// Keeps a reference to the preintegration: it must outlive the factor.
 class ImuFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9> {
  public:
-  ImuFactor(const Preintegration& preintegration, double gravity);
+  ImuFactor(const imu::Preintegration& preintegration, double gravity);
   /// First-estimate Jacobians: where a pointer is not null, Jacobians are evaluated there instead
   /// of at the current value (order as the parameters). The residual is always the current one.
   void linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
@@ -24,12 +24,12 @@ class ImuFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9> {
                 double** jacobians) const override;
 
  private:
-  void residual(double const* const* x, Vec15* r) const;
+  void residual(double const* const* x, imu::Vec15* r) const;
   void jacobians(double const* const* x, double** out) const;
-  const Preintegration& pre_;
+  const imu::Preintegration& pre_;
   Vec3 g_W_;
-  Mat15 sqrt_info_;
+  imu::Mat15 sqrt_info_;
   const double* lin_[4] = {nullptr, nullptr, nullptr, nullptr};
 };
 
-}  // namespace vir
+}  // namespace vir::factors

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace vir {
+namespace vir::factors {
 
 /// r = r0 + J (x - x0), x stacked over blocks; blocks of ambient size 7 are poses (6 local
 /// coordinates), all others are vectors.
@@ -32,4 +32,4 @@ class LinearPriorFactor final : public ceres::CostFunction {
   const LinearPrior& prior_;
 };
 
-}  // namespace vir
+}  // namespace vir::factors

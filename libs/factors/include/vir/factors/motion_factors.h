@@ -4,7 +4,7 @@
 
 #include "vir/geometry/pose.h"
 
-namespace vir {
+namespace vir::factors {
 
 /// Whitened residual [3] = v / sigma [m/s]. Parameter: speed_bias.
 class ZeroVelocityFactor final : public ceres::SizedCostFunction<3, 9> {
@@ -29,4 +29,4 @@ class RelativePoseFactor final : public ceres::SizedCostFunction<6, 7, 7> {
   Eigen::Matrix<double, 6, 6> W_;
 };
 
-}  // namespace vir
+}  // namespace vir::factors

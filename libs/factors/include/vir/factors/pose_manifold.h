@@ -13,7 +13,7 @@
 
 #include "vir/geometry/pose.h"
 
-namespace vir {
+namespace vir::factors {
 
 inline Pose poseFrom(const double* x) {
   return {Quat(x[6], x[3], x[4], x[5]), Vec3(x[0], x[1], x[2])};
@@ -65,4 +65,4 @@ class PoseManifold final : public ceres::Manifold {
   }
 };
 
-}  // namespace vir
+}  // namespace vir::factors

@@ -13,13 +13,13 @@
 #include "vir/geometry/pose.h"
 #include "vir/ranging/robust_range.h"
 
-namespace vir {
+namespace vir::factors {
 
 /// One range as its factors need it.
 struct RangeTerm {
   double range_m = 0;  ///< bias that depends on the distance already taken off
   double sigma_m = 0.1;
-  RobustRange robust;
+  ranging::RobustRange robust;
 };
 
 /// Distance, kept away from zero so that its direction is defined: below this [m] the range says
@@ -106,4 +106,4 @@ class PositionLinkFactor final : public ceres::SizedCostFunction<3, 5, 5> {
   double gamma_s_;
 };
 
-}  // namespace vir
+}  // namespace vir::factors

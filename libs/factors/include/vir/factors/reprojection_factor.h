@@ -5,7 +5,7 @@
 
 #include "vir/geometry/pose.h"
 
-namespace vir {
+namespace vir::factors {
 
 using Mat32 = Eigen::Matrix<double, 3, 2>;
 
@@ -107,4 +107,4 @@ class HostSightFactor final : public ceres::SizedCostFunction<2, 3> {
   Eigen::Matrix2d J_;
 };
 
-}  // namespace vir
+}  // namespace vir::factors

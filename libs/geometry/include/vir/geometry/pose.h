@@ -3,6 +3,7 @@
 #include "vir/geometry/so3.h"
 
 namespace vir {
+inline namespace geometry {
 
 struct Pose {
   Quat q = Quat::Identity();  ///< R_A_B, unit length
@@ -38,4 +39,5 @@ Mat3 rotZ(double yaw);
 /// normalised; throws std::invalid_argument if it is zero.
 Quat gravityAlignedAttitude(const Vec3& up_B);
 
+}  // namespace geometry
 }  // namespace vir

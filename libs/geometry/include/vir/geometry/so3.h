@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 namespace vir {
+inline namespace geometry {
 
 using Vec2 = Eigen::Vector2d;
 using Vec3 = Eigen::Vector3d;
@@ -33,4 +34,5 @@ Mat3 rightJacobianSO3(const Vec3& theta);
 /// pi; singular at 2 pi only.
 Mat3 rightJacobianInverseSO3(const Vec3& theta);
 
+}  // namespace geometry
 }  // namespace vir

@@ -7,6 +7,7 @@
 #include "vir/geometry/so3.h"
 
 namespace vir {
+inline namespace geometry {
 
 struct VectorSplinePoint {
   Vec3 value = Vec3::Zero();
@@ -60,4 +61,5 @@ class RotationSpline {
   std::vector<Vec3> steps_;  ///< rotation vector from control k to k + 1
 };
 
+}  // namespace geometry
 }  // namespace vir

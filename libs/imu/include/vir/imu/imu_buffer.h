@@ -5,7 +5,7 @@
 
 #include "vir/imu/preintegration.h"
 
-namespace vir {
+namespace vir::imu {
 
 struct ImuBufferCounters {
   long accepted = 0;
@@ -50,4 +50,4 @@ class ImuBuffer {
   ImuBufferCounters counters_;
 };
 
-}  // namespace vir
+}  // namespace vir::imu

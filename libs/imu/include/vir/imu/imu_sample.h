@@ -2,7 +2,7 @@
 #include "vir/core/time.h"
 #include "vir/geometry/so3.h"
 
-namespace vir {
+namespace vir::imu {
 
 /// One IMU reading in the body frame.
 struct ImuSample {
@@ -11,4 +11,4 @@ struct ImuSample {
   Vec3 acc = Vec3::Zero();   ///< specific force [m/s^2]: at rest it points up
 };
 
-}  // namespace vir
+}  // namespace vir::imu

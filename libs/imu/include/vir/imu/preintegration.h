@@ -7,7 +7,7 @@
 #include "vir/core/options.h"
 #include "vir/imu/imu_sample.h"
 
-namespace vir {
+namespace vir::imu {
 
 /// Continuous-time noise densities of an IMU.
 struct ImuNoise {
@@ -84,4 +84,4 @@ class Preintegration {
   std::vector<Step> steps_;
 };
 
-}  // namespace vir
+}  // namespace vir::imu

@@ -8,7 +8,7 @@
 #include "vir/geometry/pose.h"
 #include "vir/imu/preintegration.h"
 
-namespace vir {
+namespace vir::initialization {
 
 /// One track's sight for the alignment: which track, and its unit bearing in the camera.
 struct AlignmentSight {
@@ -20,7 +20,7 @@ struct AlignmentSight {
 struct AlignmentFrame {
   TimeNs t = 0;
   std::vector<AlignmentSight> sights;
-  Preintegration link;  ///< from the previous frame; not used in the first
+  imu::Preintegration link;  ///< from the previous frame; not used in the first
 };
 
 struct GyroBiasEstimate {
@@ -37,7 +37,7 @@ struct GyroBiasEstimate {
 GyroBiasEstimate estimateGyroBias(const std::vector<AlignmentFrame>& frames, const Quat& q_B_C,
                                   double focal_px, const Vec3& start);
 
-struct AlignmentResult {
+struct InertialAlignment {
   bool ok = false;
   std::string reason;        ///< why not
   std::vector<Vec3> p_B0;    ///< body positions in the first body frame [m]
@@ -50,7 +50,7 @@ struct AlignmentResult {
 /// Linear alignment; the links must be integrated with the gyro bias found before. Each track's
 /// point is eliminated; what is left is a 6x6 problem in the first velocity and gravity, solved
 /// with |g| = `gravity` exactly (Lagrange multiplier).
-AlignmentResult alignInertial(const std::vector<AlignmentFrame>& frames, const Pose& T_B_C,
-                              double gravity, double focal_px);
+InertialAlignment alignInertial(const std::vector<AlignmentFrame>& frames, const Pose& T_B_C,
+                                double gravity, double focal_px);
 
-}  // namespace vir
+}  // namespace vir::initialization

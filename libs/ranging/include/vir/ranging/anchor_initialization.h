@@ -10,7 +10,7 @@
 #include "vir/geometry/pose.h"
 #include "vir/ranging/robust_range.h"
 
-namespace vir {
+namespace vir::ranging {
 
 /// A range and where the antenna was in W at its time. In order of time.
 struct AntennaRange {
@@ -83,4 +83,4 @@ AnchorInitialization initializeAnchor(const std::vector<AntennaRange>& ranges,
                                       const AnchorInitOptions& options,
                                       const std::optional<AnchorPrior>& prior = std::nullopt);
 
-}  // namespace vir
+}  // namespace vir::ranging

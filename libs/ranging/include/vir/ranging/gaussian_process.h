@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace vir {
+namespace vir::ranging {
 
 struct GaussianProcessOptions {
   int max_points = 120;  ///< more samples are gathered in so many bins; cost goes with its cube
@@ -59,4 +59,4 @@ class GaussianProcess {
   Eigen::MatrixXd chol_;   // lower Cholesky factor of K
 };
 
-}  // namespace vir
+}  // namespace vir::ranging

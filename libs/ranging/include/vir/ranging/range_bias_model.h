@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace vir {
+namespace vir::ranging {
 
 /// what(): `NAME:LINE: what is wrong; what is allowed`.
 class RangeBiasModelError : public std::runtime_error {
@@ -54,4 +54,4 @@ class RangeBiasModel {
   double noise_sigma_m_ = 0;
 };
 
-}  // namespace vir
+}  // namespace vir::ranging

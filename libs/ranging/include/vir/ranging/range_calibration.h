@@ -8,7 +8,7 @@
 #include "vir/ranging/range_bias_model.h"
 #include "vir/ranging/range_correlation.h"
 
-namespace vir {
+namespace vir::ranging {
 
 struct CalibrationSample {
   TimeNs t = 0;
@@ -39,4 +39,4 @@ struct RangeCalibration {
 RangeCalibration calibrateRangeBias(const std::vector<CalibrationSample>& samples,
                                     const RangeCalibrationOptions& options = {});
 
-}  // namespace vir
+}  // namespace vir::ranging

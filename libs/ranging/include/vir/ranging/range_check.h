@@ -5,7 +5,7 @@
 
 #include "vir/core/time.h"
 
-namespace vir {
+namespace vir::ranging {
 
 struct RangeCheckOptions {
   double max_range_m = 500;  ///< longer ones are absurd
@@ -65,4 +65,4 @@ class RangeCheck {
   RangeCheckCounters counters_;
 };
 
-}  // namespace vir
+}  // namespace vir::ranging

@@ -5,7 +5,7 @@
 
 #include "vir/core/time.h"
 
-namespace vir {
+namespace vir::ranging {
 
 struct RangeResidual {
   TimeNs t = 0;
@@ -43,4 +43,4 @@ RangeCorrelation rangeCorrelation(const std::vector<RangeResidual>& residuals,
 /// for less and less. Those with fewer than 10 within the span are left out.
 std::vector<RangeResidual> withoutSlowPart(std::vector<RangeResidual> residuals, double span_s);
 
-}  // namespace vir
+}  // namespace vir::ranging

@@ -4,7 +4,7 @@
 
 #include "vir/core/time.h"
 
-namespace vir {
+namespace vir::ranging {
 
 /// The gate rejects what the predicted covariance makes improbable. That alone would lock a good
 /// anchor out for ever once the covariance is too small, so it looks back: when more than half of
@@ -78,4 +78,4 @@ class RangeGate {
   bool suspicious_ = false;
 };
 
-}  // namespace vir
+}  // namespace vir::ranging

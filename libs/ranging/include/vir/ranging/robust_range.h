@@ -2,7 +2,7 @@
 /// Robust loss of a range residual. No line of sight only lengthens a range, so a measurement that
 /// is too long gets the heavier tail.
 
-namespace vir {
+namespace vir::ranging {
 
 /// Loss of a whitened residual r = (measured - predicted) / sigma. For r < 0 the pseudo-Huber loss
 /// of the paper, rho(q) = delta^2 (sqrt(1 + (q/delta)^2) - 1) (section "UWB Factor"); for r > 0 the
@@ -29,4 +29,4 @@ struct RobustRange {
   double loss(double r) const;
 };
 
-}  // namespace vir
+}  // namespace vir::ranging

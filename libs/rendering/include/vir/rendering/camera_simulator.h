@@ -9,7 +9,7 @@
 #include "vir/core/time.h"
 #include "vir/rendering/scene_renderer.h"
 
-namespace vir {
+namespace vir::rendering {
 
 struct CameraSimulationOptions {
   double noise_grey = 1.5;    ///< white, per pixel, in the dark
@@ -42,7 +42,7 @@ class CameraSimulator {
   /// Cameras with the same `surface_seed` see the same surfaces. Throws std::invalid_argument for
   /// lists of the wrong length.
   CameraSimulator(const CameraSimulationOptions& options, std::shared_ptr<const Scene> scene,
-                  std::shared_ptr<const CameraModel> camera, int surface_seed = 1);
+                  std::shared_ptr<const camera::CameraModel> camera, int surface_seed = 1);
   ~CameraSimulator();
 
   /// The image whose exposure is centred `since_begin_s` after the recording's begin. A function of
@@ -55,4 +55,4 @@ class CameraSimulator {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vir
+}  // namespace vir::rendering

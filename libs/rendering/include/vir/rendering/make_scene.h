@@ -6,7 +6,7 @@
 #include "vir/core/options.h"
 #include "vir/rendering/scene.h"
 
-namespace vir {
+namespace vir::rendering {
 
 struct SceneOptions {
   /// `room`: one hall with furniture. `corridors`: everything farther from the paths than
@@ -28,4 +28,4 @@ void describe(OptionVisitor& v, SceneOptions& o);
 Scene makeScene(const SceneOptions& options, const std::vector<Vec3>& paths,
                 const std::vector<Vec3>& keep_clear);
 
-}  // namespace vir
+}  // namespace vir::rendering

@@ -4,7 +4,7 @@
 
 #include "vir/geometry/so3.h"
 
-namespace vir {
+namespace vir::rendering {
 
 /// Corners in W [m], `low` below `high` in every axis.
 struct Box {
@@ -37,4 +37,4 @@ class Scene {
   std::vector<Box> boxes_;
 };
 
-}  // namespace vir
+}  // namespace vir::rendering

@@ -8,7 +8,7 @@
 #include "vir/geometry/pose.h"
 #include "vir/rendering/scene.h"
 
-namespace vir {
+namespace vir::rendering {
 
 /// Radiance in grey levels: 0 black, 255 white at an exposure gain of 1.
 struct FloatImage {
@@ -21,8 +21,8 @@ struct FloatImage {
 class SceneRenderer {
  public:
   /// `seed` makes the surfaces. Throws std::invalid_argument without scene or camera.
-  SceneRenderer(std::shared_ptr<const Scene> scene, std::shared_ptr<const CameraModel> camera,
-                int seed);
+  SceneRenderer(std::shared_ptr<const Scene> scene,
+                std::shared_ptr<const camera::CameraModel> camera, int seed);
   ~SceneRenderer();
 
   /// Adds `weight` times the view from T_W_C to `sum` (made black and of the camera's size if it
@@ -30,11 +30,11 @@ class SceneRenderer {
   /// and rays from outside the room see black. Not for two threads at a time.
   void add(const Pose& T_W_C, double contrast, float weight, FloatImage* sum);
 
-  const CameraModel& camera() const;
+  const camera::CameraModel& camera() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vir
+}  // namespace vir::rendering

@@ -7,7 +7,7 @@
 #include "vir/core/options.h"
 #include "vir/simulation/motion.h"
 
-namespace vir {
+namespace vir::simulation {
 
 struct FlightOptions {
   double length_m = 120;  ///< of the path; shapes that close are repeated
@@ -40,4 +40,4 @@ Motion flight(const std::string& name, const FlightOptions& options);
 /// rounded over about a second.
 Motion flyAlong(const std::vector<Vec3>& points, const FlightOptions& options);
 
-}  // namespace vir
+}  // namespace vir::simulation

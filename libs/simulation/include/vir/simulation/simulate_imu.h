@@ -6,7 +6,7 @@
 #include "vir/imu/imu_sample.h"
 #include "vir/simulation/motion.h"
 
-namespace vir {
+namespace vir::simulation {
 
 struct ImuSimulationOptions {
   double rate_hz = 200;
@@ -28,7 +28,7 @@ struct ImuSimulationOptions {
 void describe(OptionVisitor& v, ImuSimulationOptions& o);
 
 struct SimulatedImu {
-  std::vector<ImuSample> samples;
+  std::vector<imu::ImuSample> samples;
   /// True biases, one per sample.
   std::vector<Vec3> bias_gyro, bias_acc;
 };
@@ -37,4 +37,4 @@ struct SimulatedImu {
 /// seed.
 SimulatedImu simulateImu(const Motion& motion, const ImuSimulationOptions& options);
 
-}  // namespace vir
+}  // namespace vir::simulation

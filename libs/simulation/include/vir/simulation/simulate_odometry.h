@@ -3,7 +3,7 @@
 #include "vir/core/options.h"
 #include "vir/simulation/motion.h"
 
-namespace vir {
+namespace vir::simulation {
 
 struct OdometrySimulationOptions {
   double rate_hz = 20;
@@ -22,6 +22,7 @@ void describe(OptionVisitor& v, OdometrySimulationOptions& o);
 
 /// Poses T_O_B; O has z up, and its origin and heading are those of the first pose. Roll and pitch
 /// do not drift.
-Trajectory simulateOdometry(const Motion& motion, const OdometrySimulationOptions& options);
+evaluation::Trajectory simulateOdometry(const Motion& motion,
+                                        const OdometrySimulationOptions& options);
 
-}  // namespace vir
+}  // namespace vir::simulation

@@ -6,7 +6,7 @@
 #include "vir/rendering/scene.h"
 #include "vir/simulation/motion.h"
 
-namespace vir {
+namespace vir::simulation {
 
 struct RangeSimulationOptions {
   std::vector<double> anchor_m;              ///< x y z in W per anchor
@@ -46,9 +46,9 @@ struct SimulatedRange {
 /// together (a list of the wrong length).
 std::vector<SimulatedRange> simulateRanges(const Motion& motion,
                                            const RangeSimulationOptions& options,
-                                           const Scene* scene = nullptr);
+                                           const rendering::Scene* scene = nullptr);
 
 /// Where anchor `index` is at a time [s after the motion's begin].
 Vec3 anchorAt(const RangeSimulationOptions& options, std::size_t index, double s);
 
-}  // namespace vir
+}  // namespace vir::simulation

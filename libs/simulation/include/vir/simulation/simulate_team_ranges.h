@@ -7,7 +7,7 @@
 #include "vir/simulation/simulate_odometry.h"
 #include "vir/simulation/simulate_ranges.h"
 
-namespace vir {
+namespace vir::simulation {
 
 struct TeamRangeOptions {
   double peer_rate_hz = 5;      ///< per pair of robots; 0 = no ranges between robots
@@ -52,6 +52,6 @@ std::vector<RobotRanges> simulateTeamRanges(const std::vector<TeamRobot>& robots
                                             const RangeSimulationOptions& options,
                                             const TeamRangeOptions& team,
                                             const OdometrySimulationOptions& odometry,
-                                            const Scene* scene);
+                                            const rendering::Scene* scene);
 
-}  // namespace vir
+}  // namespace vir::simulation

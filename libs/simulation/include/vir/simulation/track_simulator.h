@@ -10,7 +10,7 @@
 #include "vir/simulation/motion.h"
 #include "vir/vision/feature_tracker.h"
 
-namespace vir {
+namespace vir::simulation {
 
 struct TrackSimulationOptions {
   double rate_hz = 20;
@@ -47,14 +47,14 @@ class TrackSimulator {
   /// room around the path and standing free in it, and nothing hides them. Throws
   /// std::invalid_argument.
   TrackSimulator(const TrackSimulationOptions& options, std::shared_ptr<const Motion> motion,
-                 std::shared_ptr<const CameraModel> camera, const Pose& T_B_C,
-                 std::shared_ptr<const Scene> scene = nullptr);
+                 std::shared_ptr<const camera::CameraModel> camera, const Pose& T_B_C,
+                 std::shared_ptr<const rendering::Scene> scene = nullptr);
   ~TrackSimulator();
 
   /// Stamps of the images of the whole motion.
   std::vector<TimeNs> times() const;
   /// The next image; times must ascend. Filled as FeatureTracker does; ms_* stay 0.
-  TrackedFrame at(TimeNs t);
+  vision::TrackedFrame at(TimeNs t);
   /// These are not followed any more, as with FeatureTracker::drop.
   void drop(const std::vector<std::uint64_t>& ids);
   /// True position in W of the point a track was started on; false for an unknown id.
@@ -66,4 +66,4 @@ class TrackSimulator {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vir
+}  // namespace vir::simulation

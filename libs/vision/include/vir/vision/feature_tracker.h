@@ -12,7 +12,7 @@
 #include "vir/core/options.h"
 #include "vir/core/time.h"
 
-namespace vir {
+namespace vir::vision {
 
 struct TrackerOptions {
   int max_tracks = 150;
@@ -59,7 +59,7 @@ struct TrackedFrame {
 
 class FeatureTracker {
  public:
-  FeatureTracker(const TrackerOptions& options, std::shared_ptr<const CameraModel> camera);
+  FeatureTracker(const TrackerOptions& options, std::shared_ptr<const camera::CameraModel> camera);
   ~FeatureTracker();
   /// Follows the features into `gray` (CV_8UC1; not kept, not modified). `R_C0_C1` takes
   /// coordinates in this camera frame to the camera frame of the last *usable* image, from the
@@ -78,4 +78,4 @@ class FeatureTracker {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vir
+}  // namespace vir::vision

@@ -20,7 +20,7 @@
 #include "vir/geometry/pose.h"
 #include "vir/window/marginalization.h"
 
-namespace vir {
+namespace vir::window {
 
 struct LongWindowOptions {
   /// "pose" (default); "position": the paper's formulation as written; "none": nodes are folded
@@ -40,7 +40,7 @@ struct LongWindowOptions {
   double gamma_s = 100.0;
   double scale_sigma = 0.0;
   double scale_walk_per_sqrt_m = 0.0;
-  RobustRange robust;
+  ranging::RobustRange robust;
 };
 /// Section [LongWindow]; mode, size and anchor_fixed_after_init are keys of [Estimator]:
 void describe(OptionVisitor& v, LongWindowOptions& o);
@@ -156,7 +156,7 @@ class LongWindow {
   int columnOf(std::uint64_t id) const;
 
   /// A range as its factor needs it: sigma with the anchor's factor for correlated ranges.
-  RangeTerm termOf(std::uint64_t anchor, double range_m, double sigma_m) const;
+  factors::RangeTerm termOf(std::uint64_t anchor, double range_m, double sigma_m) const;
   const LongWindowOptions& options() const;
 
  private:
@@ -164,4 +164,4 @@ class LongWindow {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vir
+}  // namespace vir::window

@@ -9,7 +9,7 @@ namespace ceres {
 class CostFunction;
 }
 
-namespace vir {
+namespace vir::window {
 
 /// One residual of the window with the parameter arrays it reads, in the cost function's order.
 struct Term {
@@ -50,9 +50,9 @@ NormalEquations marginalizeFirst(const NormalEquations& full, int count);
 /// Square-root form around each block's first estimate (`lin`), or its current value where it has
 /// none yet. Directions whose information is below `relative` of
 /// the scale of their own diagonal are left out (the gauge, unseen states).
-LinearPrior toPrior(const NormalEquations& eq, double relative = 1e-10);
+factors::LinearPrior toPrior(const NormalEquations& eq, double relative = 1e-10);
 
 /// Inverse of H with unobserved directions given no covariance (pseudo-inverse after scaling).
 Eigen::MatrixXd covarianceOf(const NormalEquations& eq, double relative = 1e-12);
 
-}  // namespace vir
+}  // namespace vir::window

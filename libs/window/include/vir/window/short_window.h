@@ -12,7 +12,7 @@
 #include "vir/vision/feature_tracker.h"
 #include "vir/window/long_window.h"
 
-namespace vir {
+namespace vir::window {
 
 struct WindowOptions {
   int keyframes = 14;
@@ -51,7 +51,7 @@ struct NavState {
 };
 
 /// The state that the readings of `link` lead to from `from`; gravity [m/s^2] along -z of W.
-NavState predict(const NavState& from, const Preintegration& link, double gravity, TimeNs t);
+NavState predict(const NavState& from, const imu::Preintegration& link, double gravity, TimeNs t);
 
 /// Standard deviations of what is assumed known about the first frame.
 struct StartPrior {
@@ -86,7 +86,7 @@ struct WindowAccuracy {
 
 class ShortWindow {
  public:
-  ShortWindow(const WindowOptions& options, const ImuNoise& noise, const Pose& T_B_C,
+  ShortWindow(const WindowOptions& options, const imu::ImuNoise& noise, const Pose& T_B_C,
               double focal_px, double time_offset_s);
   ~ShortWindow();
 
@@ -96,11 +96,11 @@ class ShortWindow {
 
   /// First frame, with what is known about it.
   void start(const NavState& state, const StartPrior& prior,
-             const std::vector<FeatureObservation>& features, bool standing);
+             const std::vector<vision::FeatureObservation>& features, bool standing);
   /// Next frame; `link` leads to it from the newest. `standing`: the body has not moved since the
   /// newest frame, which was standing too.
-  void push(const NavState& predicted, Preintegration link,
-            const std::vector<FeatureObservation>& features, bool standing);
+  void push(const NavState& predicted, imu::Preintegration link,
+            const std::vector<vision::FeatureObservation>& features, bool standing);
   /// Keeps the newest frame as a keyframe whatever the policy says (while an initialisation fills
   /// the window).
   void keepNewest();
@@ -156,4 +156,4 @@ class ShortWindow {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vir
+}  // namespace vir::window

@@ -1,0 +1,192 @@
+/// vir-slam evaluate: estimates against a reference as a table, JSON and a plot.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/commands.h"
+#include "output/evaluation_report.h"
+#include "output/png_canvas.h"
+#include "vir/evaluation/figure.h"
+
+namespace vir::app {
+namespace {
+
+constexpr const char* kExamples =
+    "Compare trajectories with a reference\n"
+    "Examples:\n"
+    "  vir-slam evaluate --reference groundtruth.tum results/latest/trajectory.tum\n"
+    "  vir-slam evaluate --reference mav0/state_groundtruth_estimate0/data.csv a.tum b.tum \\\n"
+    "      --align se3 --json comparison.json --plot comparison.svg\n"
+    "Trajectories are TUM files (t x y z qx qy qz qw, seconds) or EuRoC ground truth (csv, ns).";
+
+struct Arguments {
+  std::string reference;
+  std::vector<std::string> estimates;
+  std::string align = "posyaw";
+  double max_gap_s = 0.1;
+  std::string images, json, plot;
+};
+
+/// Reads a trajectory and says on stderr what could not be used of it.
+evaluation::Trajectory readFile(const std::string& path, const std::string& what,
+                                evaluation::ReadReport* report) {
+  requireFile(path, what);
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw UsageError("cannot read the " + what + " " + path);
+  const evaluation::Trajectory trajectory = evaluation::readTrajectory(in, report);
+  const evaluation::ReadReport& r = *report;
+  if (r.skipped() > 0) {
+    std::fprintf(stderr,
+                 "%s: %ld lines skipped (%ld malformed, %ld not finite, %ld without an "
+                 "attitude, %ld with a repeated stamp)\n",
+                 path.c_str(), r.skipped(), r.malformed, r.not_finite, r.zero_quaternions,
+                 r.repeated);
+    for (const std::string& message : r.messages) {
+      std::fprintf(stderr, "  %s:%s\n", path.c_str(), message.c_str());
+    }
+  }
+  if (r.out_of_order > 0) {
+    std::fprintf(stderr, "%s: %ld poses were out of order in time and have been sorted\n",
+                 path.c_str(), r.out_of_order);
+  }
+  if (r.quaternions_normalised > 0) {
+    std::fprintf(stderr, "%s: %ld quaternions were not of unit length and have been normalised\n",
+                 path.c_str(), r.quaternions_normalised);
+  }
+  return trajectory;
+}
+
+/// An image is covered by a pose within a millisecond of it: writers round stamps differently.
+ImageCoverage imageCoverage(const std::vector<TimeNs>& images,
+                            const evaluation::Trajectory& estimate) {
+  constexpr TimeNs kSame = 1000000;
+  ImageCoverage coverage;
+  coverage.images = static_cast<long>(images.size());
+  for (const TimeNs t : images) {
+    const auto next = std::lower_bound(
+        estimate.begin(), estimate.end(), t - kSame,
+        [](const evaluation::StampedPose& pose, TimeNs stamp) { return pose.t < stamp; });
+    if (next != estimate.end() && next->t <= t + kSame) ++coverage.covered;
+  }
+  if (!estimate.empty() && !images.empty()) {
+    coverage.first_pose_after_s = toSeconds(estimate.front().t - images.front());
+  }
+  return coverage;
+}
+
+void writeText(const std::string& path, const std::string& text, const char* what) {
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw std::runtime_error(std::string("cannot write ") + what + " to " + path);
+}
+
+void writePlot(const std::string& path, const evaluation::Trajectory& reference,
+               const std::vector<Evaluated>& estimates, const std::string& subtitle) {
+  std::vector<evaluation::NamedResult> results;
+  for (const Evaluated& e : estimates) {
+    if (e.result) results.push_back({e.name, *e.result});
+  }
+  if (results.empty()) {
+    std::fprintf(stderr, "%s: not written, there is nothing to show\n", path.c_str());
+    return;
+  }
+  const evaluation::Figure figure = evaluation::comparisonFigure(reference, results, subtitle);
+  const bool png = path.size() > 4 && path.compare(path.size() - 4, 4, ".png") == 0;
+  if (png) {
+    writePng(figure, path);
+  } else {
+    writeText(path, evaluation::toSvg(figure), "the plot");
+  }
+}
+
+/// File names need not be UTF-8, JSON must be.
+std::string jsonText(const nlohmann::json& json) {
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::vector<Evaluated> evaluateAll(const Arguments& args,
+                                   const evaluation::EvaluationOptions& options,
+                                   const evaluation::Trajectory& reference,
+                                   const std::vector<TimeNs>& images) {
+  std::vector<Evaluated> all;
+  const std::vector<std::string> names = shortNames(args.estimates);
+  for (std::size_t i = 0; i < args.estimates.size(); ++i) {
+    Evaluated e;
+    e.file = args.estimates[i];
+    e.name = names[i];
+    const evaluation::Trajectory estimate = readFile(e.file, "trajectory", &e.read);
+    if (!args.images.empty()) e.images = imageCoverage(images, estimate);
+    try {
+      e.result = evaluation::evaluate(reference, estimate, options);
+      if (!e.result->transform.note.empty()) {
+        std::fprintf(stderr, "%s: %s\n", e.file.c_str(), e.result->transform.note.c_str());
+      }
+    } catch (const evaluation::EvaluationError& error) {
+      e.error = error.what();
+    }
+    all.push_back(std::move(e));
+  }
+  return all;
+}
+
+int run(const Arguments& args) {
+  evaluation::EvaluationOptions options;
+  evaluation::parseAlignment(args.align, &options.alignment);
+  if (!std::isfinite(args.max_gap_s)) throw UsageError("--max-gap-s must be a finite number");
+  options.association.max_gap = fromSeconds(args.max_gap_s);
+  evaluation::ReadReport read;
+  const evaluation::Trajectory reference = readFile(args.reference, "reference trajectory", &read);
+  std::vector<TimeNs> images;
+  if (!args.images.empty()) {
+    requireFile(args.images, "list of images");
+    std::ifstream in(args.images, std::ios::binary);
+    images = evaluation::readStamps(in);
+    if (images.empty()) throw UsageError("no stamp in ns begins a line of " + args.images);
+  }
+  const std::vector<Evaluated> all = evaluateAll(args, options, reference, images);
+
+  const std::string how = evaluation::describeComparison(options);
+  std::fputs(evaluationTable("Reference " + args.reference + "\n" + how, all).c_str(), stdout);
+  if (!args.json.empty()) {
+    writeText(args.json, jsonText(evaluationJson(args.reference, options, all)), "JSON");
+  }
+  if (!args.plot.empty()) writePlot(args.plot, reference, all, how);
+  int code = kOk;
+  for (const Evaluated& e : all) {
+    if (e.error.empty()) continue;
+    std::fprintf(stderr, "%s: %s\n", e.file.c_str(), e.error.c_str());
+    code = kRunFailed;
+  }
+  return code;
+}
+
+}  // namespace
+
+void addEvaluate(CLI::App& app, Common& common) {
+  const auto args = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("evaluate", kExamples);
+  command->add_option("--reference", args->reference, "The trajectory to compare with")->required();
+  command->add_option("EST", args->estimates, "Estimated trajectories")->required();
+  command
+      ->add_option("--align", args->align,
+                   "What is aligned first: posyaw (translation and yaw), se3, sim3 or none")
+      ->check(CLI::IsMember({"posyaw", "se3", "sim3", "none"}))
+      ->capture_default_str();
+  command
+      ->add_option("--max-gap-s", args->max_gap_s,
+                   "The reference is not interpolated across more than this")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command->add_option("--images", args->images,
+                      "csv whose first column is the stamp of an image in ns: count those covered");
+  command->add_option("--json", args->json, "Write all numbers here");
+  command->add_option("--plot", args->plot, "Write a picture here: .svg, or .png");
+  command->callback([args, &common] { common.exit_code = run(*args); });
+}
+
+}  // namespace vir::app

@@ -1,0 +1,242 @@
+#include "commands/live_session.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <optional>
+
+#include "output/console.h"
+#include "output/live_view.h"
+#include "output/pose_stream.h"
+#include "vir/live/acquisition.h"
+#include "vir/live/line_server.h"
+#include "vir/live/live_estimation.h"
+#include "vir/live/live_recorder.h"
+
+namespace vir::app {
+namespace {
+
+constexpr TimeNs kTurn = 10'000'000;  // [ns] longest wait of the main loop
+constexpr std::chrono::seconds kStatusEvery(1);
+constexpr double kBehindS = 1;  // of what waits to be written
+
+using SteadyClock = std::chrono::steady_clock;
+
+/// Lines of many threads, one after the other; warnings on the terminal as well.
+LogSink consoleLog(bool verbose) {
+  return [verbose](LogLevel level, const std::string& text) {
+    const bool serious = level == LogLevel::warning || level == LogLevel::error;
+    if (!serious && !verbose) return;
+    std::fprintf(stderr, "%s%s: %s\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "",
+                 serious ? "warning" : "info", text.c_str());
+  };
+}
+
+class LiveSession {
+ public:
+  explicit LiveSession(const LiveSessionPlan& plan)
+      : plan_(plan),
+        options_(plan.options),
+        log_(consoleLog(plan.verbose)),
+        acquisition_(plan.settings, "", {}, log_) {}
+
+  bool run() {
+    rawlog::LiveRecording::requireNew(
+        options_.out);  // before the sensors: what can fail at once, should
+    live::LiveMergerOptions merging;
+    merging.delay = fromSeconds(options_.delay_s);
+    const std::size_t sensors = acquisition_.sensors().size();
+    acquisition_.start();
+    startEstimation();
+    recorder_ = std::make_unique<live::LiveRecorder>(options_.out, options_.file, merging, sensors);
+    std::printf("recording %zu sensors to %s; Ctrl-C ends it\n", sensors, options_.out.c_str());
+    std::fflush(stdout);
+    started_ = SteadyClock::now();
+    loop();
+    acquisition_.stop();
+    pass(acquisition_.take(0));
+    const bool sound = closeRecording();
+    report();
+    return finishEstimation() && sound;
+  }
+
+ private:
+  void startEstimation() {
+    if (!options_.estimate) return;
+    folder_.emplace(plan_.results);
+    if (options_.stream_port > 0) {
+      server_ = std::make_unique<live::LineServer>(options_.stream_address, options_.stream_port);
+    }
+    openView();
+    live::LiveEstimationHooks hooks;
+    hooks.log = log_;
+    hooks.on_estimate = [this](const roles::StateEstimate& e, const roles::Estimator& estimator) {
+      publish(e, estimator);
+    };
+    if (server_) {
+      hooks.on_pose = [this](const live::PropagatedPose& pose) { server_->send(poseLine(pose)); };
+    }
+    live::LiveEstimationOptions live;
+    live.pipelined = options_.pipelined;
+    estimation_ =
+        std::make_unique<live::LiveEstimation>(*plan_.estimator, *folder_, live, std::move(hooks));
+    results::writeTextFile(folder_->file("used.ini"), plan_.usedIni());
+  }
+
+  void openView() {
+    if (!options_.view) return;
+    try {
+      view_ = std::make_unique<LiveView>();
+    } catch (const std::exception& e) {
+      log_(LogLevel::warning, std::string("no window: ") + e.what());
+    }
+  }
+
+  /// In the thread of the estimation.
+  void publish(const roles::StateEstimate& estimate, const roles::Estimator& estimator) {
+    drawn([&] { view_->setEstimate(estimate, estimator); });
+    if (!server_) return;
+    server_->send(estimateLine(estimate));
+    if (!estimate.keyframe) return;
+    for (const roles::AnchorEstimate& a : estimator.anchors())
+      server_->send(anchorLine(estimate.t, a));
+  }
+
+  /// A window that fails is no reason to stop recording.
+  template <typename Draw>
+  void drawn(Draw draw) {
+    if (!view_ || view_failed_) return;
+    try {
+      draw();
+    } catch (const std::exception& e) {
+      view_failed_ = true;
+      log_(LogLevel::warning, std::string("the window shows nothing more: ") + e.what());
+    }
+  }
+
+  void loop() {
+    SteadyClock::time_point next_status = started_ + kStatusEvery;
+    while (!interrupted() && !acquisition_.ended()) {
+      pass(acquisition_.take(kTurn));
+      const SteadyClock::time_point now = SteadyClock::now();
+      if (options_.duration_s > 0 && secondsFromStart(now) >= options_.duration_s) break;
+      if (!recorder_->problem().empty()) break;
+      tellWhoEnded();
+      tellIfBehind();
+      drawn([&] { view_->draw(); });
+      if (now < next_status) continue;
+      next_status += kStatusEvery;
+      showStatus(now);
+    }
+  }
+
+  void pass(const std::vector<live::Arrival>& arrivals) {
+    if (estimation_) estimation_->add(arrivals);
+    drawn([&] {
+      for (const live::Arrival& a : arrivals) view_->setObservation(a.observation);
+    });
+    recorder_->add(arrivals);
+  }
+
+  void tellWhoEnded() {
+    const std::vector<live::SensorStatus> sensors = acquisition_.sensors();
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      if (sensors[i].state != "running") recorder_->setEnded(i);
+    }
+  }
+
+  /// What waits is in memory only.
+  void tellIfBehind() {
+    const double behind_s = recorder_->counts().behind_s;
+    if (said_behind_ || behind_s < kBehindS) return;
+    said_behind_ = true;
+    log_(LogLevel::warning,
+         "writing cannot keep up: " + fixed(behind_s, 1) +
+             " s wait in memory, and would be lost by a power failure (slower cameras, images = "
+             "embed or jpg, or a faster disk)");
+  }
+
+  double secondsFromStart(SteadyClock::time_point now) const {
+    return std::chrono::duration<double>(now - started_).count();
+  }
+
+  void showStatus(SteadyClock::time_point now) const {
+    if (isatty(STDERR_FILENO) != 1) return;
+    std::string line = fixed(secondsFromStart(now), 0) + " s";
+    for (const live::SensorStatus& s : acquisition_.sensors()) {
+      line += "  " + s.name + " " + std::to_string(s.observations);
+      if (s.state != "running") line += " (" + s.state + ")";
+    }
+    if (estimation_) line += "  latency " + fixed(estimation_->latency().median_ms, 0) + " ms";
+    std::fprintf(stderr, "\r\033[K%s", line.c_str());
+  }
+
+  bool closeRecording() {
+    try {
+      recorder_->close();
+      return true;
+    } catch (const std::exception& e) {
+      log_(LogLevel::error, std::string("recording ended early: ") + e.what());
+      return false;
+    }
+  }
+
+  void report() const {
+    if (isatty(STDERR_FILENO) == 1) std::fprintf(stderr, "\r\033[K");
+    std::printf("%-16s %12s %9s  %s\n", "sensor", "observations", "restarts", "state");
+    for (const live::SensorStatus& s : acquisition_.sensors()) {
+      std::printf("%-16s %12ld %9d  %s%s%s\n", s.name.c_str(), s.observations, s.restarts,
+                  s.state.c_str(), s.problem.empty() ? "" : "; last problem: ", s.problem.c_str());
+    }
+    for (const live::SensorStatus& s : acquisition_.sensors()) {
+      for (const auto& [name, count] : s.counters) {
+        if (count != 0) std::printf("%s: %s %ld\n", s.name.c_str(), name.c_str(), count);
+      }
+    }
+    const live::LiveRecorder::Counts counts = recorder_->counts();
+    std::printf("written %zu in order, %zu too late or far ahead, %zu lost\n", counts.written,
+                counts.aside, counts.lost);
+    if (counts.behind_s >= kBehindS) {
+      std::printf("up to %.1f s waited to be written\n", counts.behind_s);
+    }
+    for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
+  }
+
+  bool finishEstimation() {
+    if (!estimation_) return true;
+    results::RunSummary summary = estimation_->finish();
+    summary.estimator = plan_.estimator_name;
+    summary.rawlog = options_.out;
+    results::writeTextFile(folder_->file("summary.json"), toJson(summary));
+    const live::Latency latency = estimation_->latency();
+    std::printf("%ld images, %ld poses, %ld images left out because newer ones waited\n",
+                summary.frames, summary.poses, estimation_->imagesDropped());
+    std::printf("image to pose [ms]: median %.1f, 95 %% %.1f, 99 %% %.1f, longest %.1f\n",
+                latency.median_ms, latency.p95_ms, latency.p99_ms, latency.max_ms);
+    if (summary.ate_posyaw_m) std::printf("ATE %.4f m\n", *summary.ate_posyaw_m);
+    std::printf("Results in %s\n", folder_->path().c_str());
+    return summary.error.empty();
+  }
+
+  const LiveSessionPlan& plan_;
+  const RecordOptions& options_;
+  LogSink log_;
+  live::Acquisition acquisition_;
+  std::optional<results::ResultsFolder> folder_;
+  std::unique_ptr<live::LineServer> server_;
+  std::unique_ptr<LiveView> view_;
+  std::atomic<bool> view_failed_{false};  // asked by the thread of the estimation, so before that
+  std::unique_ptr<live::LiveEstimation> estimation_;
+  std::unique_ptr<live::LiveRecorder> recorder_;
+  SteadyClock::time_point started_;
+  bool said_behind_ = false;
+};
+
+}  // namespace
+
+bool runLiveSession(const LiveSessionPlan& plan) { return LiveSession(plan).run(); }
+
+}  // namespace vir::app

@@ -1,0 +1,31 @@
+#pragma once
+/// One live recording from start to end.
+#include <memory>
+#include <string>
+
+#include "commands/record_options.h"
+#include "commands/run_options.h"
+#include "vir/core/settings.h"
+#include "vir/roles/estimator.h"
+
+namespace vir::app {
+
+struct LiveSessionPlan {
+  RecordOptions options;
+  RunOptions run;
+  Settings settings;                            ///< with the sections of the sensors
+  std::unique_ptr<roles::Estimator> estimator;  ///< its settings are read
+  std::string estimator_name;
+  std::string results;  ///< folder of the estimate; empty: results/<date-time>
+  bool verbose = false;
+
+  /// Every setting with its value, the estimator's included.
+  std::string usedIni() const;
+};
+
+/// Runs until it is interrupted, its time is over or all sensors have ended; prints what came of
+/// it. False when something was lost. Throws std::runtime_error: a sensor is missing, the recording
+/// cannot be created.
+bool runLiveSession(const LiveSessionPlan& plan);
+
+}  // namespace vir::app

@@ -1,0 +1,39 @@
+#pragma once
+/// What `vir-slam evaluate` says: a table for the eye, JSON for programs.
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vir/evaluation/evaluate.h"
+
+namespace vir::app {
+
+/// Images of the recording and how many of them have a pose.
+struct ImageCoverage {
+  long images = 0;
+  long covered = 0;
+  double first_pose_after_s = 0;  ///< from the first image to the first pose
+};
+
+/// One estimate: either a result, or the reason why there is none.
+struct Evaluated {
+  std::string file;
+  std::string name;  ///< short, for heads of columns
+  evaluation::ReadReport read;
+  std::optional<ImageCoverage> images;
+  std::optional<evaluation::EvaluationResult> result;
+  std::string error;
+};
+
+/// Rows are metrics with units, columns are estimates. `title` goes on top.
+std::string evaluationTable(const std::string& title, const std::vector<Evaluated>& estimates);
+
+nlohmann::json evaluationJson(const std::string& reference_file,
+                              const evaluation::EvaluationOptions& options,
+                              const std::vector<Evaluated>& estimates);
+
+/// Short distinct names: the file name, or as much of the path as tells them apart.
+std::vector<std::string> shortNames(const std::vector<std::string>& files);
+
+}  // namespace vir::app

@@ -1,0 +1,202 @@
+#include "output/live_view.h"
+
+#include <mrpt/gui/CDisplayWindow3D.h>
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/opengl/CEllipsoid3D.h>
+#include <mrpt/opengl/CGridPlaneXY.h>
+#include <mrpt/opengl/CPointCloud.h>
+#include <mrpt/opengl/CSetOfLines.h>
+#include <mrpt/opengl/stock_objects.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+
+#include "vir/rawlog/mrpt_pose.h"
+
+namespace vir::app {
+namespace {
+
+using mrpt::opengl::COpenGLScene;
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr auto kBetweenFrames = std::chrono::milliseconds(100);
+constexpr int kMapEvery = 10;  // keyframes between two looks at the map points
+
+mrpt::img::TColorf blue() { return {0.35f, 0.7f, 0.9f, 1.f}; }
+mrpt::img::TColorf orange() { return {0.9f, 0.6f, 0.f, 1.f}; }
+
+/// The last range of each anchor.
+struct RangeNow {
+  double metres = 0;
+};
+
+}  // namespace
+
+struct LiveView::Impl {
+  mrpt::gui::CDisplayWindow3D window{"vir-slam", 1100, 750};
+  mrpt::opengl::CSetOfLines::Ptr path = mrpt::opengl::CSetOfLines::Create();
+  mrpt::opengl::CPointCloud::Ptr points = mrpt::opengl::CPointCloud::Create();
+  mrpt::opengl::CSetOfObjects::Ptr robot = mrpt::opengl::stock_objects::CornerXYZSimple(0.4f, 2);
+  mrpt::opengl::CSetOfObjects::Ptr anchors = mrpt::opengl::CSetOfObjects::Create();
+  mrpt::opengl::COpenGLViewport::Ptr image_view;
+
+  std::mutex mutex;
+  std::vector<roles::StateEstimate> estimates;  // not drawn yet
+  std::vector<roles::AnchorEstimate> anchor_estimates;
+  std::vector<roles::LandmarkEstimate> landmarks;
+  std::vector<Eigen::Vector2f> pixels;
+  std::shared_ptr<const mrpt::obs::CObservationImage> image;
+  std::map<std::uint64_t, RangeNow> ranges;
+  bool new_map = false;
+  std::atomic<bool> closed{false};
+  int keyframes = 0, segment = 0;
+  SteadyClock::time_point last_draw;
+  std::optional<Vec3> last_p;
+
+  Impl() {
+    auto scene = COpenGLScene::Create();
+    scene->insert(mrpt::opengl::CGridPlaneXY::Create(-50, 50, -50, 50, 0, 1));
+    path->setColor(blue());
+    path->setLineWidth(2.5f);
+    points->setColor(mrpt::img::TColorf(0.75f, 0.75f, 0.75f, 1.f));
+    points->setPointSize(3.f);
+    for (const mrpt::opengl::CRenderizable::Ptr& object :
+         std::initializer_list<mrpt::opengl::CRenderizable::Ptr>{path, points, robot, anchors}) {
+      scene->insert(object);
+    }
+    mrpt::opengl::COpenGLScene::Ptr& shown = window.get3DSceneAndLock();
+    shown = scene;
+    image_view = shown->createViewport("image");
+    image_view->setViewportPosition(0.02, 0.02, 0.34, 0.34);
+    window.unlockAccess3DScene();
+    window.setCameraZoom(20);
+    window.setCameraElevationDeg(45);
+  }
+
+  void drawPath() {
+    for (const roles::StateEstimate& e : estimates) {
+      if (!e.valid) continue;
+      const Vec3& p = e.T_W_B.p;
+      const bool joined = last_p && e.segment == segment;
+      if (joined) path->appendLine(last_p->x(), last_p->y(), last_p->z(), p.x(), p.y(), p.z());
+      last_p = p;
+      segment = e.segment;
+      robot->setPose(rawlog::toMrptPose(e.T_W_B));
+    }
+    estimates.clear();
+    if (last_p) {
+      window.setCameraPointingToPoint(static_cast<float>(last_p->x()),
+                                      static_cast<float>(last_p->y()),
+                                      static_cast<float>(last_p->z()));
+    }
+  }
+
+  void drawAnchors() {
+    anchors->clear();
+    for (const roles::AnchorEstimate& a : anchor_estimates) {
+      if (!a.has_position || !a.p_W.allFinite() || !a.covariance.allFinite()) continue;
+      auto ellipsoid = mrpt::opengl::CEllipsoid3D::Create();
+      const Mat3 least = Mat3::Identity() * 1e-4;
+      ellipsoid->setCovMatrix(mrpt::math::CMatrixDouble33(Mat3(a.covariance + least)));
+      ellipsoid->setQuantiles(2.f);
+      ellipsoid->setLocation(a.p_W.x(), a.p_W.y(), a.p_W.z());
+      ellipsoid->setColor(orange());
+      ellipsoid->enableShowName();
+      std::string label = "anchor " + std::to_string(a.id);
+      const auto range = ranges.find(a.id);
+      if (range != ranges.end()) {
+        label += "  " + std::to_string(range->second.metres).substr(0, 5) + " m";
+      }
+      ellipsoid->setName(label);
+      anchors->insert(ellipsoid);
+      if (range == ranges.end() || !last_p) continue;
+      auto beam = mrpt::opengl::CSetOfLines::Create();
+      beam->setColor(orange());
+      beam->appendLine(last_p->x(), last_p->y(), last_p->z(), a.p_W.x(), a.p_W.y(), a.p_W.z());
+      anchors->insert(beam);
+    }
+  }
+
+  void drawMap() {
+    if (!new_map) return;
+    new_map = false;
+    points->clear();
+    for (const roles::LandmarkEstimate& l : landmarks) {
+      if (l.p_W.allFinite()) points->insertPoint(l.p_W.x(), l.p_W.y(), l.p_W.z());
+    }
+  }
+
+  void drawImage() {
+    if (!image) return;
+    mrpt::img::CImage shown =
+        image->image.isColor() ? image->image.makeDeepCopy() : image->image.colorImage();
+    for (const Eigen::Vector2f& px : pixels) {
+      shown.drawCircle(static_cast<int>(px.x()), static_cast<int>(px.y()), 4,
+                       mrpt::img::TColor(0, 220, 90));
+    }
+    image_view->setImageView(std::move(shown));
+    image.reset();
+  }
+};
+
+LiveView::LiveView() {
+  // MRPT would wait for seconds and then go on with a window that is none.
+  const char* display = std::getenv("DISPLAY");
+  if (display == nullptr || *display == '\0') throw std::runtime_error("there is no display");
+  impl_ = std::make_unique<Impl>();
+}
+
+LiveView::~LiveView() = default;
+
+void LiveView::setEstimate(const roles::StateEstimate& estimate,
+                           const roles::Estimator& estimator) {
+  if (impl_->closed) return;
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  impl_->estimates.push_back(estimate);
+  impl_->anchor_estimates = estimator.anchors();
+  impl_->pixels = estimator.trackedPixels();
+  if (!estimate.keyframe || ++impl_->keyframes % kMapEvery != 0) return;
+  impl_->landmarks = estimator.landmarks();
+  impl_->new_map = true;
+}
+
+void LiveView::setObservation(const mrpt::obs::CObservation::Ptr& observation) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  if (auto image = std::dynamic_pointer_cast<const mrpt::obs::CObservationImage>(observation)) {
+    impl_->image = image;
+  } else if (auto range = std::dynamic_pointer_cast<const mrpt::obs::CObservationBeaconRanges>(
+                 observation)) {
+    if (range->sensorLabel == "PEER") return;
+    for (const auto& r : range->sensedData) {
+      impl_->ranges[static_cast<std::uint64_t>(r.beaconID)] = {r.sensedDistance};
+    }
+  }
+}
+
+void LiveView::draw() {
+  const auto now = SteadyClock::now();
+  if (now - impl_->last_draw < kBetweenFrames) return;
+  impl_->closed = closed();
+  if (impl_->closed) return;
+  impl_->last_draw = now;
+  impl_->window.get3DSceneAndLock();
+  {
+    const std::lock_guard<std::mutex> lock(impl_->mutex);
+    impl_->drawPath();
+    impl_->drawAnchors();
+    impl_->drawMap();
+    impl_->drawImage();
+  }
+  impl_->window.unlockAccess3DScene();
+  impl_->window.forceRepaint();
+}
+
+bool LiveView::closed() const { return !impl_->window.isOpen(); }
+
+}  // namespace vir::app

@@ -1,0 +1,56 @@
+#include "recordings/companion.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <locale>
+#include <sstream>
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+/// `id,x,y,z`.
+bool readAnchor(std::string line, std::int64_t* id, Vec3* p) {
+  std::replace(line.begin(), line.end(), ',', ' ');
+  std::istringstream in(line);
+  in.imbue(std::locale::classic());
+  std::string rest;
+  return static_cast<bool>(in >> *id >> p->x() >> p->y() >> p->z()) && !(in >> rest) &&
+         p->allFinite();
+}
+
+}  // namespace
+
+std::string stemOfRawlog(const std::string& rawlog) {
+  fs::path path(rawlog);
+  if (path.extension() == ".gz") path.replace_extension();
+  return path.replace_extension().string();
+}
+
+std::string companionOf(const std::string& rawlog) {
+  const std::string path = stemOfRawlog(rawlog) + ".ini";
+  std::ifstream in(path);
+  std::string first;
+  std::getline(in, first);
+  return first.rfind("// Written by vir-slam ", 0) == 0 ? path : "";
+}
+
+AnchorTable anchorsTruthOf(const std::string& rawlog) {
+  AnchorTable table;
+  const std::string path = stemOfRawlog(rawlog) + "_anchors_truth.csv";
+  std::ifstream in(path);
+  if (!in) return table;
+  table.path = path;
+  for (std::string line; std::getline(in, line);) {
+    if (line.empty() || line[0] == '#' || line[0] == '\r') continue;
+    std::int64_t id = 0;
+    Vec3 p;
+    const bool good = readAnchor(line, &id, &p) &&
+                      table.anchors.emplace(static_cast<std::uint64_t>(id), p).second;
+    if (!good) ++table.bad_lines;
+  }
+  return table;
+}
+
+}  // namespace vir::app

@@ -1,0 +1,137 @@
+/// Export to plain tables: TUM trajectories and csv.
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+
+#include <Eigen/Core>
+#include <cctype>
+#include <charconv>
+#include <filesystem>
+
+#include "recordings/exporter.h"
+#include "vir/core/ini_writer.h"
+#include "vir/evaluation/trajectory.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+using namespace mrpt::obs;
+
+class TumExporter : public Exporter {
+ public:
+  explicit TumExporter(const std::string& folder) : files_(folder) {}
+  bool add(CObservation& o) override {
+    const auto* pose = dynamic_cast<const CObservationRobotPose*>(&o);
+    if (pose == nullptr) return false;
+    files_.at(fileName(o.sensorLabel) + ".tum", "")
+        .line(evaluation::tumLine(
+            {rawlog::fromMrptTime(o.timestamp), rawlog::fromMrptPose(pose->pose.mean)}));
+    return true;
+  }
+  void finish() override { files_.close(); }
+
+ private:
+  FileSet files_;
+};
+
+class CsvExporter : public Exporter {
+ public:
+  explicit CsvExporter(const std::string& folder) : files_(folder) {}
+  bool add(CObservation& o) override {
+    const std::string t = std::to_string(rawlog::fromMrptTime(o.timestamp));
+    if (const auto* imu = dynamic_cast<const CObservationIMU*>(&o)) {
+      std::string line = t;
+      for (const auto index : {IMU_WX, IMU_WY, IMU_WZ, IMU_X_ACC, IMU_Y_ACC, IMU_Z_ACC}) {
+        line += ",";
+        if (imu->has(index)) line += exact(imu->get(index));
+      }
+      file(o, "t_ns,wx_rad_s,wy_rad_s,wz_rad_s,ax_m_s2,ay_m_s2,az_m_s2").line(line);
+    } else if (const auto* ranges = dynamic_cast<const CObservationBeaconRanges*>(&o)) {
+      addRanges(*ranges, t);
+    } else if (const auto* pose = dynamic_cast<const CObservationRobotPose*>(&o)) {
+      const Pose T = rawlog::fromMrptPose(pose->pose.mean);
+      std::string line = t;
+      for (const double v : {T.p.x(), T.p.y(), T.p.z(), T.q.w(), T.q.x(), T.q.y(), T.q.z()}) {
+        line += "," + exact(v);
+      }
+      file(o, "t_ns,x_m,y_m,z_m,qw,qx,qy,qz").line(line);
+    } else if (auto* image = dynamic_cast<CObservationImage*>(&o)) {
+      const bool external = image->image.isExternallyStored();
+      file(o, "t_ns,width_px,height_px,file")
+          .line(t + "," + std::to_string(image->cameraParams.ncols) + "," +
+                std::to_string(image->cameraParams.nrows) + "," +
+                (external ? fs::path(image->image.getExternalStorageFile()).filename().string()
+                          : ""));
+    } else {
+      return false;
+    }
+    return true;
+  }
+  void finish() override { files_.close(); }
+
+ private:
+  results::OutputFile& file(const CObservation& o, const char* header) {
+    return files_.at(fileName(o.sensorLabel) + ".csv", header);
+  }
+
+  void addRanges(const CObservationBeaconRanges& ranges, const std::string& t) {
+    for (const auto& m : ranges.sensedData) {
+      const auto& antenna = m.sensorLocationOnRobot;
+      file(ranges, "t_ns,beacon_id,range_m,std_m,antenna_x_m,antenna_y_m,antenna_z_m")
+          .line(t + "," + std::to_string(m.beaconID) + "," + exact(m.sensedDistance) + "," +
+                exact(ranges.stdError) + "," + exact(antenna.x()) + "," + exact(antenna.y()) + "," +
+                exact(antenna.z()));
+    }
+  }
+
+  FileSet files_;
+};
+
+}  // namespace
+
+results::OutputFile& FileSet::at(const std::string& name, const std::string& header) {
+  auto& file = files_[name];
+  if (!file) {
+    const fs::path path = fs::path(folder_) / name;
+    std::error_code error;
+    fs::create_directories(path.parent_path(), error);
+    file = std::make_unique<results::OutputFile>(path.string());
+    if (!header.empty()) file->line(header);
+  }
+  return *file;
+}
+
+void FileSet::close() {
+  for (auto& item : files_) item.second->close();
+}
+
+std::string fileName(const std::string& label) {
+  std::string name = label.empty() ? "unnamed" : label;
+  for (char& c : name) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '.';
+    if (!plain) c = '_';
+  }
+  return name;
+}
+
+std::string exact(double v) { return numberText(v); }
+
+std::string exact(float v) {
+  char text[32];
+  const auto result = std::to_chars(text, text + sizeof text, v);
+  return {text, result.ptr};
+}
+
+std::unique_ptr<Exporter> makeTumExporter(const std::string& folder) {
+  return std::make_unique<TumExporter>(folder);
+}
+
+std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder) {
+  return std::make_unique<CsvExporter>(folder);
+}
+
+}  // namespace vir::app

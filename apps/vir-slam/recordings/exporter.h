@@ -1,0 +1,54 @@
+#pragma once
+/// What `vir-slam export` writes: one class per format, fed with the observations of a rawlog in
+/// time order.
+#include <mrpt/obs/CObservation.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "vir/results/results_folder.h"
+
+namespace vir::app {
+
+class Exporter {
+ public:
+  virtual ~Exporter() = default;
+  /// False if the format has no place for it. Throws std::runtime_error if it cannot be written.
+  virtual bool add(mrpt::obs::CObservation& observation) = 0;
+  /// Completes the files; throws std::runtime_error.
+  virtual void finish() = 0;
+};
+
+/// `<label>.tum` per label of poses.
+std::unique_ptr<Exporter> makeTumExporter(const std::string& folder);
+
+/// `<label>.csv` per label, nanoseconds in the first column; images as a list only.
+std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder);
+
+/// EuRoC's folder `mav0`, which `import euroc` reads back. `companion`: the ini that import left
+/// beside the rawlog (noise densities), may be empty.
+std::unique_ptr<Exporter> makeEurocExporter(const std::string& folder,
+                                            const std::string& companion);
+
+/// Text files by name, created when first written to.
+class FileSet {
+ public:
+  explicit FileSet(std::string folder) : folder_(std::move(folder)) {}
+  /// `header` is written when the file is new.
+  results::OutputFile& at(const std::string& name, const std::string& header);
+  void close();
+
+ private:
+  std::string folder_;
+  std::map<std::string, std::unique_ptr<results::OutputFile>> files_;
+};
+
+/// A label as a file name: what is no letter, digit, `-` or `.` becomes `_`.
+std::string fileName(const std::string& label);
+
+/// A number that reads back as the same double, or float.
+std::string exact(double v);
+std::string exact(float v);
+
+}  // namespace vir::app

@@ -1,0 +1,157 @@
+/// A sensor to its end into a rawlog, with the files that go beside it.
+#include "recordings/rawlog_recorder.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "commands/commands.h"
+#include "output/console.h"
+#include "recordings/image_folder.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/rawlog_writer.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+/// What went into the rawlog under one label.
+struct LabelStatistics {
+  long count = 0;
+  TimeNs first = 0, last = 0, longest_gap = 0;
+
+  void add(TimeNs t) {
+    if (count > 0) longest_gap = std::max(longest_gap, t - last);
+    if (count == 0) first = t;
+    last = t;
+    ++count;
+  }
+};
+using Statistics = std::map<std::string, LabelStatistics>;
+
+/// Runs the sensor to its end.
+Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, roles::RecordedSource& source,
+                rawlog::RawlogWriter& writer) {
+  Statistics statistics;
+  ProgressBar bar;
+  bool more = true;
+  while (more) {
+    if (interrupted()) throw std::runtime_error("interrupted; no rawlog was written");
+    more = !source.finished();
+    if (more) sensor.doProcess();
+    for (const auto& [stamp, object] : sensor.getObservations()) {
+      const auto* obs = dynamic_cast<const mrpt::obs::CObservation*>(object.get());
+      if (obs == nullptr) continue;
+      writer.write(*obs);
+      statistics[obs->sensorLabel].add(rawlog::fromMrptTime(obs->timestamp));
+    }
+    bar.show(source.progress());
+  }
+  return statistics;
+}
+
+/// `x` of `x.rawlog`.
+std::string stemOf(const std::string& rawlog) {
+  for (const std::string suffix : {".rawlog", ".rawlog.gz"}) {
+    const std::size_t n = suffix.size();
+    if (rawlog.size() > n && rawlog.compare(rawlog.size() - n, n, suffix) == 0) {
+      return rawlog.substr(0, rawlog.size() - n);
+    }
+  }
+  throw UsageError("--out " + rawlog + ": must end in .rawlog");
+}
+
+constexpr const char* kIniMark = "// Written by vir-slam ";
+constexpr const char* kAnchorsMark = "#id,x,y,z";
+
+/// Writes a file that goes with the recording beside its rawlog, or removes what an older import
+/// left there if there is nothing to say. A file that does not begin with `mark` is not ours and is
+/// left alone. Returns a line for the report.
+std::string writeCompanion(const std::string& path, const std::string& mark,
+                           const std::string& text) {
+  if (fs::exists(path)) {
+    std::string first;
+    std::ifstream old(path);
+    std::getline(old, first);
+    if (first.rfind(mark, 0) != 0) {
+      return text.empty() ? ""
+                          : path +
+                                " is not from an import or a simulation and was left as it is; "
+                                "what goes with "
+                                "this recording was not written\n";
+    }
+    fs::remove(path);
+  }
+  if (text.empty()) return "";
+  const std::string part = path + ".part";
+  std::ofstream file(part, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + part);
+  fs::rename(part, path);
+  return "wrote " + path + "\n";
+}
+
+std::string iniText(const roles::RecordedSource& source, const std::string& rawlog,
+                    const std::string& command) {
+  const std::string text = source.companionIni();
+  if (text.empty()) return "";
+  return kIniMark + command + " beside " + fs::path(rawlog).filename().string() +
+         "; `vir-slam run` takes from here what its own ini does not set.\n" + text;
+}
+
+std::string anchorsText(const roles::RecordedSource& source) {
+  std::string text;
+  for (const roles::TrueAnchor& a : source.trueAnchors()) {
+    char line[128];
+    std::snprintf(line, sizeof line, "%d,%.9g,%.9g,%.9g\n", a.id, a.x_m, a.y_m, a.z_m);
+    text += line;
+  }
+  return text.empty() ? ""
+                      : std::string(kAnchorsMark) + " in the ground truth's frame [m]\n" + text;
+}
+
+void report(const roles::RecordedSource& source, const Statistics& statistics,
+            const std::string& out, const std::string& companions) {
+  for (const std::string& w : source.warnings()) std::printf("note: %s\n", w.c_str());
+  std::printf("%-8s %10s %10s %10s %14s\n", "label", "count", "rate [Hz]", "span [s]",
+              "longest gap [s]");
+  for (const auto& [label, s] : statistics) {
+    const double span = toSeconds(s.last - s.first);
+    std::printf("%-8s %10ld %10.2f %10.2f %14.3f\n", label.c_str(), s.count,
+                span > 0 ? static_cast<double>(s.count - 1) / span : 0.0, span,
+                toSeconds(s.longest_gap));
+  }
+  std::printf("\nread, and what was skipped or changed:\n");
+  for (const auto& [name, n] : source.counters()) std::printf("  %-34s %10ld\n", name.c_str(), n);
+  std::printf("\nwrote %s\n", out.c_str());
+  std::printf("%s", companions.c_str());
+  // MRPT 2.5.8 finds the image folder for a bare file name only.
+  const fs::path path(out);
+  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
+  std::printf("look at it: (cd %s && RawLogViewer %s)\n", folder.c_str(), path.filename().c_str());
+}
+
+}  // namespace
+
+void requireRawlogName(const std::string& rawlog) { stemOf(rawlog); }
+
+void recordToRawlog(const RecordingJob& job) {
+  const std::string stem = stemOf(job.out);
+  ImageFolder images(rawlog::RawlogWriter::imageFolderOf(job.out));
+  job.sensor->setPathForExternalImages(images.workingFolder());
+  job.sensor->initialize();
+  rawlog::RawlogWriter writer(job.out, job.compression);
+  const Statistics statistics = pump(*job.sensor, *job.source, writer);
+  images.swap();
+  writer.finish();
+  images.commit();
+  const std::string companions =
+      writeCompanion(stem + ".ini", kIniMark, iniText(*job.source, job.out, job.command)) +
+      writeCompanion(stem + "_anchors_truth.csv", kAnchorsMark, anchorsText(*job.source));
+  report(*job.source, statistics, job.out, companions);
+}
+
+}  // namespace vir::app

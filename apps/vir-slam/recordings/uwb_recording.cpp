@@ -1,0 +1,181 @@
+#include "recordings/uwb_recording.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include "commands/commands.h"
+#include "output/console.h"
+#include "vir/evaluation/association.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/rawlog_reader.h"
+// After Eigen, whose types MRPT only declares.
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+
+namespace vir::app {
+namespace {
+
+constexpr TimeNs kMaxGap = 100'000'000;  // the ground truth is not interpolated across more
+
+struct Range {
+  TimeNs t = 0;
+  int anchor = 0;
+  double measured_m = 0;
+  Vec3 p_B_U = Vec3::Zero();
+};
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> fields;
+  std::istringstream in(text);
+  for (std::string field; std::getline(in, field, ',');) {
+    const auto first = field.find_first_not_of(" \t\r");
+    const auto last = field.find_last_not_of(" \t\r");
+    fields.push_back(first == std::string::npos ? "" : field.substr(first, last - first + 1));
+  }
+  return fields;
+}
+
+bool parse(const std::string& text, double* value) {
+  if (text.empty()) return false;
+  char* end = nullptr;
+  *value = std::strtod(text.c_str(), &end);
+  return *end == '\0' && std::isfinite(*value);
+}
+
+/// Empty, or what is wrong with the fields.
+std::string takeAnchor(const std::vector<std::string>& fields, AnchorPositions* anchors) {
+  double v[4];
+  if (fields.size() < 4) return "expected id,x,y,z";
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (!parse(fields[k], &v[k])) return "'" + fields[k] + "' is no finite number";
+  }
+  if (v[0] != std::floor(v[0]) || std::abs(v[0]) > 2e9) {
+    return "the id '" + fields[0] + "' is no whole number";
+  }
+  if (!anchors->emplace(static_cast<int>(v[0]), Vec3(v[1], v[2], v[3])).second) {
+    return "anchor " + fields[0] + " is there already";
+  }
+  return {};
+}
+
+std::optional<Pose> poseAt(const evaluation::Trajectory& truth, TimeNs t) {
+  const auto next =
+      std::lower_bound(truth.begin(), truth.end(), t,
+                       [](const evaluation::StampedPose& p, TimeNs at) { return p.t < at; });
+  if (next == truth.end()) return std::nullopt;
+  if (next->t == t) return next->T_W_B;
+  if (next == truth.begin()) return std::nullopt;
+  const evaluation::StampedPose& before = *std::prev(next);
+  if (next->t - before.t > kMaxGap) return std::nullopt;
+  const double s = static_cast<double>(t - before.t) / static_cast<double>(next->t - before.t);
+  return evaluation::interpolate(before.T_W_B, next->T_W_B, s);
+}
+
+void read(rawlog::RawlogReader* reader, evaluation::Trajectory* truth, std::vector<Range>* ranges) {
+  ProgressBar bar;
+  while (const auto observation = reader->next()) {
+    if (interrupted()) throw std::runtime_error("interrupted; nothing has been written");
+    bar.show(reader->progress());
+    const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
+    if (const auto pose =
+            std::dynamic_pointer_cast<mrpt::obs::CObservationRobotPose>(observation)) {
+      if (pose->sensorLabel == "GT") truth->push_back({t, rawlog::fromMrptPose(pose->pose.mean)});
+    }
+    const auto beacons =
+        std::dynamic_pointer_cast<mrpt::obs::CObservationBeaconRanges>(observation);
+    if (!beacons || beacons->sensorLabel == "PEER") continue;
+    for (const auto& m : beacons->sensedData) {
+      const auto& u = m.sensorLocationOnRobot;
+      ranges->push_back({t, m.beaconID, m.sensedDistance, Vec3(u.x(), u.y(), u.z())});
+    }
+  }
+  const auto earlier = [](const auto& a, const auto& b) { return a.t < b.t; };
+  std::stable_sort(truth->begin(), truth->end(), earlier);
+  truth->erase(std::unique(truth->begin(), truth->end(),
+                           [](const evaluation::StampedPose& a, const evaluation::StampedPose& b) {
+                             return a.t == b.t;
+                           }),
+               truth->end());
+  std::stable_sort(ranges->begin(), ranges->end(), earlier);
+}
+
+void addCounters(const ranging::RangeCheckCounters& from, ranging::RangeCheckCounters* to) {
+  to->ok += from.ok;
+  for (const auto& [problem, count] : from.problems) to->problems[problem] += count;
+  to->clock_restarts += from.clock_restarts;
+}
+
+}  // namespace
+
+void addAnchor(const std::string& text, AnchorPositions* anchors) {
+  const std::vector<std::string> fields = split(text);
+  std::string problem = fields.size() > 4 ? "expected id,x,y,z" : takeAnchor(fields, anchors);
+  if (!problem.empty()) throw UsageError("--anchor " + text + ": " + problem);
+}
+
+void addAnchorFile(const std::string& path, AnchorPositions* anchors) {
+  requireFile(path, "file of anchors");
+  std::ifstream in(path, std::ios::binary);
+  const std::size_t before = anchors->size();
+  int number = 0;
+  bool first = true;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    const std::vector<std::string> fields = split(line);
+    if (fields.empty() || fields[0].empty() || fields[0][0] == '#') continue;
+    double value = 0;
+    const bool header = first && !parse(fields[0], &value);
+    first = false;
+    if (header) continue;
+    const std::string problem = takeAnchor(fields, anchors);
+    if (!problem.empty()) {
+      throw UsageError(path + ":" + std::to_string(number) + ": " + problem);
+    }
+  }
+  if (anchors->size() == before) throw UsageError(path + " holds no anchor (id,x,y,z)");
+}
+
+void addRecording(const std::string& rawlog, const AnchorPositions& anchors, UwbSamples* out) {
+  rawlog::RawlogReader reader(rawlog);
+  evaluation::Trajectory truth;
+  std::vector<Range> ranges;
+  read(&reader, &truth, &ranges);
+  if (!reader.damage().empty()) out->damage.push_back(reader.damage());
+  if (truth.empty()) {
+    throw std::runtime_error(rawlog + " holds no ground truth (poses with the label GT)");
+  }
+  if (ranges.empty()) throw std::runtime_error(rawlog + " holds no ranges to anchors");
+
+  ranging::RangeCheck check;
+  std::map<int, int> series;  // of this recording
+  const int first_series = out->samples.empty() ? 0 : out->samples.back().series + 1000;
+  for (const Range& r : ranges) {
+    ++out->ranges;
+    if (check.check(r.anchor, r.t, r.measured_m) != ranging::RangeProblem::none) continue;
+    const auto anchor = anchors.find(r.anchor);
+    if (anchor == anchors.end()) {
+      ++out->unknown_anchor[r.anchor];
+      continue;
+    }
+    const std::optional<Pose> pose = poseAt(truth, r.t);
+    if (!pose) {
+      ++out->without_truth;
+      continue;
+    }
+    const int id =
+        series.emplace(r.anchor, first_series + static_cast<int>(series.size())).first->second;
+    const double distance = (anchor->second - *pose * r.p_B_U).norm();
+    out->samples.push_back({r.t, id, distance, r.measured_m - distance});
+    out->anchor.push_back(r.anchor);
+  }
+  addCounters(check.counters(), &out->checks);
+}
+
+}  // namespace vir::app

@@ -1,0 +1,36 @@
+#pragma once
+/// Ranges of recordings together with the true distances, for calibration.
+#include <map>
+#include <string>
+#include <vector>
+
+#include "vir/geometry/pose.h"
+#include "vir/ranging/range_calibration.h"
+#include "vir/ranging/range_check.h"
+
+namespace vir::app {
+
+using AnchorPositions = std::map<int, Vec3>;
+
+/// `ID,X,Y,Z`; throws UsageError for anything else or an id that is there already.
+void addAnchor(const std::string& text, AnchorPositions* anchors);
+
+/// csv: id,x,y,z and further columns that are ignored; `#` starts a comment, a header is allowed.
+/// Throws UsageError with file and line.
+void addAnchorFile(const std::string& path, AnchorPositions* anchors);
+
+struct UwbSamples {
+  std::vector<ranging::CalibrationSample> samples;
+  std::vector<int> anchor;  ///< of each sample
+  long ranges = 0;          ///< read in all
+  ranging::RangeCheckCounters checks;
+  long without_truth = 0;              ///< no ground truth at their time
+  std::map<int, long> unknown_anchor;  ///< ranges per id without a position
+  std::vector<std::string> damage;     ///< of recordings cut off
+};
+
+/// Reads ground truth (label GT) and anchor ranges of a recording and adds them. Throws
+/// std::runtime_error if the file cannot be read or holds no ground truth or no ranges.
+void addRecording(const std::string& rawlog, const AnchorPositions& anchors, UwbSamples* out);
+
+}  // namespace vir::app

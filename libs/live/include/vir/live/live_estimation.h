@@ -1,0 +1,94 @@
+#pragma once
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "vir/live/acquisition.h"
+#include "vir/live/pose_propagator.h"
+#include "vir/results/results_folder.h"
+#include "vir/results/run_recorder.h"
+#include "vir/roles/estimator.h"
+
+namespace vir::live {
+
+struct LiveEstimationOptions {
+  /// Images that may wait while one is worked on; beyond that the oldest waiting goes, so that the
+  /// pose is always of a new image.
+  std::size_t waiting_images = 2;
+  /// Tracking and optimisation in a thread each, where the estimator can.
+  bool pipelined = true;
+};
+
+struct LiveEstimationHooks {
+  LogSink log;
+  /// After every image, in the thread that made the estimate.
+  std::function<void(const roles::StateEstimate&, const roles::Estimator&)> on_estimate;
+  /// Per reading of the IMU, in the thread that calls add().
+  std::function<void(const PropagatedPose&)> on_pose;
+};
+
+/// From the arrival of an image to its pose.
+struct Latency {
+  long count = 0;
+  double median_ms = 0, p95_ms = 0, p99_ms = 0, max_ms = 0;
+};
+
+/// Estimates while sensors deliver, in one or two threads of its own, and writes the files of a
+/// run.
+class LiveEstimation {
+ public:
+  /// `estimator` has read its settings. Throws like RunRecorder.
+  LiveEstimation(roles::Estimator& estimator, const results::ResultsFolder& folder,
+                 const LiveEstimationOptions& options, LiveEstimationHooks hooks);
+  ~LiveEstimation();
+
+  /// What came in, in order of arrival.
+  void add(const std::vector<Arrival>& arrivals);
+  /// Are there two threads?
+  bool pipelined() const { return behind_; }
+  /// Works through what waits, ends the estimator and writes what only the end knows.
+  results::RunSummary finish();
+
+  Latency latency() const;
+  /// Images left out because newer ones waited.
+  long imagesDropped() const;
+  /// Why estimating ended early; empty if it did not.
+  std::string problem() const;
+
+ private:
+  void work();
+  void handle(const Arrival& arrival);
+  void collect();
+  void propagate(const Arrival& arrival);
+  void fail(const std::exception& e);
+
+  roles::Estimator& estimator_;
+  LiveEstimationOptions options_;
+  LiveEstimationHooks hooks_;
+  results::RunRecorder recorder_;
+  PosePropagator propagator_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Arrival> queue_;
+  std::size_t waiting_images_ = 0;
+  long dropped_ = 0;
+  bool closing_ = false;
+  std::string problem_;
+  std::vector<float> latencies_ms_;
+  std::mutex results_mutex_;           // of the recorder and:
+  std::map<TimeNs, TimeNs> arrivals_;  // of images handed to the estimator, by stamp
+  double estimate_ms_ = 0;
+  results::RunSummary summary_;  // of the thread
+  bool behind_ = false, finished_ = false;
+  std::optional<TimeNs> first_frame_;
+  TimeNs last_frame_ = 0;
+  double cpu_s_ = 0, wall_from_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace vir::live

@@ -1,0 +1,378 @@
+#include "vir/live/acquisition.h"
+
+#include <mrpt/hwdrivers/CGenericSensor.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/system/COutputLogger.h>
+#include <mrpt/system/string_utils.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <future>
+#include <optional>
+#include <thread>
+
+#include "sensor_section.h"
+#include "vir/core/device_clock.h"
+#include "vir/rawlog/mrpt_error.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/live_source.h"
+#include "vir/roles/plugin_loader.h"
+#include "vir/roles/recorded_source.h"
+#include "vir/roles/sensor_registry.h"
+
+namespace vir::live {
+namespace {
+
+using mrpt::hwdrivers::CGenericSensor;
+using SteadyClock = std::chrono::steady_clock;
+
+mrpt::config::CConfigFileMemory configOf(const Settings& settings) {
+  mrpt::config::CConfigFileMemory config;
+  for (const Setting& s : settings.all()) config.write(s.section, s.key, s.value);
+  return config;
+}
+
+/// One of ours by name or class, or one of MRPT's by class.
+CGenericSensor::Ptr makeSensor(const std::string& driver) {
+  if (auto sensor = CGenericSensor::createSensorPtr(driver)) return sensor;
+  return roles::createSensor(driver);
+}
+
+/// Sections whose `driver` is no sensor.
+bool isOurs(const std::string& section) {
+  const std::string name = mrpt::system::lowerCase(section);
+  return name == "estimator" || name == "rendezvous";
+}
+
+/// As MRPT reads it.
+bool isYes(const std::string& value) {
+  const std::string word = mrpt::system::lowerCase(value);
+  return word == "true" || word == "1" || word == "yes";
+}
+
+SteadyClock::duration seconds(double s) {
+  return std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(s));
+}
+
+}  // namespace
+
+TimeNs hostNow() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+}
+
+std::vector<std::string> sensorSections(const Settings& settings) {
+  std::vector<std::string> names;
+  for (const std::string& section : settings.sections()) {
+    const Setting* ignored = settings.find(section, "rawlog-grabber-ignore");
+    if (settings.find(section, "driver") == nullptr || isOurs(section)) continue;
+    if (ignored != nullptr && isYes(ignored->value)) continue;
+    names.push_back(section);
+  }
+  return names;
+}
+
+/// A sensor and its thread.
+class Acquisition::Sensor {
+ public:
+  Sensor(Acquisition* owner, std::size_t index, const Settings& settings,
+         const std::string& section, std::string image_folder)
+      : owner_(owner),
+        index_(index),
+        section_(readSensorSection(settings, section)),
+        config_(configOf(settings)),
+        image_folder_(std::move(image_folder)) {
+    status_.name = section;
+    status_.driver = section_.driver;
+    status_.state = "starting";
+    try {
+      device_ = create();  // wrong settings are found before anything is started
+    } catch (const roles::PluginError&) {
+      throw;
+    } catch (const std::exception& e) {
+      throw SettingsError({settings.name(), 0}, section, "", rawlog::shortReason(e));
+    }
+  }
+  ~Sensor() { stop(); }
+  Sensor(const Sensor&) = delete;
+  Sensor& operator=(const Sensor&) = delete;
+
+  /// Why it cannot be used; empty if it can.
+  std::string initialize() {
+    try {
+      device_->initialize();
+      return {};
+    } catch (const std::exception& e) {
+      device_.reset();
+      return rawlog::shortReason(e);
+    }
+  }
+
+  void launch(const std::string& problem) {
+    if (!problem.empty()) fail(problem);
+    thread_ = std::thread([this] { work(); });
+  }
+
+  void stop() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      stop_ = true;
+    }
+    wake_.notify_all();
+    if (thread_.joinable()) thread_.join();
+  }
+
+  bool optional() const { return section_.optional; }
+  SensorStatus status() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return status_;
+  }
+
+ private:
+  CGenericSensor::Ptr create() const {
+    CGenericSensor::Ptr device = makeSensor(section_.driver);
+    // What it has to say comes by LiveSource.
+    auto* talker = dynamic_cast<mrpt::system::COutputLogger*>(device.get());
+    if (talker != nullptr && dynamic_cast<roles::LiveSource*>(device.get()) != nullptr) {
+      talker->logging_enable_console_output = false;
+    }
+    if (!image_folder_.empty()) device->setPathForExternalImages(image_folder_);
+    device->loadConfig(config_, section_.name);
+    return device;
+  }
+
+  void work() {
+    double pause = owner_->options_.first_retry_s;
+    while (!stopped()) {
+      const auto begun = SteadyClock::now();
+      std::string problem;
+      try {
+        if (!device_) {
+          sleepFor(pause);
+          if (stopped()) return;
+          device_ = create();
+          device_->initialize();
+          const std::lock_guard<std::mutex> lock(mutex_);
+          ++status_.restarts;
+        }
+        if (play()) return setState("ended");
+      } catch (const std::exception& e) {
+        problem = rawlog::shortReason(e);
+      }
+      if (stopped()) return;
+      collect();
+      device_.reset();
+      fail(problem.empty() ? "its driver reports an error" : problem);
+      const bool lasted = SteadyClock::now() - begun > seconds(2 * pause + 5);
+      pause = lasted ? owner_->options_.first_retry_s
+                     : std::min(2 * pause, owner_->options_.last_retry_s);
+    }
+  }
+
+  /// Until it is stopped, fails (false) or has come to its end (true).
+  bool play() {
+    setState("running");
+    const auto* source = dynamic_cast<const roles::RecordedSource*>(device_.get());
+    auto next = SteadyClock::now();
+    const auto period = seconds(1 / section_.rate_hz);
+    while (!stopped()) {
+      device_->doProcess();
+      collect();
+      listen();
+      if (source != nullptr && source->finished()) return true;
+      if (device_->getState() == CGenericSensor::ssError) return false;
+      next = std::max(next + period, SteadyClock::now() - period);
+      sleepUntil(next);
+    }
+    collect();
+    counted_ = {};
+    listen();
+    return false;
+  }
+
+  /// What a live driver has to tell.
+  void listen() {
+    auto* live = dynamic_cast<roles::LiveSource*>(device_.get());
+    if (live == nullptr) return;
+    const bool there = live->connected();
+    for (const roles::SensorMessage& m : live->takeMessages()) say(m.level, m.text);
+    if (there != connected_) setState(there ? "running" : "waiting");
+    connected_ = there;
+    const auto now = SteadyClock::now();
+    if (now - counted_ < std::chrono::seconds(1)) return;
+    counted_ = now;
+    auto counters = live->counters();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_.counters = std::move(counters);
+  }
+
+  /// Hands over what the driver has.
+  void collect() {
+    if (!device_) return;
+    CGenericSensor::TListObservations all;
+    try {
+      all = device_->getObservations();
+    } catch (const std::exception&) {
+      return;  // a driver that failed may not even answer this
+    }
+    const TimeNs now = hostNow();
+    std::vector<Arrival> arrivals;
+    for (const auto& [stamp, object] : all) {
+      auto observation = std::dynamic_pointer_cast<mrpt::obs::CObservation>(object);
+      if (!observation) continue;
+      prepare(observation.get(), now);
+      arrivals.push_back({index_, observation, now});
+    }
+    if (arrivals.empty()) return;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      status_.observations += static_cast<long>(arrivals.size());
+    }
+    owner_->deliver(&arrivals);
+  }
+
+  void prepare(mrpt::obs::CObservation* observation, TimeNs now) {
+    auto* image = dynamic_cast<mrpt::obs::CObservationImage*>(observation);
+    try {
+      // From here on nobody changes it.
+      if (image != nullptr && image->image.isExternallyStored()) image->image.forceLoad();
+      complete(section_, observation);
+    } catch (const std::exception& e) {
+      warn("an image cannot be read: " + rawlog::shortReason(e));
+    }
+    putOnHostClock(observation, now);
+  }
+
+  void putOnHostClock(mrpt::obs::CObservation* observation, TimeNs now) {
+    if (section_.clock == "keep") return;
+    const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
+    if (!own_clock_) {
+      own_clock_ =
+          section_.clock == "device" || std::abs(t - now) > owner_->options_.own_clock_beyond;
+      if (*own_clock_) {
+        warn("its stamps are " + std::to_string(toSeconds(t - now)) +
+             " s off the host's clock; they are put on it by their arrival");
+        const std::lock_guard<std::mutex> lock(mutex_);
+        status_.clock_mapped = true;
+      }
+    }
+    if (*own_clock_) observation->timestamp = rawlog::toMrptTime(clock_.stamp(t, now));
+  }
+
+  void fail(const std::string& problem) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      status_.state = status_.restarts == 0 && status_.observations == 0 ? "missing" : "waiting";
+      if (status_.problem == problem && said_) return;
+      status_.problem = problem;
+      said_ = true;
+    }
+    warn(problem + "; it is tried again");
+  }
+
+  void setState(const char* state) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (status_.state == state) return;
+    const bool back = status_.state != "starting" && std::string(state) == "running";
+    status_.state = state;
+    said_ = false;
+    if (back) say(LogLevel::info, "works again");
+  }
+  void warn(const std::string& text) { say(LogLevel::warning, text); }
+  void say(LogLevel level, const std::string& text) const {
+    const std::lock_guard<std::mutex> lock(owner_->log_mutex_);
+    log(owner_->log_, level, section_.name + ": " + text);
+  }
+
+  bool stopped() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return stop_;
+  }
+  void sleepFor(double s) { sleepUntil(SteadyClock::now() + seconds(s)); }
+  void sleepUntil(SteadyClock::time_point when) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    wake_.wait_until(lock, when, [this] { return stop_; });
+  }
+
+  Acquisition* owner_;
+  std::size_t index_;
+  SensorSection section_;
+  mrpt::config::CConfigFileMemory config_;
+  std::string image_folder_;
+  CGenericSensor::Ptr device_;
+  DeviceClock clock_;
+  std::optional<bool> own_clock_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stop_ = false, said_ = false, connected_ = true;
+  SteadyClock::time_point counted_;
+  SensorStatus status_;
+  std::thread thread_;
+};
+
+Acquisition::Acquisition(const Settings& settings, const std::string& image_folder,
+                         const AcquisitionOptions& options, LogSink log)
+    : options_(options), log_(std::move(log)) {
+  for (const std::string& section : sensorSections(settings)) {
+    sensors_.push_back(
+        std::make_unique<Sensor>(this, sensors_.size(), settings, section, image_folder));
+  }
+  if (sensors_.empty()) {
+    throw SettingsError({settings.name(), 0}, "", "", "no section with a driver: no sensor");
+  }
+}
+
+Acquisition::~Acquisition() { stop(); }
+
+void Acquisition::start() {
+  // A camera can take seconds; the others need not wait for it.
+  std::vector<std::future<std::string>> starting;
+  starting.reserve(sensors_.size());
+  for (const auto& sensor : sensors_) {
+    starting.push_back(std::async(std::launch::async, [&sensor] { return sensor->initialize(); }));
+  }
+  std::vector<std::string> problems;
+  std::string missing;
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    problems.push_back(starting[i].get());
+    if (problems[i].empty() || sensors_[i]->optional()) continue;
+    missing += (missing.empty() ? "" : "; ") + sensors_[i]->status().name + ": " + problems[i];
+  }
+  if (!missing.empty()) {
+    throw std::runtime_error(missing +
+                             " (with optional = true in its section a sensor may be missing)");
+  }
+  for (std::size_t i = 0; i < sensors_.size(); ++i) sensors_[i]->launch(problems[i]);
+}
+
+void Acquisition::deliver(std::vector<Arrival>* arrivals) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::move(arrivals->begin(), arrivals->end(), std::back_inserter(queue_));
+  }
+  wake_.notify_one();
+}
+
+std::vector<Arrival> Acquisition::take(TimeNs timeout) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  wake_.wait_for(lock, std::chrono::nanoseconds(timeout), [this] { return !queue_.empty(); });
+  return std::exchange(queue_, {});
+}
+
+bool Acquisition::ended() const {
+  return std::all_of(sensors_.begin(), sensors_.end(),
+                     [](const auto& sensor) { return sensor->status().state == "ended"; });
+}
+
+void Acquisition::stop() {
+  for (const auto& sensor : sensors_) sensor->stop();
+}
+
+std::vector<SensorStatus> Acquisition::sensors() const {
+  std::vector<SensorStatus> all;
+  for (const auto& sensor : sensors_) all.push_back(sensor->status());
+  return all;
+}
+
+}  // namespace vir::live

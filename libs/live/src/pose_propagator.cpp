@@ -1,0 +1,69 @@
+#include "vir/live/pose_propagator.h"
+
+#include <algorithm>
+
+#include "vir/geometry/so3.h"
+
+namespace vir::live {
+namespace {
+
+const Vec3 kGravity(0, 0, -9.81);
+
+imu::ImuSample between(const imu::ImuSample& a, const imu::ImuSample& b, TimeNs t) {
+  const double s = static_cast<double>(t - a.t) / static_cast<double>(b.t - a.t);
+  imu::ImuSample out;
+  out.t = t;
+  out.gyro = a.gyro + s * (b.gyro - a.gyro);
+  out.acc = a.acc + s * (b.acc - a.acc);
+  return out;
+}
+
+}  // namespace
+
+void PosePropagator::step(const imu::ImuSample& from, const imu::ImuSample& to) {
+  const double dt = toSeconds(to.t - from.t);
+  const Vec3 w = 0.5 * (from.gyro + to.gyro) - bias_gyro_;
+  const Quat middle = at_.T_W_B.q * expQuat(0.5 * dt * w);
+  const Vec3 a = middle * (0.5 * (from.acc + to.acc) - bias_acc_) + kGravity;
+  at_.T_W_B.p += dt * at_.v_W_B + 0.5 * dt * dt * a;
+  at_.v_W_B += dt * a;
+  at_.T_W_B.q = (at_.T_W_B.q * expQuat(dt * w)).normalized();
+  at_.t = to.t;
+}
+
+void PosePropagator::setState(TimeNs t, const Pose& T_W_B, const Vec3& v_W_B, const Vec3& bias_gyro,
+                              const Vec3& bias_acc) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  has_state_ = true;
+  state_t_ = t;
+  bias_gyro_ = bias_gyro;
+  bias_acc_ = bias_acc;
+  at_ = {t, T_W_B, v_W_B};
+  // One reading from before the estimate stays, to interpolate.
+  while (samples_.size() > 1 && samples_[1].t <= t) samples_.pop_front();
+  for (std::size_t i = 1; i < samples_.size(); ++i) {
+    if (samples_[i].t <= at_.t) continue;
+    const bool inside = samples_[i - 1].t < at_.t;
+    step(inside ? between(samples_[i - 1], samples_[i], at_.t) : samples_[i - 1], samples_[i]);
+  }
+}
+
+void PosePropagator::clear() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  has_state_ = false;
+}
+
+std::optional<PropagatedPose> PosePropagator::add(const imu::ImuSample& sample) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!samples_.empty() && sample.t <= samples_.back().t) return std::nullopt;
+  samples_.push_back(sample);
+  while (samples_.size() > 2 && sample.t - samples_[1].t > 2 * kLongest) samples_.pop_front();
+  if (!has_state_ || sample.t <= at_.t || sample.t - state_t_ > kLongest) return std::nullopt;
+  if (samples_.size() > 1) {
+    const imu::ImuSample& before = samples_[samples_.size() - 2];
+    step(before.t < at_.t ? between(before, sample, at_.t) : before, sample);
+  }
+  return at_;
+}
+
+}  // namespace vir::live

@@ -1,0 +1,90 @@
+#include "sensor_section.h"
+
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/poses/CPose3D.h>
+
+#include <algorithm>
+
+#include "vir/rawlog/mrpt_time.h"
+
+namespace vir::live {
+namespace {
+
+constexpr double kRad = 3.14159265358979323846 / 180;
+
+void declare(OptionVisitor& v, SensorSection& s) {
+  v.section(s.name, "A sensor");
+  v.value("driver", s.driver, "class of the sensor");
+  v.value("process_rate", s.rate_hz, {1e-3, 1e5}, "calls of the driver per second [Hz]");
+  v.value("optional", s.optional, "recording goes on without it if it is missing at the start");
+  v.choice("clock", s.clock, {"auto", "keep", "device"},
+           "its stamps: the host's unless far from it, as they are, or of a clock of its own");
+  v.value("stamp_offset_s", s.stamp_offset_s, {-10, 10},
+          "added to its stamps, e.g. -half exposure");
+  v.value("intrinsics", s.intrinsics, 0, "fx fy cx cy [px], where the driver leaves them empty");
+  v.choice("distortion", s.distortion, {"none", "radtan", "equidistant"}, "model of `dist`");
+  v.value("dist", s.dist, 0, "k1 k2 p1 p2 [k3], or k1 k2 k3 k4 of equidistant");
+  v.value("camera_pose", s.camera_pose, 0,
+          "x y z [m] yaw pitch roll [deg] of the camera in the body");
+}
+
+void requireSize(const Settings& settings, const SensorSection& s, const char* key,
+                 const std::vector<double>& values, std::size_t least, std::size_t most) {
+  if (values.empty() || (values.size() >= least && values.size() <= most)) return;
+  throw SettingsError(*settings.find(s.name, key), "needs " + std::to_string(least) + " numbers");
+}
+
+mrpt::img::TCamera withIntrinsics(const SensorSection& s, mrpt::img::TCamera camera,
+                                  const mrpt::img::CImage& image) {
+  camera.ncols = static_cast<std::uint32_t>(image.getWidth());
+  camera.nrows = static_cast<std::uint32_t>(image.getHeight());
+  camera.setIntrinsicParamsFromValues(s.intrinsics[0], s.intrinsics[1], s.intrinsics[2],
+                                      s.intrinsics[3]);
+  std::vector<double> d = s.dist;
+  d.resize(5, 0);
+  if (s.distortion == "radtan") camera.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
+  if (s.distortion == "equidistant") camera.setDistortionKannalaBrandt(d[0], d[1], d[2], d[3]);
+  return camera;
+}
+
+}  // namespace
+
+const std::vector<std::string>& acquisitionKeys() {
+  static const std::vector<std::string> keys{"optional",   "clock", "stamp_offset_s", "intrinsics",
+                                             "distortion", "dist",  "camera_pose"};
+  return keys;
+}
+
+SensorSection readSensorSection(const Settings& settings, const std::string& section) {
+  SensorSection s;
+  s.name = section;
+  SettingsReader reader(settings);
+  declare(reader, s);
+  if (settings.find(section, "process_rate") == nullptr) {
+    throw SettingsError({settings.name(), 0}, section, "process_rate",
+                        "missing; calls of the driver per second");
+  }
+  requireSize(settings, s, "intrinsics", s.intrinsics, 4, 4);
+  requireSize(settings, s, "dist", s.dist, 4, 5);
+  requireSize(settings, s, "camera_pose", s.camera_pose, 6, 6);
+  return s;
+}
+
+void complete(const SensorSection& s, mrpt::obs::CObservation* observation) {
+  if (s.stamp_offset_s != 0) {
+    observation->timestamp = rawlog::toMrptTime(rawlog::fromMrptTime(observation->timestamp) +
+                                                fromSeconds(s.stamp_offset_s));
+  }
+  auto* image = dynamic_cast<mrpt::obs::CObservationImage*>(observation);
+  if (image == nullptr) return;
+  if (!s.intrinsics.empty()) {
+    image->cameraParams = withIntrinsics(s, image->cameraParams, image->image);
+  }
+  if (!s.camera_pose.empty()) {
+    const std::vector<double>& p = s.camera_pose;
+    image->cameraPose =
+        mrpt::poses::CPose3D(p[0], p[1], p[2], p[3] * kRad, p[4] * kRad, p[5] * kRad);
+  }
+}
+
+}  // namespace vir::live

@@ -1,0 +1,50 @@
+#pragma once
+#include <mrpt/obs/CObservation.h>
+
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <string>
+
+namespace vir::rawlog {
+
+class GzArchive;
+
+/// Reads a rawlog from front to back, one object at a time. Members of sensory frames come out one
+/// by one. External images are looked for in `<name>_Images` beside the rawlog (else `Images`);
+/// their paths are made absolute, so that several rawlogs can be read in one process.
+class RawlogReader {
+ public:
+  /// Throws std::runtime_error naming file and reason if the file is missing, a folder, empty or
+  /// cannot be opened.
+  explicit RawlogReader(const std::string& path);
+  ~RawlogReader();
+
+  /// The next observation, or nullptr at the end. A damaged file ends where the damage starts:
+  /// then damage() says so; everything before it has come out intact.
+  mrpt::obs::CObservation::Ptr next();
+
+  /// Empty, or what is wrong with the file and how many objects were read before.
+  const std::string& damage() const { return damage_; }
+  /// Objects read from the file.
+  std::size_t objects() const { return objects_; }
+  /// Objects that are neither observations nor sensory frames.
+  std::size_t skipped() const { return skipped_; }
+  /// Part of the file read, 0..1.
+  double progress() const;
+  /// Where external images are looked for; empty if there is no such folder.
+  const std::string& imageFolder() const { return image_folder_; }
+
+ private:
+  void readOne();
+  void take(const mrpt::obs::CObservation::Ptr& observation);
+  void stop(const std::string& reason);
+
+  std::string path_, image_folder_, damage_;
+  std::unique_ptr<GzArchive> archive_;
+  std::deque<mrpt::obs::CObservation::Ptr> queue_;
+  double file_bytes_ = 0;
+  std::size_t objects_ = 0, skipped_ = 0;
+};
+
+}  // namespace vir::rawlog

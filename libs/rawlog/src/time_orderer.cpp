@@ -1,0 +1,96 @@
+#include "vir/rawlog/time_orderer.h"
+
+#include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationStereoImagesFeatures.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "vir/rawlog/mrpt_time.h"
+
+namespace vir::rawlog {
+namespace {
+
+/// Ranges to several anchors rightly share label and stamp; a second image or IMU reading cannot.
+bool oneAtATime(const mrpt::obs::CObservation& observation) {
+  using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
+  return dynamic_cast<const mrpt::obs::CObservationImage*>(&observation) != nullptr ||
+         dynamic_cast<const Tracks*>(&observation) != nullptr ||
+         dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation) != nullptr;
+}
+
+}  // namespace
+
+void TimeOrderer::push(const mrpt::obs::CObservation::Ptr& observation) {
+  const TimeNs t = fromMrptTime(observation->timestamp);
+  const bool jump = started_ && t - newest_ > options_.max_jump;
+  if (jump) {
+    suspects_.push_back(observation);
+    if (suspects_.size() >= options_.jump_confirmations) acceptSuspects();
+    return;
+  }
+  // A straggler from before a true gap proves nothing; several do.
+  if (!suspects_.empty() && t > newest_ && ++old_goes_on_ >= options_.jump_confirmations) {
+    dropSuspects();
+  }
+  insert(observation, t);
+}
+
+void TimeOrderer::insert(const mrpt::obs::CObservation::Ptr& observation, TimeNs t) {
+  if (any_out_ && t < last_out_) return count("late_", *observation);
+  if (oneAtATime(*observation)) {
+    const auto last = last_stamps_.find(observation->sensorLabel);
+    const bool handed_out = last != last_stamps_.end() && last->second == t;
+    if (handed_out || !held_stamps_.insert({observation->sensorLabel, t}).second) {
+      return count("repeated_", *observation);
+    }
+  }
+  newest_ = started_ ? std::max(newest_, t) : t;
+  started_ = true;
+  held_.emplace(t, observation);
+}
+
+void TimeOrderer::acceptSuspects() {
+  TimeNs first = INT64_MAX;
+  for (const auto& suspect : suspects_) first = std::min(first, fromMrptTime(suspect->timestamp));
+  gaps_.push_back(first - newest_);
+  const auto suspects = std::exchange(suspects_, {});
+  old_goes_on_ = 0;
+  for (const auto& suspect : suspects) insert(suspect, fromMrptTime(suspect->timestamp));
+}
+
+void TimeOrderer::dropSuspects() {
+  for (const auto& suspect : suspects_) count("bad_stamp_", *suspect);
+  suspects_.clear();
+  old_goes_on_ = 0;
+}
+
+void TimeOrderer::flush() {
+  flushed_ = true;
+  // At the end nobody is left to confirm them: one alone is a bad stamp, several are a timeline.
+  if (suspects_.size() > 1) acceptSuspects();
+  dropSuspects();
+}
+
+mrpt::obs::CObservation::Ptr TimeOrderer::pop() {
+  if (held_.empty()) return nullptr;
+  const auto first = held_.begin();
+  const TimeNs t = first->first;
+  if (!flushed_ && t > newest_ - options_.delay) return nullptr;
+  auto observation = first->second;
+  held_.erase(first);
+  if (oneAtATime(*observation)) {
+    held_stamps_.erase({observation->sensorLabel, t});
+    last_stamps_[observation->sensorLabel] = t;
+  }
+  last_out_ = t;
+  any_out_ = true;
+  return observation;
+}
+
+void TimeOrderer::count(const char* what, const mrpt::obs::CObservation& observation) {
+  ++counters_[what + observation.sensorLabel];
+}
+
+}  // namespace vir::rawlog

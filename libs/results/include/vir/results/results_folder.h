@@ -1,0 +1,39 @@
+#pragma once
+#include <fstream>
+#include <string>
+
+namespace vir::results {
+
+/// A text file that is written as the run goes. Nothing is lost in silence: close() throws
+/// std::runtime_error naming the file if the disk is full.
+class OutputFile {
+ public:
+  /// Throws std::runtime_error naming file and reason if it cannot be created.
+  explicit OutputFile(const std::string& path);
+  std::ostream& stream() { return out_; }
+  void line(const std::string& text) { out_ << text << '\n'; }
+  void close();
+
+ private:
+  std::string path_;
+  std::ofstream out_;
+};
+
+/// Writes a whole file at once; throws like OutputFile.
+void writeTextFile(const std::string& path, const std::string& text);
+
+/// The folder of one run.
+class ResultsFolder {
+ public:
+  /// `out`, or where it is empty `results/<date-time>` with `results/latest` pointing to it.
+  /// Creates it; files of an earlier run in it that this program writes are removed, so that none
+  /// can be taken for new. Throws std::runtime_error naming the folder and the reason.
+  explicit ResultsFolder(const std::string& out);
+  const std::string& path() const { return path_; }
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace vir::results

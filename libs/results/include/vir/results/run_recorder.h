@@ -1,0 +1,105 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vir/evaluation/evaluate.h"
+#include "vir/evaluation/trajectory.h"
+#include "vir/results/results_folder.h"
+#include "vir/roles/estimator.h"
+
+namespace vir::results {
+
+class RangeRecorder;
+
+/// An anchor at the end of a run.
+struct AnchorResult {
+  roles::AnchorEstimate estimate;
+  /// Distance to where it truly is, by the alignment of the causal trajectory to the ground truth;
+  /// empty where either is not known. `horizontal`: without the height.
+  std::optional<double> error_m, error_horizontal_m;
+};
+
+/// What a run amounts to: the content of summary.json.
+struct RunSummary {
+  std::string estimator, rawlog;
+  long frames = 0;  ///< images handed to the estimator; odometry poses if there are no images
+  long poses = 0;   ///< lines of trajectory.tum
+  std::optional<double> init_time_s;  ///< first pose after the first frame; empty: never
+  double duration_s = 0;              ///< first to last frame
+  double path_m = 0;                  ///< length of the estimated path
+  double wall_s = 0, cpu_s = 0;
+  double cpu_ms_per_frame = 0;  ///< CPU time inside the estimator per frame, decoding not included
+  double peak_rss_mb = 0;
+  /// Position + yaw aligned RMSE of the causal and the smoothed trajectory, where there is ground
+  /// truth for them.
+  std::optional<double> ate_posyaw_m, ate_posyaw_deg, ate_smoothed_posyaw_m;
+  /// Relative error of the causal trajectory: rms over pieces of 1 s and of 10 m of path. Empty
+  /// where there is no piece of that length.
+  std::optional<double> rpe_1s_m, rpe_1s_deg, rpe_10m_m, rpe_10m_deg;
+  /// Mean normalised squared error of the causal positions per axis, in the world of the first
+  /// keyframe; 1 = the covariances tell the truth, above = too sure.
+  std::optional<double> nees_position;
+  std::vector<AnchorResult> anchors;  ///< ordered by id
+  /// Ranges by what became of them: used, kept for an anchor without a position, not used.
+  long ranges_accepted = 0, ranges_collected = 0, ranges_rejected = 0;
+  std::vector<roles::PeerResult> peers;  ///< other robots, ordered by id
+  int resets = 0;
+  bool interrupted = false;
+  std::string longest_wait_reason;
+  std::string error;  ///< what ended the run early; empty if nothing did
+  std::vector<std::pair<std::string, long>> counters;
+  std::vector<std::string> warnings;
+};
+
+/// summary.json.
+std::string toJson(const RunSummary& summary);
+
+/// Writes the result files of an estimator as it goes.
+class RunRecorder {
+ public:
+  /// Throws std::runtime_error if a file cannot be created.
+  RunRecorder(const ResultsFolder& folder, LogSink log);
+  ~RunRecorder();
+
+  void add(const roles::StateEstimate& estimate);
+  /// In time order.
+  void add(const roles::RangeRecord& range);
+  /// A pose of the reference trajectory, in time order.
+  void addGroundTruth(TimeNs t, const Pose& T_W_B);
+  /// Where anchors truly are, in the world of the ground truth; compared with at the end only.
+  void setTrueAnchors(std::map<std::uint64_t, Vec3> anchors) { true_anchors_ = std::move(anchors); }
+  /// Writes what only the end of the run knows, closes the files and fills in the summary's poses,
+  /// path, ate_*, anchors, ranges_* and counters of its own. The pictures and report.html show the
+  /// summary as it is then. Throws std::runtime_error if anything
+  /// could not be written.
+  void finish(const roles::Estimator& estimator, TimeNs first_frame, RunSummary* summary);
+
+ private:
+  void writePose(const roles::StateEstimate& estimate);
+  void writeKeyframes(const std::vector<roles::KeyframeEstimate>& keyframes);
+  void writeLandmarks(const std::vector<roles::LandmarkEstimate>& landmarks);
+  void evaluateInto(RunSummary* summary);
+  std::optional<double> positionNees() const;
+  void writePictures(TimeNs first_frame, const std::vector<roles::AnchorEstimate>& anchors,
+                     const RunSummary& summary) const;
+  void summariseRanges(RunSummary* summary) const;
+
+  const ResultsFolder& folder_;
+  LogSink log_;
+  OutputFile trajectory_file_, covariance_file_, frames_file_;
+  std::unique_ptr<RangeRecorder> ranges_;
+  evaluation::Trajectory trajectory_, smoothed_, truth_;
+  std::map<std::uint64_t, Vec3> true_anchors_;
+  std::optional<evaluation::EvaluationResult> evaluation_;  // of the causal trajectory
+  std::vector<double> position_sigma_m_;                    // per pose of it
+  std::vector<Mat3> position_covariance_;                   // the same
+  std::vector<std::pair<TimeNs, double>> cpu_ms_;           // per frame
+  double path_m_ = 0;
+  int segment_ = 0;
+  long not_finite_ = 0, out_of_order_ = 0;
+};
+
+}  // namespace vir::results

@@ -1,0 +1,27 @@
+#pragma once
+/// Paths, anchors and map points as a 3-D scene that MRPT's SceneViewer3D shows.
+#include <string>
+#include <vector>
+
+#include "vir/evaluation/figure.h"
+#include "vir/evaluation/trajectory.h"
+#include "vir/roles/estimator.h"
+
+namespace vir::results {
+
+/// One robot in one world. Everything is moved by `T`.
+struct SceneRobot {
+  std::string name;  ///< shown at its path's beginning; may be empty
+  evaluation::Color color;
+  Pose T;
+  evaluation::Trajectory path;
+  std::vector<roles::AnchorEstimate> anchors;  ///< with ellipsoids of two standard deviations
+  std::vector<roles::LandmarkEstimate> landmarks;
+};
+
+/// Writes a .3Dscene file (MRPT's serialised COpenGLScene, compressed). What is not finite is left
+/// out; an ellipsoid's half axes are shown between 1 cm and 5 m. Throws std::runtime_error naming
+/// the file if it cannot be written.
+void writeScene(const std::string& file, const std::vector<SceneRobot>& robots);
+
+}  // namespace vir::results

@@ -1,0 +1,158 @@
+#include "report_html.h"
+
+#include <cmath>
+
+#include "csv_text.h"
+#include "vir/core/markup.h"
+
+namespace vir::results {
+namespace {
+
+using csv::format;
+
+constexpr const char* kHead = R"(<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>vir-slam run</title>
+<style>
+body { font-family: Helvetica, Arial, sans-serif; color: #282828; background: #fff; margin: 24px; max-width: 1220px; }
+h1 { font-size: 22px; } h2 { font-size: 18px; margin-top: 32px; }
+table { border-collapse: collapse; margin: 8px 0; }
+th, td { border-bottom: 1px solid #ddd; padding: 4px 12px; text-align: left; font-size: 14px; }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
+svg { max-width: 100%; height: auto; display: block; margin: 12px 0; }
+.bad { color: #b03000; }
+</style></head><body>
+)";
+
+std::string number(double v, int decimals) {
+  return std::isfinite(v) ? format("%.*f", decimals, v) : std::string("-");
+}
+
+std::string number(const std::optional<double>& v, int decimals) {
+  return v ? number(*v, decimals) : std::string("-");
+}
+
+std::string row(const std::string& name, const std::string& value, const char* unit = "") {
+  return "<tr><td>" + escapedMarkup(name) + "</td><td class=\"n\">" + escapedMarkup(value) +
+         "</td><td>" + unit + "</td></tr>\n";
+}
+
+std::string summaryTable(const RunSummary& s) {
+  std::string t = "<table>\n";
+  t += row("frames (images, or odometry poses)", std::to_string(s.frames));
+  t += row("poses", std::to_string(s.poses));
+  t += row("first pose after", number(s.init_time_s, 2), "s");
+  t += row("duration", number(s.duration_s, 2), "s");
+  t += row("path", number(s.path_m, 2), "m");
+  if (s.ate_posyaw_m) {
+    t +=
+        row("ATE of the causal trajectory, position + yaw aligned", number(s.ate_posyaw_m, 4), "m");
+    t += row("ATE of its attitude", number(s.ate_posyaw_deg, 3), "deg");
+  }
+  if (s.ate_smoothed_posyaw_m) {
+    t += row("ATE of the smoothed keyframes", number(s.ate_smoothed_posyaw_m, 4), "m");
+  }
+  if (s.ranges_accepted + s.ranges_collected + s.ranges_rejected > 0) {
+    t += row("ranges used", std::to_string(s.ranges_accepted));
+    t += row("ranges before there was an anchor", std::to_string(s.ranges_collected));
+    t += row("ranges rejected", std::to_string(s.ranges_rejected));
+  }
+  t += row("resets", std::to_string(s.resets));
+  t += row("CPU per frame", number(s.cpu_ms_per_frame, 2), "ms");
+  t += row("run time", number(s.wall_s, 1), "s");
+  t += row("warnings", std::to_string(s.warnings.size()));
+  return t + "</table>\n";
+}
+
+std::string cell(const std::string& text, bool numeric = true) {
+  return (numeric ? "<td class=\"n\">" : "<td>") + escapedMarkup(text) + "</td>";
+}
+
+std::string vectorText(const Vec3& v) {
+  return number(v.x(), 3) + ", " + number(v.y(), 3) + ", " + number(v.z(), 3);
+}
+
+std::string anchorTable(const std::vector<AnchorResult>& anchors) {
+  std::string t =
+      "<table>\n<tr><th>anchor</th><th>state</th><th class=\"n\">position [m]</th>"
+      "<th class=\"n\">standard deviation [m]</th><th class=\"n\">bias [m]</th>"
+      "<th class=\"n\">ranges used</th><th class=\"n\">rejected</th>"
+      "<th class=\"n\">error (horizontal) [m]</th><th></th></tr>\n";
+  for (const AnchorResult& anchor : anchors) {
+    const roles::AnchorEstimate& a = anchor.estimate;
+    const Vec3 sigma = a.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+    std::string advice = a.advice;
+    if (a.state == "mirror_open") {
+      advice = "or at " + vectorText(a.mirror_p_W) + (advice.empty() ? "" : "; ") + advice;
+    }
+    t += "<tr>" + cell(std::to_string(a.id), false) + cell(a.state, false) +
+         cell(a.has_position ? vectorText(a.p_W) : "-") +
+         cell(a.has_position ? vectorText(sigma) : "-") +
+         cell(number(a.bias_m, 3) + " +- " + number(a.bias_sigma_m, 3)) +
+         cell(std::to_string(a.ranges_used)) + cell(std::to_string(a.ranges_rejected)) +
+         cell(anchor.error_m
+                  ? number(anchor.error_m, 3) + " (" + number(anchor.error_horizontal_m, 3) + ")"
+                  : "-") +
+         cell(advice, false) + "</tr>\n";
+  }
+  return t + "</table>\n";
+}
+
+std::string peerTable(const std::vector<roles::PeerResult>& peers) {
+  std::string t =
+      "<table>\n<tr><th>robot</th><th>its world in this one</th><th class=\"n\">yaw [deg]</th>"
+      "<th class=\"n\">offset [m]</th><th class=\"n\">standard deviation [m]</th>"
+      "<th class=\"n\">unique after [s]</th><th class=\"n\">ranges</th>"
+      "<th class=\"n\">without broadcast</th><th></th></tr>\n";
+  for (const roles::PeerResult& peer : peers) {
+    const team::TransformAnswer& a = peer.transform.answer;
+    const bool solved = !a.solutions.empty();
+    const team::TransformSolution s = solved ? a.solutions[0] : team::TransformSolution();
+    const Vec3 sigma = s.covariance.diagonal().tail<3>().cwiseMax(0).cwiseSqrt();
+    t += "<tr>" + cell(std::to_string(peer.id), false) + cell(name(a.status), false) +
+         cell(solved ? number(s.T_A_B.yaw_rad * 180 / M_PI, 2) : "-") +
+         cell(solved ? vectorText(s.T_A_B.t_m) : "-") + cell(solved ? vectorText(sigma) : "-") +
+         cell(number(peer.transform.first_unique_s, 1)) + cell(std::to_string(peer.ranges)) +
+         cell(std::to_string(peer.without_broadcast)) + cell(a.reason, false) + "</tr>\n";
+  }
+  return t + "</table>\n";
+}
+
+std::string list(const std::vector<std::string>& lines) {
+  std::string t = "<ul>\n";
+  for (const std::string& line : lines) t += "<li>" + escapedMarkup(line) + "</li>\n";
+  return t + "</ul>\n";
+}
+
+std::string picture(const evaluation::Figure& figure) {
+  return figure.panels.empty() ? std::string() : evaluation::toSvgElement(figure);
+}
+
+}  // namespace
+
+std::string reportHtml(const RunSummary& s, const RunPictures& pictures) {
+  std::string page = kHead;
+  page += "<h1>" + escapedMarkup(s.rawlog) + "</h1>\n<p>Estimator <b>" +
+          escapedMarkup(s.estimator) + "</b></p>\n";
+  if (!s.error.empty())
+    page += "<p class=\"bad\">The run ended early: " + escapedMarkup(s.error) + "</p>\n";
+  if (s.interrupted) page += "<p class=\"bad\">The run was interrupted.</p>\n";
+  if (s.poses == 0) {
+    page += "<p class=\"bad\">No pose at all. " + escapedMarkup(s.longest_wait_reason) + "</p>\n";
+  }
+  page += "<h2>Summary</h2>\n" + summaryTable(s);
+  if (!s.anchors.empty()) page += "<h2>Anchors</h2>\n" + anchorTable(s.anchors);
+  if (!s.peers.empty()) page += "<h2>Other robots</h2>\n" + peerTable(s.peers);
+  page += "<h2>Pictures</h2>\n";
+  if (s.poses > 0) page += picture(mapFigure(pictures));
+  page += picture(rangesFigure(pictures)) + picture(errorFigure(pictures)) +
+          picture(cpuFigure(pictures));
+  if (!s.warnings.empty()) page += "<h2>Warnings</h2>\n" + list(s.warnings);
+  if (!s.counters.empty()) {
+    page += "<h2>Counted</h2>\n<table>\n";
+    for (const auto& [name, count] : s.counters) page += row(name, std::to_string(count));
+    page += "</table>\n";
+  }
+  return page + "</body></html>\n";
+}
+
+}  // namespace vir::results

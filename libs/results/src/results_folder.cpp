@@ -1,0 +1,94 @@
+#include "vir/results/results_folder.h"
+
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <stdexcept>
+
+namespace vir::results {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kOurFiles[] = {"trajectory.tum",
+                                     "trajectory_covariance.csv",
+                                     "trajectory_smoothed.tum",
+                                     "frames.csv",
+                                     "anchors.csv",
+                                     "ranges.csv",
+                                     "landmarks.ply",
+                                     "summary.json",
+                                     "used.ini",
+                                     "run.log",
+                                     "report.html",
+                                     "map.svg",
+                                     "ranges.svg",
+                                     "transforms.json",
+                                     "transforms_over_time.csv",
+                                     "rendezvous.svg",
+                                     "scene.3Dscene"};
+
+std::string dateTime() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y%m%d-%H%M%S", &local);
+  return text;
+}
+
+/// Two runs within one second must not share a folder.
+fs::path freshFolder(const fs::path& base) {
+  fs::path folder = base;
+  for (int i = 2; fs::exists(folder); ++i) folder = base.string() + "-" + std::to_string(i);
+  return folder;
+}
+
+void pointLatestTo(const fs::path& folder) {
+  std::error_code ignored;  // a convenience: a file system without links must not stop the run
+  const fs::path link = folder.parent_path() / "latest";
+  if (fs::is_symlink(fs::symlink_status(link, ignored))) fs::remove(link, ignored);
+  fs::create_directory_symlink(folder.filename(), link, ignored);
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const std::string& path) : path_(path) {
+  errno = 0;
+  out_.open(path, std::ios::binary | std::ios::trunc);
+  if (!out_) {
+    throw std::runtime_error("cannot write " + path + ": " +
+                             (errno != 0 ? std::strerror(errno) : "unknown reason"));
+  }
+}
+
+void OutputFile::close() {
+  errno = 0;
+  out_.close();
+  if (out_.fail()) {
+    throw std::runtime_error("cannot finish writing " + path_ + ": " +
+                             (errno != 0 ? std::strerror(errno) : "is the disk full?"));
+  }
+}
+
+void writeTextFile(const std::string& path, const std::string& text) {
+  OutputFile file(path);
+  file.stream() << text;
+  file.close();
+}
+
+ResultsFolder::ResultsFolder(const std::string& out) {
+  const fs::path folder =
+      out.empty() ? freshFolder(fs::path("results") / dateTime()) : fs::path(out);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error || !fs::is_directory(folder)) {
+    throw std::runtime_error("cannot create the results folder " + folder.string() + ": " +
+                             (error ? error.message() : "it is a file"));
+  }
+  if (out.empty()) pointLatestTo(folder);
+  path_ = folder.string();
+  for (const char* name : kOurFiles) fs::remove(folder / name, error);
+}
+
+}  // namespace vir::results

@@ -1,0 +1,252 @@
+#include "vir/results/run_recorder.h"
+
+#include <cmath>
+#include <utility>
+
+#include "csv_text.h"
+#include "range_recorder.h"
+#include "report_html.h"
+#include "run_figures.h"
+#include "vir/evaluation/figure_parts.h"
+#include "vir/evaluation/nees.h"
+#include "vir/results/scene_file.h"
+
+namespace vir::results {
+namespace {
+
+using namespace csv;
+
+constexpr const char* kFramesHeader =
+    "t_s,valid,health,segment,keyframe,tracks,landmarks,ms_pyramid,ms_flow,ms_detect,"
+    "ms_initialise,ms_optimise,ms_marginalise,ms_total,vx_m_s,vy_m_s,vz_m_s,bgx_rad_s,bgy_rad_s,"
+    "bgz_rad_s,bax_m_s2,bay_m_s2,baz_m_s2,sigma_x_m,sigma_y_m,sigma_z_m,sigma_rx_rad,sigma_ry_rad,"
+    "sigma_rz_rad";
+
+/// Upper triangle, row by row: position in W (p), rotation on the right (r).
+constexpr const char* kCovarianceHeader =
+    "t_s,px_px,px_py,px_pz,px_rx,px_ry,px_rz,py_py,py_pz,py_rx,py_ry,py_rz,pz_pz,pz_rx,pz_ry,pz_rz,"
+    "rx_rx,rx_ry,rx_rz,ry_ry,ry_rz,rz_rz";
+
+bool isFinite(const Pose& pose) { return pose.p.allFinite() && pose.q.coeffs().allFinite(); }
+
+std::string columns(const Vec3& v) {
+  return format(",%.6g,%.6g,%.6g", clean(v.x()), clean(v.y()), clean(v.z()));
+}
+
+std::string frameLine(const roles::StateEstimate& e) {
+  const roles::StageTimes& ms = e.ms;
+  std::string line = evaluation::formatSeconds(e.t) + (e.valid ? ",1," : ",0,") + csvWord(e.health);
+  line += format(",%d,%d,%d,%d", e.segment, e.keyframe ? 1 : 0, e.tracks, e.landmarks);
+  for (const double v :
+       {ms.pyramid, ms.flow, ms.detect, ms.initialise, ms.optimise, ms.marginalise, ms.total}) {
+    line += format(",%.3f", clean(v));
+  }
+  line += columns(e.v_W_B) + columns(e.bias_gyro) + columns(e.bias_acc);
+  const Eigen::Matrix<double, 6, 1> variance = e.covariance.diagonal();
+  for (int i = 0; i < 6; ++i) line += format(",%.6g", std::sqrt(std::max(0.0, clean(variance[i]))));
+  return line;
+}
+
+std::string covarianceLine(const roles::StateEstimate& e) {
+  std::string line = evaluation::formatSeconds(e.t);
+  for (int r = 0; r < 6; ++r) {
+    for (int c = r; c < 6; ++c) line += format(",%.9g", clean(e.covariance(r, c)));
+  }
+  return line;
+}
+
+/// Position and yaw aligned errors; empty where there is nothing to compare.
+std::optional<evaluation::EvaluationResult> compare(const evaluation::Trajectory& truth,
+                                                    const evaluation::Trajectory& estimate) {
+  if (truth.size() < 3 || estimate.size() < 3) return std::nullopt;
+  try {
+    evaluation::EvaluationOptions options;
+    options.distances_m = {10};
+    options.rpe_time_s = 1;
+    return evaluation::evaluate(truth, estimate, options);
+  } catch (const evaluation::EvaluationError&) {
+    return std::nullopt;  // no overlap in time: the summary then has no ATE
+  }
+}
+
+/// Of compare().
+void relativeErrors(const evaluation::EvaluationResult& result, RunSummary* summary) {
+  if (result.rpe_time.translation_m.count > 0) {
+    summary->rpe_1s_m = result.rpe_time.translation_m.rmse;
+    summary->rpe_1s_deg = result.rpe_time.rotation_deg.rmse;
+  }
+  if (!result.rpe_distance.empty() && result.rpe_distance.front().translation_m.count > 0) {
+    summary->rpe_10m_m = result.rpe_distance.front().translation_m.rmse;
+    summary->rpe_10m_deg = result.rpe_distance.front().rotation_deg.rmse;
+  }
+}
+
+}  // namespace
+
+RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
+    : folder_(folder),
+      log_(std::move(log)),
+      trajectory_file_(folder.file("trajectory.tum")),
+      covariance_file_(folder.file("trajectory_covariance.csv")),
+      frames_file_(folder.file("frames.csv")),
+      ranges_(std::make_unique<RangeRecorder>(folder)) {
+  frames_file_.line(kFramesHeader);
+  covariance_file_.line(kCovarianceHeader);
+}
+
+RunRecorder::~RunRecorder() = default;
+
+void RunRecorder::add(const roles::RangeRecord& range) { ranges_->add(range); }
+
+void RunRecorder::add(const roles::StateEstimate& estimate) {
+  frames_file_.line(frameLine(estimate));
+  cpu_ms_.emplace_back(estimate.t, clean(estimate.ms.total));
+  if (estimate.segment != segment_) {
+    vir::log(log_, LogLevel::warning,
+             "segment " + std::to_string(estimate.segment) + " starts at " +
+                 evaluation::formatSeconds(estimate.t) +
+                 " s: positions are not tied to those before");
+    segment_ = estimate.segment;
+  }
+  if (estimate.valid) writePose(estimate);
+}
+
+void RunRecorder::writePose(const roles::StateEstimate& estimate) {
+  if (!isFinite(estimate.T_W_B)) {
+    ++not_finite_;
+    return;
+  }
+  if (!trajectory_.empty() && estimate.t <= trajectory_.back().t) {
+    ++out_of_order_;
+    return;
+  }
+  const evaluation::StampedPose pose{estimate.t, estimate.T_W_B};
+  if (!trajectory_.empty()) path_m_ += (pose.T_W_B.p - trajectory_.back().T_W_B.p).norm();
+  trajectory_file_.line(evaluation::tumLine(pose));
+  covariance_file_.line(covarianceLine(estimate));
+  trajectory_.push_back(pose);
+  const double variance = clean(estimate.covariance.topLeftCorner<3, 3>().trace());
+  position_sigma_m_.push_back(std::sqrt(std::max(0.0, variance)));
+  position_covariance_.emplace_back(estimate.covariance.topLeftCorner<3, 3>());
+}
+
+void RunRecorder::addGroundTruth(TimeNs t, const Pose& T_W_B) {
+  if (!isFinite(T_W_B) || (!truth_.empty() && t <= truth_.back().t)) return;
+  truth_.push_back({t, T_W_B});
+}
+
+void RunRecorder::writeKeyframes(const std::vector<roles::KeyframeEstimate>& keyframes) {
+  for (const roles::KeyframeEstimate& k : keyframes) {
+    if (!isFinite(k.T_W_B)) {
+      ++not_finite_;
+    } else if (smoothed_.empty() || k.t > smoothed_.back().t) {
+      smoothed_.push_back({k.t, k.T_W_B});
+    }
+  }
+  OutputFile file(folder_.file("trajectory_smoothed.tum"));
+  evaluation::writeTum(file.stream(), smoothed_);
+  file.close();
+}
+
+void RunRecorder::writeLandmarks(const std::vector<roles::LandmarkEstimate>& landmarks) {
+  std::size_t count = 0;
+  for (const roles::LandmarkEstimate& l : landmarks) count += l.p_W.allFinite() ? 1 : 0;
+  OutputFile file(folder_.file("landmarks.ply"));
+  file.line("ply\nformat ascii 1.0\nelement vertex " + std::to_string(count));
+  file.line("property float x\nproperty float y\nproperty float z\nend_header");
+  for (const roles::LandmarkEstimate& l : landmarks) {
+    if (!l.p_W.allFinite()) continue;
+    file.line(format("%.4f %.4f %.4f", l.p_W.x(), l.p_W.y(), l.p_W.z()));
+  }
+  file.close();
+}
+
+void RunRecorder::evaluateInto(RunSummary* summary) {
+  evaluation_ = compare(truth_, trajectory_);
+  if (evaluation_) {
+    summary->ate_posyaw_m = evaluation_->ate_position_m.rmse;
+    summary->ate_posyaw_deg = evaluation_->ate_orientation_deg.rmse;
+    relativeErrors(*evaluation_, summary);
+    summary->nees_position = positionNees();
+    for (AnchorResult& a : summary->anchors) {
+      const auto truth = true_anchors_.find(a.estimate.id);
+      if (truth == true_anchors_.end() || !a.estimate.has_position) continue;
+      const evaluation::AlignmentResult& T = evaluation_->transform;
+      const Vec3 error = T.apply(Pose(Quat::Identity(), a.estimate.p_W)).p - truth->second;
+      a.error_m = error.norm();
+      a.error_horizontal_m = error.head<2>().norm();
+    }
+  }
+  if (const auto smoothed = compare(truth_, smoothed_)) {
+    summary->ate_smoothed_posyaw_m = smoothed->ate_position_m.rmse;
+  }
+}
+
+std::optional<double> RunRecorder::positionNees() const {
+  // The estimator's world has no error where it starts: at the first keyframe.
+  const evaluation::Trajectory start{smoothed_.empty() ? trajectory_.front() : smoothed_.front()};
+  const evaluation::Association first = evaluation::associate(truth_, start, {});
+  if (first.pairs.empty()) return std::nullopt;
+  const Pose T_R_E =
+      evaluation::gaugeAt(first.pairs.front().reference, first.pairs.front().estimate);
+  const Mat3 R = T_R_E.R();
+  std::vector<double> values;
+  std::size_t i = 0;
+  for (const evaluation::PosePair& pair : evaluation_->association.pairs) {
+    while (i < trajectory_.size() && trajectory_[i].t < pair.t) ++i;
+    if (i == trajectory_.size()) break;
+    const Vec3 error = (T_R_E * pair.estimate).p - pair.reference.p;
+    double value = 0;
+    if (evaluation::nees(error, R * position_covariance_[i] * R.transpose(), &value))
+      values.push_back(value);
+  }
+  if (values.empty()) return std::nullopt;
+  return evaluation::summariseNees(values, 3).mean_per_dof;
+}
+
+void RunRecorder::summariseRanges(RunSummary* summary) const {
+  summary->ranges_accepted = ranges_->accepted();
+  summary->ranges_collected = ranges_->collected();
+  summary->ranges_rejected = ranges_->rejected();
+  const auto counters = ranges_->counters();
+  summary->counters.insert(summary->counters.end(), counters.begin(), counters.end());
+}
+
+void RunRecorder::finish(const roles::Estimator& estimator, TimeNs first_frame,
+                         RunSummary* summary) {
+  trajectory_file_.close();
+  covariance_file_.close();
+  frames_file_.close();
+  const std::vector<roles::AnchorEstimate> anchors = estimator.anchors();
+  ranges_->finish(anchors);
+  for (const roles::AnchorEstimate& a : anchors) summary->anchors.push_back({a, {}, {}});
+  summariseRanges(summary);
+  summary->peers = estimator.peers();
+  writeKeyframes(estimator.keyframes());
+  writeLandmarks(estimator.landmarks());
+  summary->poses = static_cast<long>(trajectory_.size());
+  summary->path_m = path_m_;
+  if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_frame);
+  if (not_finite_ > 0) summary->counters.emplace_back("poses_not_finite", not_finite_);
+  if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
+  evaluateInto(summary);
+  writePictures(first_frame, anchors, *summary);
+  if (trajectory_.empty()) return;
+  writeScene(folder_.file("scene.3Dscene"), {{"", evaluation::figureColor(0), Pose(), trajectory_,
+                                              anchors, estimator.landmarks()}});
+}
+
+void RunRecorder::writePictures(TimeNs first_frame,
+                                const std::vector<roles::AnchorEstimate>& anchors,
+                                const RunSummary& summary) const {
+  const RunPictures pictures{first_frame,   trajectory_,       smoothed_, truth_,
+                             evaluation_,   position_sigma_m_, cpu_ms_,   anchors,
+                             true_anchors_, ranges_->sample()};
+  if (!trajectory_.empty())
+    writeTextFile(folder_.file("map.svg"), evaluation::toSvg(mapFigure(pictures)));
+  const evaluation::Figure ranges = rangesFigure(pictures);
+  if (!ranges.panels.empty()) writeTextFile(folder_.file("ranges.svg"), evaluation::toSvg(ranges));
+  writeTextFile(folder_.file("report.html"), reportHtml(summary, pictures));
+}
+
+}  // namespace vir::results

@@ -1,0 +1,98 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "vir/results/run_recorder.h"
+
+namespace vir::results {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Three digits behind the point are more than a clock is worth.
+double rounded(double v) { return std::round(v * 1e3) / 1e3; }
+
+void put(Json* json, const char* key, const std::optional<double>& v) {
+  if (v && std::isfinite(*v)) (*json)[key] = *v;
+}
+
+Json toJson(const Vec3& v) { return v.allFinite() ? Json({v.x(), v.y(), v.z()}) : Json(nullptr); }
+
+/// Lengths in m.
+Json toJson(const AnchorResult& anchor) {
+  const roles::AnchorEstimate& a = anchor.estimate;
+  Json json;
+  json["id"] = a.id;
+  json["state"] = a.state;
+  json["p"] = a.has_position ? toJson(a.p_W) : Json(nullptr);
+  const Vec3 sigma = a.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  json["sigma"] = a.has_position ? toJson(sigma) : Json(nullptr);
+  if (a.state == "mirror_open") json["mirror_p"] = toJson(a.mirror_p_W);
+  put(&json, "bias", a.bias_m);
+  put(&json, "bias_sigma", a.bias_sigma_m);
+  json["ranges_used"] = a.ranges_used;
+  json["ranges_rejected"] = a.ranges_rejected;
+  if (!a.advice.empty()) json["advice"] = a.advice;
+  put(&json, "error", anchor.error_m);
+  put(&json, "error_horizontal", anchor.error_horizontal_m);
+  return json;
+}
+
+/// Angles in rad, lengths in m; transforms.json says more.
+Json toJson(const roles::PeerResult& peer) {
+  const team::TransformAnswer& a = peer.transform.answer;
+  Json json;
+  json["id"] = peer.id;
+  json["status"] = name(a.status);
+  if (!a.reason.empty()) json["reason"] = a.reason;
+  const bool solved = !a.solutions.empty();
+  json["yaw"] = solved ? Json(a.solutions[0].T_A_B.yaw_rad) : Json(nullptr);
+  json["t"] = solved ? toJson(a.solutions[0].T_A_B.t_m) : Json(nullptr);
+  put(&json, "first_unique_s", peer.transform.first_unique_s);
+  json["ranges"] = peer.ranges;
+  json["ranges_without_broadcast"] = peer.without_broadcast;
+  json["ranges_without_pose"] = peer.without_pose;
+  return json;
+}
+
+}  // namespace
+
+std::string toJson(const RunSummary& s) {
+  Json json;
+  json["estimator"] = s.estimator;
+  json["rawlog"] = s.rawlog;
+  json["frames"] = s.frames;
+  json["poses"] = s.poses;
+  json["init_time_s"] = s.init_time_s ? Json(*s.init_time_s) : Json(nullptr);
+  json["duration_s"] = s.duration_s;
+  json["path_m"] = s.path_m;
+  json["wall_s"] = rounded(s.wall_s);
+  json["cpu_s"] = rounded(s.cpu_s);
+  json["cpu_ms_per_frame"] = rounded(s.cpu_ms_per_frame);
+  json["peak_rss_mb"] = rounded(s.peak_rss_mb);
+  put(&json, "ate_posyaw_m", s.ate_posyaw_m);
+  put(&json, "ate_posyaw_deg", s.ate_posyaw_deg);
+  put(&json, "ate_smoothed_posyaw_m", s.ate_smoothed_posyaw_m);
+  put(&json, "rpe_1s_m", s.rpe_1s_m);
+  put(&json, "rpe_1s_deg", s.rpe_1s_deg);
+  put(&json, "rpe_10m_m", s.rpe_10m_m);
+  put(&json, "rpe_10m_deg", s.rpe_10m_deg);
+  put(&json, "nees_position", s.nees_position);
+  json["anchors"] = Json::array();
+  for (const AnchorResult& a : s.anchors) json["anchors"].push_back(toJson(a));
+  json["ranges"] = {{"accepted", s.ranges_accepted},
+                    {"collected", s.ranges_collected},
+                    {"rejected", s.ranges_rejected}};
+  if (!s.peers.empty()) json["peers"] = Json::array();
+  for (const roles::PeerResult& p : s.peers) json["peers"].push_back(toJson(p));
+  json["resets"] = s.resets;
+  json["longest_wait_reason"] = s.longest_wait_reason;
+  json["interrupted"] = s.interrupted;
+  if (!s.error.empty()) json["error"] = s.error;
+  json["counters"] = Json::object();
+  for (const auto& [name, count] : s.counters) json["counters"][name] = count;
+  json["warnings"] = s.warnings;
+  // A label or path of a recording may hold bytes that are no UTF-8.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace vir::results

@@ -1,0 +1,144 @@
+#include "vir/results/scene_file.h"
+
+#include <Eigen/Dense>
+//
+#include <mrpt/opengl/CEllipsoid3D.h>
+#include <mrpt/opengl/CGridPlaneXY.h>
+#include <mrpt/opengl/COpenGLScene.h>
+#include <mrpt/opengl/CPointCloud.h>
+#include <mrpt/opengl/CSetOfLines.h>
+#include <mrpt/opengl/CSetOfObjects.h>
+#include <mrpt/opengl/stock_objects.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+#include <type_traits>
+
+namespace vir::results {
+namespace {
+
+using namespace mrpt::opengl;
+
+constexpr double kSmallest = 0.01, kLargest = 5;  // [m], half axes of an ellipsoid
+constexpr double kSigmas = 2;
+constexpr std::size_t kMostPoints = 20000;  // of a path
+
+/// Limits of what is shown.
+struct Extent {
+  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+  void add(const Vec3& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  bool empty() const { return !(low.x() <= high.x()); }
+};
+
+float f(double v) { return static_cast<float>(v); }
+
+CSetOfLines::Ptr pathOf(const SceneRobot& robot, Extent* extent) {
+  auto lines = CSetOfLines::Create();
+  lines->setColor_u8(robot.color.r, robot.color.g, robot.color.b);
+  lines->setLineWidth(2.0F);
+  const std::size_t every = robot.path.size() / kMostPoints + 1;
+  bool begun = false;
+  Vec3 before = Vec3::Zero();
+  for (std::size_t i = 0; i < robot.path.size(); i += every) {
+    const Vec3 p = robot.T * robot.path[i].T_W_B.p;
+    if (!p.allFinite()) continue;
+    if (begun) {
+      lines->appendLine(f(before.x()), f(before.y()), f(before.z()), f(p.x()), f(p.y()), f(p.z()));
+    }
+    extent->add(p);
+    before = p;
+    begun = true;
+  }
+  return lines;
+}
+
+CPointCloud::Ptr pointsOf(const SceneRobot& robot) {
+  auto points = CPointCloud::Create();
+  points->setColor_u8(robot.color.r, robot.color.g, robot.color.b, 150);
+  points->setPointSize(2.0F);
+  for (const roles::LandmarkEstimate& l : robot.landmarks) {
+    const Vec3 p = robot.T * l.p_W;
+    if (p.allFinite()) points->insertPoint(f(p.x()), f(p.y()), f(p.z()));
+  }
+  return points;
+}
+
+/// With half axes that can be seen and do not hide everything.
+Mat3 shown(const Mat3& covariance) {
+  if (!covariance.allFinite()) return Mat3::Identity() * kSmallest * kSmallest;
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(covariance);
+  const Vec3 half = (kSigmas * eigen.eigenvalues().cwiseMax(0).cwiseSqrt())
+                        .cwiseMax(kSmallest)
+                        .cwiseMin(kLargest) /
+                    kSigmas;
+  return eigen.eigenvectors() * half.cwiseAbs2().asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+CEllipsoid3D::Ptr ellipsoidOf(const roles::AnchorEstimate& anchor, const SceneRobot& robot) {
+  auto ellipsoid = CEllipsoid3D::Create();
+  const Mat3 R = robot.T.R();
+  const Mat3 C = shown(R * anchor.covariance * R.transpose());
+  std::decay_t<decltype(ellipsoid->getCovMatrix())> covariance;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) covariance(r, c) = f(C(r, c));
+  }
+  ellipsoid->setCovMatrix(covariance);
+  ellipsoid->setQuantiles(static_cast<float>(kSigmas));
+  ellipsoid->setColor_u8(robot.color.r, robot.color.g, robot.color.b);
+  const Vec3 p = robot.T * anchor.p_W;
+  ellipsoid->setLocation(p.x(), p.y(), p.z());
+  ellipsoid->setName("anchor " + std::to_string(anchor.id));
+  ellipsoid->enableShowName(true);
+  return ellipsoid;
+}
+
+CSetOfObjects::Ptr groupOf(const SceneRobot& robot, Extent* extent) {
+  auto group = CSetOfObjects::Create();
+  group->insert(pathOf(robot, extent));
+  group->insert(pointsOf(robot));
+  auto origin = stock_objects::CornerXYZSimple(0.5F, 2.0F);
+  const Vec3& p = robot.T.p;
+  origin->setLocation(p.x(), p.y(), p.z());
+  if (!robot.name.empty()) {
+    origin->setName(robot.name);
+    origin->enableShowName(true);
+  }
+  group->insert(origin);
+  for (const roles::AnchorEstimate& a : robot.anchors) {
+    if (!a.has_position || !a.p_W.allFinite()) continue;
+    group->insert(ellipsoidOf(a, robot));
+    extent->add(robot.T * a.p_W);
+  }
+  return group;
+}
+
+}  // namespace
+
+void writeScene(const std::string& file, const std::vector<SceneRobot>& robots) {
+  COpenGLScene scene;
+  Extent extent;
+  for (const SceneRobot& robot : robots) scene.insert(groupOf(robot, &extent));
+  if (!extent.empty()) {
+    const Vec3 low = extent.low.array().floor() - 1, high = extent.high.array().ceil() + 1;
+    auto grid = CGridPlaneXY::Create(f(low.x()), f(high.x()), f(low.y()), f(high.y()),
+                                     f(std::min(0.0, extent.low.z())), 1.0F);
+    grid->setColor(0.4F, 0.4F, 0.4F);
+    scene.insert(grid);
+  }
+  bool written = false;
+  try {
+    written = scene.saveToFile(file);
+  } catch (const std::exception&) {  // its text is a backtrace
+  }
+  std::error_code error;
+  if (!written || std::filesystem::file_size(file, error) == 0 || error) {
+    throw std::runtime_error("cannot write " + file);
+  }
+}
+
+}  // namespace vir::results

@@ -1,0 +1,41 @@
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "vir/core/options.h"
+
+namespace vir::roles {
+
+/// Where an anchor truly is, in the world of the ground truth.
+struct TrueAnchor {
+  int id = 0;
+  double x_m = 0, y_m = 0, z_m = 0;
+};
+
+/// What a recorded or simulated sensor offers beside mrpt::hwdrivers::CGenericSensor, so that
+/// `import` can run it at full speed. Order of calls: describe (reads the settings), initialize(),
+/// then doProcess() and getObservations() until finished(). Observations come out in time order.
+class RecordedSource {
+ public:
+  virtual ~RecordedSource() = default;
+  /// Declares the settings of this source, `source` (the folder or file) among them.
+  virtual void describe(OptionVisitor& v) = 0;
+  /// How far it is, 0..1.
+  virtual double progress() const = 0;
+  /// True once every observation has been handed out.
+  virtual bool finished() const = 0;
+  /// What was read and what could not be used, e.g. {"images", 600}, {"images_missing", 1}.
+  virtual std::vector<std::pair<std::string, long>> counters() const = 0;
+  /// One line each, with file and line where that applies.
+  virtual std::vector<std::string> warnings() const = 0;
+  /// Settings an estimator should use with this recording (noise densities of its IMU, ...), as the
+  /// text of an ini file; `import` writes it beside the rawlog. Valid after initialize(). Empty:
+  /// nothing to say.
+  virtual std::string companionIni() const { return {}; }
+  /// For evaluation only, so not among the observations: `import` writes them beside the rawlog as
+  /// `<name>_anchors_truth.csv`. Valid after initialize(); empty: not known.
+  virtual std::vector<TrueAnchor> trueAnchors() const { return {}; }
+};
+
+}  // namespace vir::roles

@@ -1,0 +1,37 @@
+#pragma once
+#include <functional>
+#include <map>
+#include <string>
+
+#include "vir/results/results_folder.h"
+#include "vir/results/run_recorder.h"
+#include "vir/roles/estimator.h"
+
+namespace vir::runs {
+
+struct OfflineRunOptions {
+  std::string estimator;  ///< its name, for the summary
+  std::string rawlog;
+  /// Observations before the first image (or odometry pose) + this are left out.
+  double start_offset_s = 0;
+  /// In the ground truth's world; for the summary only, no estimator sees them.
+  std::map<std::uint64_t, Vec3> true_anchors;
+};
+
+struct OfflineRunHooks {
+  LogSink log;
+  std::function<void(double)> progress;  ///< part done, 0..1; may be empty
+  std::function<bool()> stop;            ///< true: end here with what there is; may be empty
+};
+
+/// Plays a rawlog to an estimator whose settings have been read, and writes trajectory.tum,
+/// trajectory_covariance.csv, trajectory_smoothed.tum, frames.csv, anchors.csv, ranges.csv,
+/// landmarks.ply, map.svg, ranges.svg, scene.3Dscene and report.html; the caller writes
+/// summary.json. Ground truth (label `GT`) is kept from the estimator and used for ate_* only. If
+/// the estimator throws, what there is by then is written all the same and the summary's `error`
+/// says why. Throws std::runtime_error if the rawlog cannot be opened or a result cannot be
+/// written.
+results::RunSummary runOffline(roles::Estimator& estimator, const OfflineRunOptions& options,
+                               const results::ResultsFolder& folder, const OfflineRunHooks& hooks);
+
+}  // namespace vir::runs

@@ -1,0 +1,225 @@
+#include "vir/runs/offline_run.h"
+
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+#include <mrpt/obs/CObservationStereoImagesFeatures.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "vir/core/resource_usage.h"
+#include "vir/core/settings.h"
+#include "vir/rawlog/mrpt_error.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/rawlog_reader.h"
+#include "vir/rawlog/time_orderer.h"
+
+namespace vir::runs {
+namespace {
+
+using mrpt::obs::CObservation;
+using mrpt::obs::CObservationImage;
+using mrpt::obs::CObservationRobotPose;
+
+constexpr const char* kGroundTruthLabel = "GT";
+constexpr const char* kOdometryLabel = "ODOM";
+constexpr long kReportEvery = 50;  // observations between two calls of the progress hook
+
+/// Stamps of what an estimator gives a state for.
+struct Frames {
+  long count = 0;
+  TimeNs first = 0, last = 0;
+
+  void add(TimeNs t) {
+    if (count++ == 0) first = t;
+    last = t;
+  }
+};
+
+class OfflineRun {
+ public:
+  OfflineRun(roles::Estimator& estimator, const OfflineRunOptions& options,
+             const results::ResultsFolder& folder, const OfflineRunHooks& hooks)
+      : estimator_(estimator),
+        options_(options),
+        hooks_(hooks),
+        reader_(options.rawlog),
+        recorder_(folder, hooks.log) {
+    recorder_.setTrueAnchors(options.true_anchors);
+  }
+
+  results::RunSummary run() {
+    const double wall = wallSeconds();
+    const double cpu = cpuSeconds();
+    try {
+      play();
+    } catch (const SettingsError&) {
+      throw;
+    } catch (const std::exception& e) {
+      summary_.error = rawlog::shortReason(e);
+      log(hooks_.log, LogLevel::error, "the run ends early: " + summary_.error);
+    }
+    summary_.wall_s = wallSeconds() - wall;
+    summary_.cpu_s = cpuSeconds() - cpu;
+    summarise();
+    return summary_;
+  }
+
+ private:
+  void play() {
+    timed([&] { estimator_.start(hooks_.log); });
+    bool more = true;
+    while (more && !stopRequested()) {
+      const auto observation = reader_.next();
+      more = observation != nullptr;
+      if (more) {
+        orderer_.push(observation);
+      } else {
+        orderer_.flush();
+      }
+      while (const auto next = orderer_.pop()) handle(next);
+      reportProgress();
+    }
+    if (stopRequested()) {
+      summary_.interrupted = true;
+      warn("interrupted: the results end where the run was stopped");
+    }
+    timed([&] { estimator_.finish(); });
+    collect();
+  }
+
+  void handle(const CObservation::Ptr& observation) {
+    const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
+    if (observation->sensorLabel == kGroundTruthLabel) {
+      if (const auto pose = std::dynamic_pointer_cast<CObservationRobotPose>(observation)) {
+        recorder_.addGroundTruth(t, rawlog::fromMrptPose(pose->pose.mean));
+      }
+      return;
+    }
+    const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
+    const bool odometry = !image && observation->sensorLabel == kOdometryLabel;
+    // Feature tracks stand for the image they were found in.
+    using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
+    const bool seen = image || std::dynamic_pointer_cast<Tracks>(observation) != nullptr;
+    if ((seen || odometry) && !first_recorded_) first_recorded_ = t;
+    if (beforeStart(t)) return;
+    if (image && !decode(*image)) return;
+    if (seen) images_.add(t);
+    if (odometry) odometry_.add(t);
+    timed([&] { estimator_.add(*observation); });
+    if (image) image->image.unload();
+    collect();
+  }
+
+  bool beforeStart(TimeNs t) const {
+    if (options_.start_offset_s <= 0) return false;
+    return !first_recorded_ || t < *first_recorded_ + fromSeconds(options_.start_offset_s);
+  }
+
+  /// An external image is read from disk here, so that its decoding is not the estimator's time.
+  bool decode(CObservationImage& observation) {
+    std::string reason = "it is empty";
+    try {
+      observation.load();
+      if (!observation.image.isEmpty()) return true;
+    } catch (const std::exception& e) {
+      reason = rawlog::shortReason(e);
+    }
+    if (counters_["images_unreadable"]++ == 0) {
+      warn("image at " + evaluation::formatSeconds(rawlog::fromMrptTime(observation.timestamp)) +
+           " s cannot be used: " + reason + " (further ones are only counted)");
+    }
+    return false;
+  }
+
+  void collect() {
+    std::vector<roles::StateEstimate> estimates;
+    std::vector<roles::RangeRecord> ranges;
+    timed([&] {
+      estimates = estimator_.take();
+      ranges = estimator_.takeRanges();
+    });
+    for (const roles::StateEstimate& estimate : estimates) recorder_.add(estimate);
+    for (const roles::RangeRecord& range : ranges) recorder_.add(range);
+  }
+
+  template <typename Work>
+  void timed(Work work) {
+    const double before = cpuSeconds();
+    work();
+    estimator_cpu_s_ += cpuSeconds() - before;
+  }
+
+  bool stopRequested() const { return hooks_.stop && hooks_.stop(); }
+
+  void reportProgress() {
+    if (hooks_.progress && ++seen_ % kReportEvery == 0) hooks_.progress(reader_.progress());
+  }
+
+  void warn(const std::string& text) {
+    log(hooks_.log, LogLevel::warning, text);
+    summary_.warnings.push_back(text);
+  }
+
+  void warnAboutInput() {
+    if (!reader_.damage().empty()) warn(reader_.damage());
+    for (const TimeNs gap : orderer_.gaps()) {
+      warn("the recording has a gap of " + evaluation::formatSeconds(gap) + " s");
+    }
+    if (reader_.skipped() > 0) {
+      counters_["objects_skipped"] = static_cast<long>(reader_.skipped());
+    }
+    for (const auto& [name, count] : orderer_.counters()) {
+      counters_[name] = count;
+      warn(std::to_string(count) + " observations left out (" + name + ")");
+    }
+    if (summary_.frames == 0) warn("no usable image and no odometry in " + options_.rawlog);
+  }
+
+  void summarise() {
+    const Frames& frames = images_.count > 0 ? images_ : odometry_;
+    summary_.frames = frames.count;
+    summary_.duration_s = toSeconds(frames.last - frames.first);
+    warnAboutInput();
+    const roles::EstimatorReport report = estimator_.report();
+    summary_.estimator = options_.estimator;
+    summary_.rawlog = options_.rawlog;
+    summary_.resets = report.resets;
+    summary_.longest_wait_reason = report.longest_wait_reason;
+    counters_["objects_read"] = static_cast<long>(reader_.objects());
+    summary_.counters.assign(counters_.begin(), counters_.end());
+    summary_.counters.insert(summary_.counters.end(), report.counters.begin(),
+                             report.counters.end());
+    summary_.warnings.insert(summary_.warnings.end(), report.warnings.begin(),
+                             report.warnings.end());
+    if (summary_.frames > 0) {
+      summary_.cpu_ms_per_frame = 1e3 * estimator_cpu_s_ / static_cast<double>(summary_.frames);
+    }
+    recorder_.finish(estimator_, frames.first, &summary_);
+    summary_.peak_rss_mb = peakRssMb();
+  }
+
+  roles::Estimator& estimator_;
+  const OfflineRunOptions& options_;
+  const OfflineRunHooks& hooks_;
+  rawlog::RawlogReader reader_;
+  rawlog::TimeOrderer orderer_;
+  results::RunRecorder recorder_;
+  results::RunSummary summary_;
+  std::map<std::string, long> counters_;
+  std::optional<TimeNs> first_recorded_;  // image or odometry pose
+  Frames images_, odometry_;
+  double estimator_cpu_s_ = 0;
+  long seen_ = 0;
+};
+
+}  // namespace
+
+results::RunSummary runOffline(roles::Estimator& estimator, const OfflineRunOptions& options,
+                               const results::ResultsFolder& folder, const OfflineRunHooks& hooks) {
+  return OfflineRun(estimator, options, folder, hooks).run();
+}
+
+}  // namespace vir::runs

@@ -1,0 +1,48 @@
+#pragma once
+/// The transform to one other robot's world, kept up to date while both run.
+#include <optional>
+#include <vector>
+
+#include "vir/team/find_transform.h"
+
+namespace vir::team {
+
+struct TransformTrackerOptions {
+  TransformOptions transform;
+  int max_ranges = 1000;  ///< kept at once; beyond, every second of the older half goes
+};
+/// Section [Rendezvous].
+void describe(OptionVisitor& v, TransformTrackerOptions& o);
+
+class TransformTracker {
+ public:
+  explicit TransformTracker(const TransformTrackerOptions& options = {}) : options_(options) {}
+
+  /// A range with the segments of both robots' worlds (they count up when an estimator starts
+  /// anew). A new segment is a new world: what was known of the old one is dropped. Ranges of older
+  /// segments are counted and left out.
+  void add(const MutualRange& range, int segment_A = 0, int segment_B = 0);
+  /// All anchors that both know, as believed now; replaces what was set before.
+  void setAnchors(const std::vector<SharedAnchor>& anchors) { anchors_ = anchors; }
+  /// A sequential test decides when the evidence first suffices: what was `unique` stays so, also
+  /// when the margin falls again, until another solution is the best one or a new world begins.
+  TransformAnswer answer();
+
+  std::size_t kept() const { return ranges_.size(); }
+  long seen() const { return seen_; }  ///< ranges of the present segments
+  long of_old_segments() const { return old_; }
+  int restarts() const { return restarts_; }
+
+ private:
+  bool stillDecided(const TransformAnswer& answer) const;
+
+  TransformTrackerOptions options_;
+  std::vector<MutualRange> ranges_;
+  std::vector<SharedAnchor> anchors_;
+  std::vector<WorldTransform> hints_;
+  std::optional<WorldTransform> decided_;  ///< as last answered
+  int segment_A_ = 0, segment_B_ = 0, restarts_ = 0;
+  long seen_ = 0, old_ = 0;
+};
+
+}  // namespace vir::team

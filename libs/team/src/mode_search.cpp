@@ -1,0 +1,198 @@
+#include "mode_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "explored_covariance.h"
+#include "nlopt_polish.h"
+#include "starts.h"
+
+namespace vir::team {
+namespace {
+
+constexpr double kSameMinimum = 1e-3;  // [m], of B's path: one minimum reached twice
+constexpr double kRough = 1e-5;        // change of the cost that ends a refinement not yet final
+constexpr int kFirstIterations = 6;
+constexpr double kFirstChange = 1e-2;
+constexpr int kFewForPolish = 10;
+
+bool usable(const MutualRange& m) {
+  return std::isfinite(m.range_m) && m.range_m > 0 && std::isfinite(m.sigma_m) && m.sigma_m > 0 &&
+         m.p_A.allFinite() && m.p_B.allFinite() && m.cov_A.allFinite() && m.cov_B.allFinite();
+}
+
+bool usable(const SharedAnchor& a) {
+  return a.p_A.allFinite() && a.p_B.allFinite() && a.cov_A.allFinite() && a.cov_B.allFinite();
+}
+
+class Search {
+ public:
+  Search(const Evidence& evidence, double needed_margin)
+      : evidence_(evidence), needed_margin_(needed_margin) {}
+
+  std::vector<Mode> run(const std::vector<WorldTransform>& hints) {
+    search(hints);
+    return modes_;
+  }
+
+ private:
+  void keep(const Mode& mode) {
+    if (!std::isfinite(mode.cost) || !mode.x.allFinite()) return;
+    for (Mode& m : modes_) {
+      if (evidence_.apart(m.x, mode.x) > kSameMinimum) continue;
+      if (mode.cost < m.cost) m = mode;
+      return;
+    }
+    modes_.push_back(mode);
+  }
+
+  void sort() {
+    std::stable_sort(modes_.begin(), modes_.end(),
+                     [](const Mode& a, const Mode& b) { return a.cost < b.cost; });
+  }
+
+  void refine(const EvidenceCost& cost, const std::vector<Vec4>& starts) {
+    const bool last = cost.size() == evidence_.ranges.size();
+    std::vector<Mode> roughly;
+    double lowest = modes_.empty() ? std::numeric_limits<double>::infinity() : modes_[0].cost;
+    for (const Mode& m : modes_) lowest = std::min(lowest, m.cost);
+    for (const Vec4& start : starts) {
+      Mode mode{0, start};
+      mode.cost = descend(cost, &mode.x, {kFirstIterations, kFirstChange});
+      lowest = std::min(lowest, mode.cost);
+      roughly.push_back(mode);
+    }
+    for (Mode& mode : roughly) {
+      // A few steps tell which are worth more.
+      if (mode.cost > lowest + 4 * needed_margin_) continue;
+      mode.cost = descend(cost, &mode.x, {40, last ? kExact : kRough});
+      keep(mode);
+    }
+  }
+
+  void search(const std::vector<WorldTransform>& hints) {
+    const std::vector<MutualRange> few =
+        thinned(evidence_.ranges, evidence_.options.max_search_ranges);
+    const EvidenceCost cost(few, evidence_.anchors, evidence_.options);
+    std::vector<Vec4> starts;
+    for (const WorldTransform& hint : hints) starts.push_back(toVector(hint));
+    refine(cost, starts);
+    if (!evidence_.anchors.empty()) refine(cost, startsThroughAnchors(cost));
+    if (static_cast<int>(few.size()) >= evidence_.options.min_ranges_without_anchor) {
+      refine(cost, startsFromRanges(cost));
+    }
+    sort();
+    if (modes_.empty() || !plausible(fitOf(cost.innovations(modes_.front().x), evidence_.options),
+                                     evidence_.options)) {
+      refine(cost, startsFromGlobalSearch(cost, evidence_.options.max_global_evaluations));
+      sort();
+    }
+    if (!modes_.empty()) {
+      refine(cost, {mirrored(modes_.front().x)});
+      sort();
+    }
+    if (few.size() < evidence_.ranges.size()) descendOnAll();
+    polishBest();
+  }
+
+  /// At the level at which both robots would move in one plane.
+  Vec4 mirrored(Vec4 x) const {
+    double level = 0;
+    for (const MutualRange& m : evidence_.ranges) level += m.p_A.z() - m.p_B.z();
+    x[3] = 2 * level / static_cast<double>(evidence_.ranges.size()) - x[3];
+    return x;
+  }
+
+  void descendOnAll() {
+    const EvidenceCost all(evidence_.ranges, evidence_.anchors, evidence_.options);
+    const std::vector<Mode> coarse = std::exchange(modes_, {});
+    for (const Mode& m : coarse) {
+      // Those that a part of the ranges rules out need not be looked at again.
+      if (m.cost > coarse.front().cost + 2 * needed_margin_) break;
+      Vec4 x = m.x;
+      const double value = descend(all, &x, {modes_.empty() ? 8 : 2, kRough});
+      keep({value, x});
+      if (modes_.size() >= kMostModes) break;
+    }
+    sort();
+    if (modes_.empty()) return;
+    modes_.front().cost = descend(all, &modes_.front().x, {20, kExact});
+  }
+
+  void polishBest() {
+    const auto n = static_cast<int>(evidence_.ranges.size());
+    if (modes_.empty() || n < kFewForPolish || n > evidence_.options.max_polish_ranges) return;
+    const EvidenceCost all(evidence_.ranges, evidence_.anchors, evidence_.options);
+    Mode& best = modes_.front();
+    const Vec4 sigma = gaussNewtonCovariance(all, best.x).diagonal().cwiseSqrt();
+    best.cost =
+        polish(all, &best.x, 0.2 * sigma.cwiseMin(kLookedAt), evidence_.options.polish_evaluations);
+  }
+
+  const Evidence& evidence_;
+  const double needed_margin_;
+  std::vector<Mode> modes_;
+};
+
+}  // namespace
+
+Evidence::Evidence(const std::vector<MutualRange>& all_ranges,
+                   const std::vector<SharedAnchor>& all_anchors, const TransformOptions& how)
+    : options(how) {
+  for (const MutualRange& m : all_ranges) {
+    if (usable(m)) ranges.push_back(m);
+  }
+  std::stable_sort(ranges.begin(), ranges.end(),
+                   [](const MutualRange& a, const MutualRange& b) { return a.t < b.t; });
+  for (const SharedAnchor& a : all_anchors) {
+    if (usable(a)) anchors.push_back(a);
+  }
+}
+
+double Evidence::apart(const Vec4& a, const Vec4& b) const {
+  const WorldTransform Ta = fromVector(a), Tb = fromVector(b);
+  double most = 0;
+  for (const std::size_t k : {std::size_t{0}, ranges.size() / 2, ranges.size() - 1}) {
+    most = std::max(most, (Ta * ranges[k].p_B - Tb * ranges[k].p_B).norm());
+  }
+  return std::max(most, std::abs(wrapAngle(a[0] - b[0])) * options.same_solution_m);
+}
+
+Vec3 Evidence::middleOfB() const {
+  Vec3 sum = Vec3::Zero();
+  for (const MutualRange& m : ranges) sum += m.p_B;
+  return sum / static_cast<double>(ranges.size());
+}
+
+double Evidence::spreadOfB() const {
+  const Vec3 centre = middleOfB();
+  double sum = 0;
+  for (const MutualRange& m : ranges) sum += (m.p_B - centre).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(ranges.size()));
+}
+
+Fit fitOf(const std::vector<Innovation>& innovations, const TransformOptions& options) {
+  Fit fit;
+  for (const Innovation& i : innovations) {
+    const bool off = !(std::abs(i.whitened) <= options.gate_sigma);
+    if (off && i.whitened < 0) ++fit.too_short;
+    ++(off ? fit.rejected : fit.used);
+  }
+  return fit;
+}
+
+bool plausible(const Fit& fit, const TransformOptions& options) {
+  const int n = fit.used + fit.rejected;
+  if (fit.used < options.min_inlier_share * n) return false;
+  return fit.too_short <= std::max(1.0, options.max_short_share * n) &&
+         !(n <= 2 && fit.rejected > 0);
+}
+
+std::vector<Mode> searchModes(const Evidence& evidence, const std::vector<WorldTransform>& hints,
+                              double needed_margin) {
+  return Search(evidence, needed_margin).run(hints);
+}
+
+}  // namespace vir::team

@@ -1,0 +1,48 @@
+#pragma once
+/// The transforms that the evidence may mean: minima of its cost.
+#include <vector>
+
+#include "evidence_cost.h"
+
+namespace vir::team {
+
+/// What can be used of what came in, ranges in order of time.
+struct Evidence {
+  Evidence(const std::vector<MutualRange>& all_ranges, const std::vector<SharedAnchor>& all_anchors,
+           const TransformOptions& how);
+
+  /// How far apart two transforms place B's path [m].
+  double apart(const Vec4& a, const Vec4& b) const;
+  /// Of B's path, in its world, and its root mean square extent.
+  Vec3 middleOfB() const;
+  double spreadOfB() const;
+  EvidenceCost cost() const { return {ranges, anchors, options}; }
+
+  std::vector<MutualRange> ranges;
+  std::vector<SharedAnchor> anchors;
+  const TransformOptions& options;
+};
+
+/// How many ranges a transform explains.
+struct Fit {
+  int used = 0, rejected = 0, too_short = 0;
+};
+Fit fitOf(const std::vector<Innovation>& innovations, const TransformOptions& options);
+bool plausible(const Fit& fit, const TransformOptions& options);
+
+struct Mode {
+  double cost = 0;
+  Vec4 x = Vec4::Zero();
+};
+
+constexpr std::size_t kMostModes = 4;
+constexpr double kExact = 1e-12;  // change of the cost that ends a refinement
+/// A standard deviation above which it is not taken as given [m].
+constexpr double kLookedAt = 0.1;
+
+/// Best first; empty if there is nothing to start from. Modes that are worse than the best by much
+/// more than `needed_margin` are left out.
+std::vector<Mode> searchModes(const Evidence& evidence, const std::vector<WorldTransform>& hints,
+                              double needed_margin);
+
+}  // namespace vir::team

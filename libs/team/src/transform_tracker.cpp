@@ -1,0 +1,68 @@
+#include "vir/team/transform_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vir/core/options.h"
+
+namespace vir::team {
+
+void describe(OptionVisitor& v, TransformTrackerOptions& o) {
+  describe(v, o.transform);
+  v.value("max_ranges", o.max_ranges, {20, 1000000},
+          "ranges kept per pair; beyond, every second of the older half is dropped");
+}
+
+void TransformTracker::add(const MutualRange& range, int segment_A, int segment_B) {
+  if (seen_ + old_ == 0) {
+    segment_A_ = segment_A;
+    segment_B_ = segment_B;
+  }
+  if (segment_A < segment_A_ || segment_B < segment_B_) {
+    ++old_;
+    return;
+  }
+  if (segment_A > segment_A_ || segment_B > segment_B_) {
+    ranges_.clear();
+    hints_.clear();
+    anchors_.clear();
+    decided_.reset();
+    segment_A_ = segment_A;
+    segment_B_ = segment_B;
+    seen_ = 0;
+    ++restarts_;
+  }
+  ++seen_;
+  ranges_.push_back(range);
+  if (static_cast<int>(ranges_.size()) <= options_.max_ranges) return;
+  std::vector<MutualRange> kept;
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    if (i % 2 == 0 || i > ranges_.size() / 2) kept.push_back(ranges_[i]);
+  }
+  ranges_ = std::move(kept);
+}
+
+bool TransformTracker::stillDecided(const TransformAnswer& answer) const {
+  if (!decided_ || answer.status != TransformStatus::ambiguous) return false;
+  const WorldTransform& best = answer.solutions[0].T_A_B;
+  const Vec3& p_B = ranges_.back().p_B;
+  const double turned = std::abs(wrapAngle(best.yaw_rad - decided_->yaw_rad));
+  return turned < options_.transform.max_yaw_sigma_rad &&
+         (best * p_B - *decided_ * p_B).norm() < options_.transform.same_solution_m;
+}
+
+TransformAnswer TransformTracker::answer() {
+  TransformAnswer answer = findTransform(ranges_, anchors_, options_.transform, hints_);
+  if (stillDecided(answer)) {
+    answer.status = TransformStatus::unique;
+    answer.reason.clear();
+    answer.solutions.resize(1);
+  }
+  decided_.reset();
+  if (answer.status == TransformStatus::unique) decided_ = answer.solutions[0].T_A_B;
+  hints_.clear();
+  for (const TransformSolution& s : answer.solutions) hints_.push_back(s.T_A_B);
+  return answer;
+}
+
+}  // namespace vir::team

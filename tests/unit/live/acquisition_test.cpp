@@ -1,0 +1,182 @@
+/// Sensors in threads: what fails is started again and the rest goes on.
+#include "vir/live/acquisition.h"
+
+#include <gtest/gtest.h>
+#include <mrpt/hwdrivers/CGenericSensor.h>
+#include <mrpt/obs/CObservationImage.h>
+
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "vir/live/grabber_settings.h"
+#include "vir_test_rawlog.h"
+
+namespace vir::test {
+
+/// Says "IMU0" at every call; fails as its settings tell.
+class MoodySensor : public mrpt::hwdrivers::CGenericSensor {
+  DEFINE_GENERIC_SENSOR(MoodySensor)
+ public:
+  void initialize() override {
+    if (missing_) throw std::runtime_error("no such device");
+    m_state = ssWorking;
+  }
+  void doProcess() override {
+    ++calls_;
+    if (fail_at_ > 0 && calls_ == fail_at_) throw std::runtime_error("the cable is out");
+    const TimeNs t = hostNow() + fromSeconds(ahead_s_);
+    appendObservation(camera_ ? std::static_pointer_cast<mrpt::obs::CObservation>(imageAt(t))
+                              : std::static_pointer_cast<mrpt::obs::CObservation>(imuAt(t)));
+  }
+
+ protected:
+  void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
+                                 const std::string& section) override {
+    readGrabberSection(config, section, [this](OptionVisitor& v) {
+      v.section("moody", "");
+      v.value("fail_at", fail_at_, {0, 1000000}, "");
+      v.value("missing", missing_, "");
+      v.value("camera", camera_, "");
+      v.value("ahead_s", ahead_s_, {-1e6, 1e6}, "");
+    });
+  }
+
+ private:
+  int fail_at_ = 0, calls_ = 0;
+  bool missing_ = false, camera_ = false;
+  double ahead_s_ = 0;
+};
+IMPLEMENTS_GENERIC_SENSOR(MoodySensor, vir::test)
+
+namespace {
+
+Settings settings(const std::string& text) {
+  static const bool registered = [] {
+    mrpt::hwdrivers::CGenericSensor::registerClass(SENSOR_CLASS_ID(MoodySensor));
+    return true;
+  }();
+  EXPECT_TRUE(registered);
+  return Settings::fromText(text, "test.ini");
+}
+
+const std::string kGood = "[good]\ndriver = MoodySensor\nprocess_rate = 200\n";
+
+struct Collected {
+  std::map<std::size_t, std::vector<Arrival>> by_sensor;
+  std::vector<std::string> log;
+  std::vector<SensorStatus> status;
+};
+
+Collected collectFor(const std::string& ini, double seconds) {
+  Collected out;
+  std::mutex mutex;
+  AcquisitionOptions options;
+  options.first_retry_s = 0.05;
+  Acquisition acquisition(settings(ini), "", options, [&](LogLevel, const std::string& line) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    out.log.push_back(line);
+  });
+  acquisition.start();
+  const TimeNs end = hostNow() + fromSeconds(seconds);
+  const auto keep = [&](const std::vector<Arrival>& arrivals) {
+    for (const Arrival& a : arrivals) out.by_sensor[a.sensor].push_back(a);
+  };
+  while (hostNow() < end) keep(acquisition.take(10 * kMs));
+  acquisition.stop();
+  keep(acquisition.take(0));
+  out.status = acquisition.sensors();
+  return out;
+}
+
+TEST(Acquisition, ASensorThatFailsIsStartedAgainWhileTheOthersGoOn) {
+  const Collected got =
+      collectFor(kGood + "[bad]\ndriver = MoodySensor\nprocess_rate = 200\nfail_at = 10\n", 1.0);
+  EXPECT_EQ(got.status[0].restarts, 0);
+  EXPECT_GE(got.status[1].restarts, 2);
+  EXPECT_EQ(got.status[1].problem, "the cable is out");
+  // All it said before each failure is there.
+  EXPECT_EQ(static_cast<long>(got.by_sensor.at(1).size()), got.status[1].observations);
+  EXPECT_GE(got.by_sensor.at(1).size(), 18u);
+  EXPECT_GE(got.by_sensor.at(0).size(), 50u);
+  EXPECT_EQ(static_cast<long>(got.by_sensor.at(0).size()), got.status[0].observations);
+  ASSERT_FALSE(got.log.empty());
+  EXPECT_NE(got.log[0].find("bad: the cable is out"), std::string::npos) << got.log[0];
+}
+
+TEST(Acquisition, AMissingSensorEndsItAllUnlessItIsOptional) {
+  const std::string bad = "[bad]\ndriver = MoodySensor\nprocess_rate = 100\nmissing = true\n";
+  Acquisition acquisition(settings(kGood + bad), "", {}, {});
+  try {
+    acquisition.start();
+    FAIL() << "started without the sensor";
+  } catch (const std::runtime_error& e) {
+    EXPECT_NE(std::string(e.what()).find("bad: no such device"), std::string::npos) << e.what();
+  }
+  EXPECT_TRUE(acquisition.take(0).empty());
+  const Collected got = collectFor(kGood + bad + "optional = true\n", 0.3);
+  EXPECT_EQ(got.status[1].state, "missing");
+  EXPECT_GE(got.by_sensor.at(0).size(), 15u);
+}
+
+TEST(Acquisition, AClockOfItsOwnIsPutOnTheHosts) {
+  const Collected got =
+      collectFor(kGood + "[ahead]\ndriver = MoodySensor\nprocess_rate = 100\nahead_s = 3600\n" +
+                     "[kept]\ndriver = MoodySensor\nprocess_rate = 100\nahead_s = 3600\n"
+                     "clock = keep\n",
+                 0.5);
+  EXPECT_FALSE(got.status[0].clock_mapped);
+  EXPECT_TRUE(got.status[1].clock_mapped);
+  EXPECT_FALSE(got.status[2].clock_mapped);
+  TimeNs last = 0;
+  for (const Arrival& a : got.by_sensor.at(1)) {
+    const TimeNs t = rawlog::fromMrptTime(a.observation->timestamp);
+    EXPECT_GT(t, last);
+    EXPECT_NEAR(toSeconds(t - a.arrival), 0, 0.2);
+    last = t;
+  }
+  const Arrival& kept = got.by_sensor.at(2).front();
+  EXPECT_NEAR(toSeconds(rawlog::fromMrptTime(kept.observation->timestamp) - kept.arrival), 3600,
+              0.2);
+}
+
+TEST(Acquisition, ACameraIsCompletedFromTheIni) {
+  const Collected got = collectFor(
+      "[cam]\ndriver = MoodySensor\nprocess_rate = 50\ncamera = true\n"
+      "intrinsics = 100 101 8 6\ndistortion = radtan\ndist = 0.1 0.2 0.3 0.4\n"
+      "camera_pose = 1 2 3 90 0 0\nstamp_offset_s = -0.4\n",
+      0.3);
+  const auto image = std::dynamic_pointer_cast<mrpt::obs::CObservationImage>(
+      got.by_sensor.at(0).front().observation);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->cameraParams.fx(), 100);
+  EXPECT_EQ(image->cameraParams.fy(), 101);
+  EXPECT_EQ(image->cameraParams.cx(), 8);
+  EXPECT_EQ(image->cameraParams.ncols, 16u);
+  EXPECT_EQ(image->cameraParams.k2(), 0.2);
+  EXPECT_NEAR(image->cameraPose.y(), 2, 1e-12);
+  EXPECT_NEAR(image->cameraPose.yaw(), M_PI / 2, 1e-12);
+  const Arrival& a = got.by_sensor.at(0).front();
+  EXPECT_NEAR(toSeconds(rawlog::fromMrptTime(image->timestamp) - a.arrival), -0.4, 0.1);
+}
+
+TEST(Acquisition, WrongSettingsAreRefusedBeforeAnythingStarts) {
+  const auto refused = [](const std::string& ini, const std::string& why) {
+    try {
+      Acquisition acquisition(settings(ini), "", {}, {});
+      FAIL() << ini;
+    } catch (const std::exception& e) {
+      EXPECT_NE(std::string(e.what()).find(why), std::string::npos) << e.what();
+    }
+  };
+  refused("[a]\nx = 1\n", "no sensor");
+  refused("[a]\ndriver = NoSuchSensor\nprocess_rate = 1\n", "NoSuchSensor");
+  refused("[a]\ndriver = MoodySensor\n", "process_rate");
+  refused("[a]\ndriver = MoodySensor\nprocess_rate = 10\nfail = 1\n", "fail");
+  refused("[a]\ndriver = MoodySensor\nprocess_rate = 10\nclock = mine\n", "clock");
+  refused("[a]\ndriver = MoodySensor\nprocess_rate = 10\nintrinsics = 1 2\n", "4 numbers");
+}
+
+}  // namespace
+}  // namespace vir::test

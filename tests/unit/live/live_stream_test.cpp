@@ -1,0 +1,122 @@
+/// Poses between estimates, and the socket they go over.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <string>
+
+#include "vir/geometry/so3.h"
+#include "vir/live/line_server.h"
+#include "vir/live/pose_propagator.h"
+
+namespace vir::live {
+namespace {
+
+constexpr double kRate = 0.8, kRadius = 2;  // [rad/s], [m]
+
+/// Round in a circle, nose ahead: yaw = kRate t.
+PropagatedPose truth(double t) {
+  PropagatedPose out;
+  out.t = fromSeconds(t);
+  const double a = kRate * t;
+  out.T_W_B = Pose(Quat(Eigen::AngleAxisd(a, Vec3::UnitZ())),
+                   Vec3(kRadius * std::sin(a), -kRadius * std::cos(a), 1));
+  out.v_W_B = kRadius * kRate * Vec3(std::cos(a), std::sin(a), 0);
+  return out;
+}
+
+const Vec3 kBiasGyro(0.01, -0.02, 0.03), kBiasAcc(0.1, 0.2, -0.3);
+
+imu::ImuSample reading(double t) {
+  imu::ImuSample s;
+  s.t = fromSeconds(t);
+  s.gyro = Vec3(0, 0, kRate) + kBiasGyro;
+  s.acc = Vec3(0, kRadius * kRate * kRate, 9.81) + kBiasAcc;
+  return s;
+}
+
+TEST(PosePropagator, FollowsACircleFromALateEstimate) {
+  PosePropagator propagator;
+  double worst = 0;
+  for (int k = 0; k <= 600; ++k) {
+    const double t = 0.005 * k;
+    const auto pose = propagator.add(reading(t));
+    if (k < 40) {
+      EXPECT_FALSE(pose) << "there was no estimate yet";
+    } else {
+      ASSERT_TRUE(pose) << k;
+      EXPECT_EQ(pose->t, fromSeconds(t));
+      worst = std::max(worst, (pose->T_W_B.p - truth(t).T_W_B.p).norm());
+      EXPECT_LT(logQuat(pose->T_W_B.q.conjugate() * truth(t).T_W_B.q).norm(), 1e-6);
+      EXPECT_LT((pose->v_W_B - truth(t).v_W_B).norm(), 1e-3);
+    }
+    // An estimate of 32.5 ms ago, between two readings, ten times per second.
+    if (k >= 20 && k % 20 == 19) {
+      const PropagatedPose at = truth(t - 0.0325);
+      propagator.setState(at.t, at.T_W_B, at.v_W_B, kBiasGyro, kBiasAcc);
+    }
+  }
+  EXPECT_LT(worst, 1e-4);
+}
+
+TEST(PosePropagator, SaysNothingWithoutAFreshEstimate) {
+  PosePropagator propagator;
+  const PropagatedPose at = truth(0);
+  propagator.add(reading(0));
+  propagator.setState(at.t, at.T_W_B, at.v_W_B, kBiasGyro, kBiasAcc);
+  EXPECT_TRUE(propagator.add(reading(0.005)));
+  EXPECT_FALSE(propagator.add(reading(0.005))) << "the same reading again";
+  EXPECT_FALSE(propagator.add(reading(0.7)));
+  propagator.setState(at.t, at.T_W_B, at.v_W_B, kBiasGyro, kBiasAcc);
+  propagator.clear();
+  EXPECT_FALSE(propagator.add(reading(0.705)));
+}
+
+int connectTo(int port) {
+  const int handle = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_port = htons(static_cast<std::uint16_t>(port));
+  inet_pton(AF_INET, "127.0.0.1", &at.sin_addr);
+  EXPECT_EQ(connect(handle, reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+  return handle;
+}
+
+TEST(LineServer, SendsToAllAndOutlivesWhoLeaves) {
+  LineServer server("127.0.0.1", 0);
+  server.send("nobody hears this");
+  const int a = connectTo(server.port()), b = connectTo(server.port());
+  server.send("one");
+  EXPECT_EQ(server.clients(), 2u);
+  close(b);
+  for (int i = 0; i < 5; ++i) {
+    server.send("two");
+    usleep(5000);
+  }
+  EXPECT_EQ(server.clients(), 1u);
+  char text[100] = {};
+  const ssize_t n = read(a, text, sizeof text - 1);
+  EXPECT_EQ(std::string(text, static_cast<std::size_t>(n)), "one\ntwo\ntwo\ntwo\ntwo\ntwo\n");
+  close(a);
+}
+
+TEST(LineServer, DoesNotWaitForAClientThatDoesNotRead) {
+  LineServer server("127.0.0.1", 0);
+  const int a = connectTo(server.port());
+  const std::string line(1000, 'x');
+  for (int i = 0; i < 20000 && server.dropped() == 0; ++i) server.send(line);
+  EXPECT_EQ(server.dropped(), 1);
+  EXPECT_EQ(server.clients(), 0u);
+  close(a);
+}
+
+TEST(LineServer, SaysWhyItCannotListen) {
+  EXPECT_THROW(LineServer("no address", 0), std::runtime_error);
+  LineServer first("127.0.0.1", 0);
+  EXPECT_THROW(LineServer("127.0.0.1", first.port()), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace vir::live

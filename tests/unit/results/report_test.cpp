@@ -1,0 +1,249 @@
+/// The pictures and the page of a run, from a made-up run. VIR_KEEP_REPORT=FOLDER keeps it, to be
+/// looked at.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <random>
+
+#include "vir/results/run_recorder.h"
+#include "vir_test_temp_folder.h"
+
+namespace vir::results {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr TimeNs kStart = 1'700'000'000'000'000'000;
+
+/// Gives at the end what the test says.
+class Told : public roles::Estimator {
+ public:
+  void describe(OptionVisitor&) override {}
+  void start(const LogSink&) override {}
+  void add(const mrpt::obs::CObservation&) override {}
+  void finish() override {}
+  std::vector<roles::StateEstimate> take() override { return {}; }
+  std::vector<roles::LandmarkEstimate> landmarks() const override { return {}; }
+  std::vector<roles::KeyframeEstimate> keyframes() const override { return keyframes_; }
+  std::vector<roles::AnchorEstimate> anchors() const override { return anchors_; }
+  roles::EstimatorReport report() const override { return {}; }
+
+  std::vector<roles::KeyframeEstimate> keyframes_;
+  std::vector<roles::AnchorEstimate> anchors_;
+};
+
+Vec3 path(double t) {
+  return {4 * std::sin(0.12 * t), 3 * std::sin(0.24 * t), 1 + 0.3 * std::sin(0.4 * t)};
+}
+
+class Report : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* keep = std::getenv("VIR_KEEP_REPORT");
+    results_ = std::make_unique<ResultsFolder>(
+        (keep != nullptr ? std::filesystem::path(keep) : temp_.path()) /
+        testing::UnitTest::GetInstance()->current_test_info()->name());
+    recorder_ = std::make_unique<RunRecorder>(*results_, LogSink());
+    summary_.estimator = "told";
+    summary_.rawlog = "a <b> & c.rawlog";
+  }
+
+  /// 60 s at 20 Hz; the truth is turned and shifted, the estimate drifts.
+  void flight(bool truth) {
+    for (int i = 0; i < 1200; ++i) {
+      const double s = 0.05 * i;
+      const TimeNs t = kStart + fromSeconds(s);
+      roles::StateEstimate e;
+      e.t = t;
+      e.valid = i > 20;
+      e.T_W_B.p = path(s) + 0.004 * s * Vec3(1, -0.5, 0.1);
+      e.covariance.diagonal().head<3>().setConstant(1e-4 * (1 + 0.2 * s));
+      e.ms.total = 8 + 4 * std::sin(s) + (i % 100 == 0 ? 30 : 0);
+      recorder_->add(e);
+      const Pose T_R_W(expQuat(Vec3(0, 0, 1)), Vec3(5, 6, 7));
+      if (truth) recorder_->addGroundTruth(t, T_R_W * Pose(Quat::Identity(), path(s)));
+      if (e.valid && i % 10 == 0) {
+        estimator_.keyframes_.push_back({t, {Quat::Identity(), path(s) + Vec3(0.02, 0, 0)}});
+      }
+    }
+  }
+
+  roles::AnchorEstimate& anchor(std::uint64_t id, const char* state, const Vec3& p,
+                                const Vec3& sigma) {
+    roles::AnchorEstimate a;
+    a.id = id;
+    a.state = state;
+    a.has_position = a.state != "collecting";
+    a.p_W = p;
+    a.mirror_p_W = Vec3(p.x(), p.y(), -p.z());
+    a.covariance = Vec3(sigma.cwiseProduct(sigma)).asDiagonal();
+    estimator_.anchors_.push_back(a);
+    return estimator_.anchors_.back();
+  }
+
+  void ranges(std::uint64_t id, const Vec3& p, double longer_share) {
+    std::mt19937_64 random(id);
+    const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+    for (int i = 0; i < 600; ++i) {
+      const double s = 0.1 * i + 0.013;
+      roles::RangeRecord r;
+      r.t = kStart + fromSeconds(s);
+      r.id = id;
+      r.predicted_m = i < 60 ? 0 : (p - path(s)).norm();
+      r.sigma_m = i < 60 ? 0 : 0.05 + 0.1 * std::exp(-0.1 * s);
+      const bool longer = uniform() < longer_share;
+      r.residual_m = 0.05 * (uniform() + uniform() + uniform() + uniform() - 2) * 1.7;
+      if (longer) r.residual_m += 0.3 + 1.5 * uniform();
+      if (i < 60) r.residual_m = 0;
+      r.measured_m = r.predicted_m + r.residual_m;
+      r.weight = longer ? 0.1 : 1;
+      r.decision = i < 60 ? "collected" : longer ? "gate" : "accepted";
+      if (i % 150 == 149) r.decision = "out of order";
+      recorder_->add(r);
+    }
+  }
+
+  /// Writes all and returns the page.
+  std::string page() {
+    recorder_->finish(estimator_, kStart, &summary_);
+    return read("report.html");
+  }
+  std::string read(const std::string& name) { return test::readText(results_->file(name)); }
+  bool exists(const std::string& name) { return std::filesystem::exists(results_->file(name)); }
+  static long count(const std::string& text, const std::string& part) {
+    long n = 0;
+    for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++n;
+    return n;
+  }
+  /// Every number of an attribute lies on the sheet.
+  static void expectOnSheet(const std::string& svg) {
+    for (const std::string mark : {"points=\"", "cx=\"", "cy=\""}) {
+      for (std::size_t at = svg.find(mark); at != svg.npos; at = svg.find(mark, at + 1)) {
+        std::string numbers =
+            svg.substr(at + mark.size(), svg.find('"', at + mark.size()) - at - mark.size());
+        std::replace(numbers.begin(), numbers.end(), ',', ' ');
+        std::istringstream in(numbers);
+        for (double v = 0; in >> v;) {
+          ASSERT_GE(v, -1) << mark << numbers.substr(0, 80);
+          ASSERT_LE(v, 1400) << mark << numbers.substr(0, 80);
+        }
+      }
+    }
+    for (const char* word : {"nan", "inf"}) EXPECT_EQ(count(svg, word), 0) << word;
+  }
+
+  test::TempFolder temp_;
+  std::unique_ptr<ResultsFolder> results_;
+  std::unique_ptr<RunRecorder> recorder_;
+  Told estimator_;
+  RunSummary summary_;
+};
+
+TEST_F(Report, AFullRun) {
+  flight(true);
+  const Vec3 first(3, -4, 2), second(-6, 1, 3);
+  anchor(0, "estimated", first, {0.1, 0.15, 0.5}).ranges_used = 512;
+  anchor(3, "mirror_open", second, {0.4, 0.2, 1.2}).advice = "change height";
+  anchor(7, "collecting", Vec3::Zero(), Vec3::Zero()).advice = "move sideways";
+  ranges(0, first, 0.05);
+  ranges(3, second, 0.1);
+  recorder_->setTrueAnchors(
+      {{0, Vec3(5, 6, 7) + expSO3(Vec3(0, 0, 1)) * (first + Vec3(0.2, 0, 0))}});
+  summary_.warnings = {"something <odd> happened"};
+  const std::string html = page();
+  for (const char* part :
+       {"a &lt;b&gt; &amp; c.rawlog", "From above", "From the side", "Range residuals", "Anchor 3",
+        "Position error", "CPU time per frame", "something &lt;odd&gt; happened", "mirror_open",
+        "or at -6.000, 1.000, -3.000; change height", "ranges_accepted", "3?", "move sideways"}) {
+    EXPECT_GT(count(html, part), 0) << part;
+  }
+  EXPECT_EQ(count(html, "<svg "), 4);
+  EXPECT_EQ(count(html, "</svg>"), 4);
+  for (const char* part : {"<script", "http-equiv", "<link", "<img", "src="}) {
+    EXPECT_EQ(count(html, part), 0) << part;
+  }
+  expectOnSheet(html);
+  expectOnSheet(read("map.svg"));
+  expectOnSheet(read("ranges.svg"));
+  EXPECT_EQ(read("map.svg").substr(0, 5), "<?xml");
+  EXPECT_GT(count(read("ranges.svg"), "<circle"), 900);
+}
+
+TEST_F(Report, WithoutTruthAndRanges) {
+  flight(false);
+  const std::string html = page();
+  EXPECT_EQ(count(html, "<svg "), 2) << "map and CPU";
+  EXPECT_EQ(count(html, "ground truth"), 0);
+  EXPECT_TRUE(exists("map.svg"));
+  EXPECT_FALSE(exists("ranges.svg"));
+}
+
+TEST_F(Report, NoPoseAtAll) {
+  summary_.longest_wait_reason = "too little parallax";
+  summary_.error = "told to stop";
+  const std::string html = page();
+  EXPECT_EQ(count(html, "<svg "), 0);
+  EXPECT_GT(count(html, "No pose at all. too little parallax"), 0);
+  EXPECT_GT(count(html, "told to stop"), 0);
+  EXPECT_FALSE(exists("map.svg"));
+}
+
+TEST_F(Report, AbsurdAnchorsAndRangesStayOnTheSheet) {
+  flight(true);
+  anchor(0, "estimated", {1, 1, 1}, {1e6, 0.01, 1e9});
+  anchor(1, "estimated", {1e7, 0, 0}, {1, 1, 1});
+  anchor(2, "estimated", {kNan, 0, 0}, {1, 1, 1});
+  anchor(3, "mirror_open", {0, 0, 2}, {kNan, 1, 1}).mirror_p_W = Vec3(1e9, kNan, 0);
+  anchor(4, "estimated", {0, 0, 3}, {0, 0, 0}).covariance = -Mat3::Identity();
+  ranges(0, {1, 1, 1}, 0);
+  for (const double v : {1e9, -1e9, kNan, std::numeric_limits<double>::infinity()}) {
+    recorder_->add(roles::RangeRecord{kStart, 0, v, 3, v, 0.1, 1, "accepted, <b>"});
+    recorder_->add(roles::RangeRecord{kStart, 9, 3, 3, 0, v, 1, ""});
+  }
+  const std::string html = page();
+  expectOnSheet(html);
+  EXPECT_EQ(count(html, "<b>&"), 0);
+  EXPECT_GT(count(html, "too far away: anchor 1"), 0);
+  for (const char* name : {"anchors.csv", "ranges.csv"}) {
+    EXPECT_EQ(count(read(name), "nan") + count(read(name), "inf"), 0) << name;
+  }
+}
+
+TEST_F(Report, ALongRunHasSmallPictures) {
+  for (int i = 0; i < 72000; ++i) {  // an hour
+    roles::StateEstimate e;
+    e.t = kStart + fromSeconds(0.05 * i);
+    e.valid = true;
+    e.T_W_B.p = path(0.05 * i);
+    e.ms.total = 10 + (i * 7919) % 13;
+    recorder_->add(e);
+    recorder_->addGroundTruth(e.t,
+                              {Quat::Identity(), path(0.05 * i) + Vec3(0.001 * (i % 11), 0, 0)});
+    roles::RangeRecord r{e.t, 0, 3, 3, 0.01, 0.1, 1, "accepted"};
+    recorder_->add(r);
+  }
+  page();
+  const auto size = std::filesystem::file_size(results_->file("report.html"));
+  EXPECT_LT(size, 3'000'000u);
+  EXPECT_EQ(count(read("ranges.csv"), "\n"), 72001);
+}
+
+TEST_F(Report, TwiceTheSameBytes) {
+  flight(true);
+  anchor(0, "estimated", {3, -4, 2}, {0.1, 0.15, 0.5});
+  ranges(0, {3, -4, 2}, 0.05);
+  const RunSummary before = summary_;
+  const std::string first = page();
+  recorder_ = std::make_unique<RunRecorder>(*results_, LogSink());
+  estimator_ = {};
+  summary_ = before;
+  flight(true);
+  anchor(0, "estimated", {3, -4, 2}, {0.1, 0.15, 0.5});
+  ranges(0, {3, -4, 2}, 0.05);
+  EXPECT_EQ(page(), first);
+}
+
+}  // namespace
+}  // namespace vir::results
