@@ -55,7 +55,6 @@ class EmulatedDevice {
   const PtyPort& port() const { return port_; }
   const DeviceOptions& options() const { return options_; }
   const DeviceCounts& counts() const { return counts_; }
-  bool drained() const { return pending_.empty(); }
 
  protected:
   /// Device time of recorded time `t`.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "messages.h"
+#include "vir/rawlog/labels.h"
 
 namespace vir::emulator {
 
@@ -13,8 +14,8 @@ struct Event {
 };
 
 struct RecordingLabels {
-  std::vector<std::string> ranges = {"UWB0", "PEER"};
-  std::string imu = "IMU0";
+  std::vector<std::string> ranges = {rawlog::kRangeLabel, rawlog::kPeerLabel};
+  std::string imu = rawlog::kImuLabel;
 };
 
 /// Ranges and inertial readings of a rawlog in time order. Throws std::runtime_error if the file

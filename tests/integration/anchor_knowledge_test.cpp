@@ -55,7 +55,7 @@ void write(const std::string& path, bool biased, double drop_s) {
   rawlog::RawlogWriter writer(path);
   std::size_t next = 0;
   bool dropped = drop_s <= 0;
-  for (const evaluation::StampedPose& p : simulation::simulateOdometry(motion, drift)) {
+  for (const StampedPose& p : simulation::simulateOdometry(motion, drift)) {
     for (; next < ranges.size() && ranges[next].t <= p.t; ++next) {
       auto range = test::rangeAt(kOffset + ranges[next].t, 3);
       range->stdError = 0.05F;

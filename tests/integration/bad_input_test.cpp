@@ -38,8 +38,8 @@ class BadInput : public testing::Test {
 
   /// Largest position error between `from` and `to` seconds, aligned on what is before `kFrom`.
   double errorAfter(const RunResult& r, double from = kFrom, double to = kLength + 1) {
-    evaluation::Trajectory used;
-    for (const evaluation::StampedPose& p : r.trajectory) {
+    Trajectory used;
+    for (const StampedPose& p : r.trajectory) {
       const double t = toSeconds(p.t - recording_->at(0));
       if (t < kFrom || (t >= from && t < to)) used.push_back(p);
     }
@@ -66,7 +66,7 @@ class BadInput : public testing::Test {
   }
 
   std::unique_ptr<DerivedRecording> recording_;
-  evaluation::Trajectory truth_;
+  Trajectory truth_;
   test::Outcome import_;
 };
 

@@ -21,8 +21,8 @@ inline const char* const kRendered = "rendered_V102_32s";
 struct RunResult {
   Outcome outcome;
   std::string folder;
-  nlohmann::json summary;             ///< null when there is none
-  evaluation::Trajectory trajectory;  ///< trajectory.tum
+  nlohmann::json summary;  ///< null when there is none
+  Trajectory trajectory;   ///< trajectory.tum
 
   long counter(const std::string& name) const {
     if (!summary.is_object() || !summary["counters"].contains(name)) return -1;
@@ -68,7 +68,7 @@ inline std::vector<TimeNs> imageStamps(const std::filesystem::path& recording) {
 }
 
 /// The ground truth of either layout of the test data.
-inline evaluation::Trajectory groundTruth(const std::filesystem::path& recording) {
+inline Trajectory groundTruth(const std::filesystem::path& recording) {
   const std::filesystem::path folder = recording / "mav0/state_groundtruth_estimate0";
   const bool csv = std::filesystem::exists(folder / "data.csv");
   std::ifstream in(folder / (csv ? "data.csv" : "gt_tum.txt"));
@@ -103,8 +103,7 @@ struct SplitError {
   evaluation::Statistics after;  ///< [m]
 };
 
-inline SplitError splitError(const evaluation::Trajectory& truth,
-                             const evaluation::Trajectory& estimate, TimeNs split) {
+inline SplitError splitError(const Trajectory& truth, const Trajectory& estimate, TimeNs split) {
   const evaluation::Association all = evaluation::associate(truth, estimate, {});
   std::vector<evaluation::PosePair> fitted;
   for (const evaluation::PosePair& p : all.pairs) {

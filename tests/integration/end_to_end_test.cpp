@@ -11,8 +11,7 @@ using test::quoted;
 using test::RunResult;
 
 /// A pose for every image from the first pose on, and no other.
-void expectPoseForEveryImage(const std::vector<TimeNs>& images,
-                             const evaluation::Trajectory& trajectory) {
+void expectPoseForEveryImage(const std::vector<TimeNs>& images, const Trajectory& trajectory) {
   ASSERT_FALSE(trajectory.empty());
   // The rawlog's clock ticks in 100 ns.
   const TimeNs tick = 100;
@@ -20,17 +19,16 @@ void expectPoseForEveryImage(const std::vector<TimeNs>& images,
                             [&](TimeNs t) { return t > trajectory.front().t - tick; });
   ASSERT_EQ(images.end() - image, static_cast<std::ptrdiff_t>(trajectory.size()));
   long elsewhere = 0;
-  for (const evaluation::StampedPose& pose : trajectory)
-    elsewhere += std::abs(pose.t - *image++) > tick;
+  for (const StampedPose& pose : trajectory) elsewhere += std::abs(pose.t - *image++) > tick;
   EXPECT_EQ(elsewhere, 0);
 }
 
 /// Largest distance of the last `seconds` from where they begin [m].
-double wandering(const evaluation::Trajectory& trajectory, double seconds) {
+double wandering(const Trajectory& trajectory, double seconds) {
   const TimeNs from = trajectory.back().t - fromSeconds(seconds);
-  const evaluation::StampedPose* first = nullptr;
+  const StampedPose* first = nullptr;
   double most = 0;
-  for (const evaluation::StampedPose& pose : trajectory) {
+  for (const StampedPose& pose : trajectory) {
     if (pose.t < from) continue;
     if (first == nullptr) first = &pose;
     most = std::max(most, (pose.T_W_B.p - first->T_W_B.p).norm());

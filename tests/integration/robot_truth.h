@@ -16,8 +16,8 @@ inline nlohmann::json readJson(const std::filesystem::path& path) {
   return nlohmann::json::parse(readText(path));
 }
 
-inline evaluation::Trajectory truthIn(const std::string& rawlog) {
-  evaluation::Trajectory out;
+inline Trajectory truthIn(const std::string& rawlog) {
+  Trajectory out;
   rawlog::RawlogReader reader(rawlog);
   while (const auto o = reader.next()) {
     const auto pose = std::dynamic_pointer_cast<mrpt::obs::CObservationRobotPose>(o);
@@ -47,7 +47,7 @@ inline Deviation deviation(const nlohmann::json& transform, const Pose& wanted) 
 }
 
 /// Takes an estimate's world to that of the truth.
-inline Pose worldOf(const evaluation::Trajectory& truth, const evaluation::Trajectory& estimate) {
+inline Pose worldOf(const Trajectory& truth, const Trajectory& estimate) {
   return evaluation::evaluate(truth, estimate, evaluation::EvaluationOptions{}).transform.T_R_E;
 }
 

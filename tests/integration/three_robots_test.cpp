@@ -86,7 +86,7 @@ class ThreeRobots : public testing::Test {
     return (*folder_ / ("three_" + robot + ".rawlog")).string();
   }
   static std::string out(const std::string& name) { return (*folder_ / name).string(); }
-  static evaluation::Trajectory path(const std::string& file) {
+  static Trajectory path(const std::string& file) {
     std::ifstream in(file);
     evaluation::ReadReport report;
     return evaluation::readTum(in, &report);

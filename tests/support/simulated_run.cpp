@@ -45,14 +45,14 @@ class Feeder {
     collect();
   }
 
-  const std::vector<estimator::FrameEstimate>& frames() const { return frames_; }
-  const std::vector<estimator::RangeDecision>& decisions() const { return decisions_; }
+  const std::vector<StateEstimate>& frames() const { return frames_; }
+  const std::vector<RangeRecord>& decisions() const { return decisions_; }
   const estimator::VisualInertialEstimator& estimator() const { return estimator_; }
   long ranges() const { return static_cast<long>(ranges_.size()); }
 
  private:
   void addRange(const simulation::SimulatedRange& r) {
-    estimator::RangeMeasurement m;
+    Range m;
     m.t = r.t;
     m.anchor = static_cast<std::uint64_t>(r.anchor);
     m.range_m = r.range_m;
@@ -61,8 +61,8 @@ class Feeder {
     estimator_.addRange(m);
   }
   void collect() {
-    for (estimator::FrameEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
-    for (estimator::RangeDecision& d : estimator_.takeRanges()) decisions_.push_back(std::move(d));
+    for (StateEstimate& f : estimator_.take()) frames_.push_back(std::move(f));
+    for (RangeRecord& d : estimator_.takeRanges()) decisions_.push_back(std::move(d));
   }
 
   const RunSettings& settings_;
@@ -70,11 +70,11 @@ class Feeder {
   simulation::TrackSimulator tracks_;
   estimator::VisualInertialEstimator estimator_;
   std::vector<simulation::SimulatedRange> ranges_;
-  std::vector<estimator::FrameEstimate> frames_;
-  std::vector<estimator::RangeDecision> decisions_;
+  std::vector<StateEstimate> frames_;
+  std::vector<RangeRecord> decisions_;
 };
 
-PoseError errorOf(const estimator::FrameEstimate& f, const Pose& truth, const Pose& T_R_E) {
+PoseError errorOf(const StateEstimate& f, const Pose& truth, const Pose& T_R_E) {
   const Pose e = T_R_E * f.state.T_W_B;
   PoseError out;
   out.t = f.t;
@@ -91,8 +91,7 @@ PoseError errorOf(const estimator::FrameEstimate& f, const Pose& truth, const Po
   return out;
 }
 
-AnchorError errorOf(const estimator::AnchorReport& a,
-                    const simulation::RangeSimulationOptions& ranges, double end_s,
+AnchorError errorOf(const Anchor& a, const simulation::RangeSimulationOptions& ranges, double end_s,
                     const Pose& T_R_E, const Pose& aligned) {
   AnchorError out;
   out.id = static_cast<int>(a.id);
@@ -114,9 +113,9 @@ AnchorError errorOf(const estimator::AnchorReport& a,
 }
 
 /// Of the keyframes as they were last seen, position and yaw aligned; -1 if there are too few.
-double smoothedError(const Motion& motion, const std::vector<window::NavState>& keyframes) {
-  evaluation::Trajectory estimate, truth;
-  for (const window::NavState& k : keyframes) {
+double smoothedError(const Motion& motion, const std::vector<State>& keyframes) {
+  Trajectory estimate, truth;
+  for (const State& k : keyframes) {
     if (!estimate.empty() && k.t <= estimate.back().t) continue;
     estimate.push_back({k.t, k.T_W_B});
     truth.push_back({k.t, motion.poseAt(k.t)});
@@ -135,7 +134,7 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
   out.resets = feeder.estimator().resets();
   out.ranges = feeder.ranges();
   double ms = 0, tracks = 0;
-  for (const estimator::FrameEstimate& f : feeder.frames()) {
+  for (const StateEstimate& f : feeder.frames()) {
     ms += f.ms_total;
     tracks += f.tracks;
     if (!f.valid) continue;
@@ -152,11 +151,11 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
   out.valid = true;
   out.init_s = toSeconds(out.estimate.front().t - feeder.frames().front().t);
   out.evaluation = evaluation::evaluate(out.truth, out.estimate, {});
-  const window::NavState first = feeder.estimator().keyframes().front();
+  const State first = feeder.estimator().keyframes().front();
   const Pose T_R_E = evaluation::gaugeAt(motion->poseAt(first.t), first.T_W_B);
   double nees = 0;
   long count = 0;
-  for (const estimator::FrameEstimate& f : feeder.frames()) {
+  for (const StateEstimate& f : feeder.frames()) {
     if (!f.valid) continue;
     const PoseError e = errorOf(f, motion->poseAt(f.t), T_R_E);
     if (!out.errors.empty()) {
@@ -168,12 +167,12 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
     nees += out.errors.back().nees;
     ++count;
   }
-  for (const estimator::AnchorReport& a : feeder.estimator().anchors()) {
+  for (const Anchor& a : feeder.estimator().anchors()) {
     out.anchors.push_back(
         errorOf(a, s.ranges, motion->duration(), T_R_E, out.evaluation.transform.T_R_E));
   }
   out.smoothed_ate_m = smoothedError(*motion, feeder.estimator().keyframes());
-  for (const estimator::RangeDecision& d : feeder.decisions()) ++out.decisions[d.decision];
+  for (const RangeRecord& d : feeder.decisions()) ++out.decisions[d.decision];
   if (count > 0) out.mean_nees = nees / static_cast<double>(count);
   out.end_error_m = out.errors.back().position.norm();
   return out;

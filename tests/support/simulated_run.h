@@ -54,7 +54,7 @@ struct RunResult {
   bool valid = false;  ///< false: never started
   std::string note;
   evaluation::EvaluationResult evaluation;  ///< causal trajectory, position and yaw aligned
-  evaluation::Trajectory estimate, truth;
+  Trajectory estimate, truth;
   std::vector<PoseError> errors;
   std::vector<AnchorError> anchors;
   double init_s = 0;  ///< from the first image to the first pose

@@ -70,9 +70,9 @@ class Scene {
   double noise_px = 0, noise_gyro = 0, noise_acc = 0;  ///< of pixels; densities
   std::size_t max_tracks = 60;
 
-  vir::window::NavState truth(TimeNs t) const {
+  vir::State truth(TimeNs t) const {
     const double s = vir::toSeconds(t);
-    vir::window::NavState out;
+    vir::State out;
     out.t = t;
     out.T_W_B = motion_(s);
     out.v = (8 * (p(s + kH) - p(s - kH)) - (p(s + 2 * kH) - p(s - 2 * kH))) / (12 * kH);
@@ -82,7 +82,7 @@ class Scene {
   }
 
   /// The reading at t, `rate_hz` being the rate that the noise density is turned into noise with.
-  vir::imu::ImuSample imu(TimeNs t, double rate_hz = 200) {
+  ImuSample imu(TimeNs t, double rate_hz = 200) {
     const double s = vir::toSeconds(t);
     const Vec3 a = (16 * (p(s + kH) + p(s - kH)) - (p(s + 2 * kH) + p(s - 2 * kH)) - 30 * p(s)) /
                    (12 * kH * kH);

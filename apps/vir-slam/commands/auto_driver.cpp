@@ -1,9 +1,8 @@
 #include "commands/auto_driver.h"
 
-#include <mrpt/obs/CObservationIMU.h>
-#include <mrpt/obs/CObservationImage.h>
-#include <mrpt/obs/CObservationRobotPose.h>
-#include <mrpt/obs/CObservationStereoImagesFeatures.h>
+#include <algorithm>
+#include <map>
+#include <set>
 
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/roles/estimator_registry.h"
@@ -11,36 +10,69 @@
 namespace vir::app {
 namespace {
 
-using namespace mrpt::obs;
+/// Of the estimators that a recording has everything for the one that needs most of it; among
+/// equals the first by name. The others tell by how much they miss.
+struct Candidate {
+  std::string name;
+  std::vector<roles::EstimatorInput> inputs;
+  std::set<int> needed, found;
 
-constexpr const char* kInertial = "vir";
-constexpr const char* kOdometry = "odometry";
-constexpr const char* kOdometryLabel = "ODOM";
+  bool complete() const { return !needed.empty() && found.size() == needed.size(); }
+};
+
+/// The estimators as they are set: labels of inputs are settings.
+std::vector<Candidate> candidates(const Settings& settings) {
+  std::vector<Candidate> out;
+  for (const roles::EstimatorEntry& e : roles::registeredEstimators()) {
+    const auto estimator = roles::estimatorSettings(e.name);
+    SettingsReader reader(settings);
+    estimator->describe(reader);
+    Candidate c{e.name, estimator->inputs(), {}, {}};
+    for (const roles::EstimatorInput& input : c.inputs) {
+      if (input.group > 0) c.needed.insert(input.group);
+    }
+    if (!c.needed.empty()) out.push_back(std::move(c));
+  }
+  // The most demanding first: once it has all, nothing can beat it and the reading may end.
+  std::stable_sort(out.begin(), out.end(), [](const Candidate& a, const Candidate& b) {
+    return a.needed.size() > b.needed.size();
+  });
+  return out;
+}
 
 }  // namespace
 
-std::string driverFor(const std::string& driver, const std::string& rawlog) {
+std::string driverFor(const std::string& driver, const Settings& settings,
+                      const std::string& rawlog) {
   if (driver != kAutoDriver) return driver;
-  bool seen = false, imu = false, odometry = false;
+  std::vector<Candidate> all = candidates(settings);
+  if (all.empty()) return driver;  // estimatorSettings() then says what there is
   rawlog::RawlogReader reader(rawlog);
   while (const auto o = reader.next()) {
-    seen = seen || dynamic_cast<const CObservationImage*>(o.get()) != nullptr ||
-           dynamic_cast<const CObservationStereoImagesFeatures*>(o.get()) != nullptr;
-    imu = imu || dynamic_cast<const CObservationIMU*>(o.get()) != nullptr;
-    odometry = odometry || (o->sensorLabel == kOdometryLabel &&
-                            dynamic_cast<const CObservationRobotPose*>(o.get()) != nullptr);
-    if (seen && imu) return kInertial;
+    for (Candidate& c : all) {
+      for (const roles::EstimatorInput& input : c.inputs) {
+        if (input.group > 0 && roles::matches(input, *o)) c.found.insert(input.group);
+      }
+    }
+    if (all.front().complete()) return all.front().name;
   }
-  return odometry ? kOdometry : kInertial;
+  for (const Candidate& c : all) {
+    if (c.complete()) return c.name;
+  }
+  return all.front().name;  // which then says what it misses
+}
+
+std::string driverForLive(const std::string& driver, const Settings& settings) {
+  if (driver != kAutoDriver) return driver;
+  const std::vector<Candidate> all = candidates(settings);
+  return all.empty() ? driver : all.front().name;
 }
 
 void acceptOtherDrivers(const std::string& asked, const std::string& chosen,
                         SettingsReader* reader) {
   if (asked != kAutoDriver) return;
   for (const roles::EstimatorEntry& e : roles::registeredEstimators()) {
-    if ((e.name == kInertial || e.name == kOdometry) && e.name != chosen) {
-      roles::createEstimator(e.name)->describe(*reader);
-    }
+    if (e.name != chosen) roles::estimatorSettings(e.name)->describe(*reader);
   }
 }
 

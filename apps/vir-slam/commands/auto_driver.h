@@ -10,10 +10,14 @@ namespace vir::app {
 
 constexpr const char* kAutoDriver = "auto";
 
-/// `driver` itself, or for `auto`: "vir" where the rawlog has images (or feature tracks) and an
-/// IMU, else "odometry" where it has odometry poses, else "vir", which then says what it misses.
-/// Reads no further than it must. Throws std::runtime_error if the rawlog cannot be opened.
-std::string driverFor(const std::string& driver, const std::string& rawlog);
+/// `driver` itself, or for `auto`: of the estimators that say which inputs they need the one that
+/// finds all of them in the rawlog (the most demanding one if several do). If none does, the most
+/// demanding one, which then says what it misses. Reads no further than it must. Throws
+/// std::runtime_error if the rawlog cannot be opened, SettingsError.
+std::string driverFor(const std::string& driver, const Settings& settings,
+                      const std::string& rawlog);
+/// The same before there is anything to look at: for `auto` the most demanding one.
+std::string driverForLive(const std::string& driver, const Settings& settings);
 
 /// With `auto` an ini may hold settings of each estimator that it may stand for: those of the ones
 /// that were not chosen are read, and dropped.

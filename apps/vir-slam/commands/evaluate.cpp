@@ -32,12 +32,12 @@ struct Arguments {
 };
 
 /// Reads a trajectory and says on stderr what could not be used of it.
-evaluation::Trajectory readFile(const std::string& path, const std::string& what,
-                                evaluation::ReadReport* report) {
+Trajectory readFile(const std::string& path, const std::string& what,
+                    evaluation::ReadReport* report) {
   requireFile(path, what);
   std::ifstream in(path, std::ios::binary);
   if (!in) throw UsageError("cannot read the " + what + " " + path);
-  const evaluation::Trajectory trajectory = evaluation::readTrajectory(in, report);
+  const Trajectory trajectory = evaluation::readTrajectory(in, report);
   const evaluation::ReadReport& r = *report;
   if (r.skipped() > 0) {
     std::fprintf(stderr,
@@ -61,15 +61,14 @@ evaluation::Trajectory readFile(const std::string& path, const std::string& what
 }
 
 /// An image is covered by a pose within a millisecond of it: writers round stamps differently.
-ImageCoverage imageCoverage(const std::vector<TimeNs>& images,
-                            const evaluation::Trajectory& estimate) {
+ImageCoverage imageCoverage(const std::vector<TimeNs>& images, const Trajectory& estimate) {
   constexpr TimeNs kSame = 1000000;
   ImageCoverage coverage;
   coverage.images = static_cast<long>(images.size());
   for (const TimeNs t : images) {
-    const auto next = std::lower_bound(
-        estimate.begin(), estimate.end(), t - kSame,
-        [](const evaluation::StampedPose& pose, TimeNs stamp) { return pose.t < stamp; });
+    const auto next =
+        std::lower_bound(estimate.begin(), estimate.end(), t - kSame,
+                         [](const StampedPose& pose, TimeNs stamp) { return pose.t < stamp; });
     if (next != estimate.end() && next->t <= t + kSame) ++coverage.covered;
   }
   if (!estimate.empty() && !images.empty()) {
@@ -85,7 +84,7 @@ void writeText(const std::string& path, const std::string& text, const char* wha
   if (!out) throw std::runtime_error(std::string("cannot write ") + what + " to " + path);
 }
 
-void writePlot(const std::string& path, const evaluation::Trajectory& reference,
+void writePlot(const std::string& path, const Trajectory& reference,
                const std::vector<Evaluated>& estimates, const std::string& subtitle) {
   std::vector<evaluation::NamedResult> results;
   for (const Evaluated& e : estimates) {
@@ -111,15 +110,14 @@ std::string jsonText(const nlohmann::json& json) {
 
 std::vector<Evaluated> evaluateAll(const Arguments& args,
                                    const evaluation::EvaluationOptions& options,
-                                   const evaluation::Trajectory& reference,
-                                   const std::vector<TimeNs>& images) {
+                                   const Trajectory& reference, const std::vector<TimeNs>& images) {
   std::vector<Evaluated> all;
   const std::vector<std::string> names = shortNames(args.estimates);
   for (std::size_t i = 0; i < args.estimates.size(); ++i) {
     Evaluated e;
     e.file = args.estimates[i];
     e.name = names[i];
-    const evaluation::Trajectory estimate = readFile(e.file, "trajectory", &e.read);
+    const Trajectory estimate = readFile(e.file, "trajectory", &e.read);
     if (!args.images.empty()) e.images = imageCoverage(images, estimate);
     try {
       e.result = evaluation::evaluate(reference, estimate, options);
@@ -140,7 +138,7 @@ int run(const Arguments& args) {
   if (!std::isfinite(args.max_gap_s)) throw UsageError("--max-gap-s must be a finite number");
   options.association.max_gap = fromSeconds(args.max_gap_s);
   evaluation::ReadReport read;
-  const evaluation::Trajectory reference = readFile(args.reference, "reference trajectory", &read);
+  const Trajectory reference = readFile(args.reference, "reference trajectory", &read);
   std::vector<TimeNs> images;
   if (!args.images.empty()) {
     requireFile(args.images, "list of images");

@@ -35,9 +35,9 @@ LogSink consoleLog(bool verbose) {
   };
 }
 
-class LiveSession {
+class LiveSession final : public results::RunObserver {
  public:
-  explicit LiveSession(const LiveSessionPlan& plan)
+  explicit LiveSession(LiveSessionPlan& plan)
       : plan_(plan),
         options_(plan.options),
         log_(consoleLog(plan.verbose)),
@@ -63,6 +63,11 @@ class LiveSession {
     return finishEstimation() && sound;
   }
 
+  /// In the thread of the estimation.
+  void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override {
+    for (const StateEstimate& e : output.states) publish(e, estimator);
+  }
+
  private:
   void startEstimation() {
     if (!options_.estimate) return;
@@ -73,11 +78,10 @@ class LiveSession {
     openView();
     live::LiveEstimationHooks hooks;
     hooks.log = log_;
-    hooks.on_estimate = [this](const roles::StateEstimate& e, const roles::Estimator& estimator) {
-      publish(e, estimator);
-    };
+    plan_.peers.follow(log_, &hooks.observers);
+    hooks.observers.push_back(this);
     if (server_) {
-      hooks.on_pose = [this](const live::PropagatedPose& pose) { server_->send(poseLine(pose)); };
+      hooks.on_pose = [this](const State& state) { server_->send(poseLine(state)); };
     }
     live::LiveEstimationOptions live;
     live.pipelined = options_.pipelined;
@@ -95,14 +99,12 @@ class LiveSession {
     }
   }
 
-  /// In the thread of the estimation.
-  void publish(const roles::StateEstimate& estimate, const roles::Estimator& estimator) {
+  void publish(const StateEstimate& estimate, const roles::Estimator& estimator) {
     drawn([&] { view_->setEstimate(estimate, estimator); });
     if (!server_) return;
     server_->send(estimateLine(estimate));
     if (!estimate.keyframe) return;
-    for (const roles::AnchorEstimate& a : estimator.anchors())
-      server_->send(anchorLine(estimate.t, a));
+    for (const Anchor& a : estimator.anchors()) server_->send(anchorLine(estimate.state.t, a));
   }
 
   /// A window that fails is no reason to stop recording.
@@ -210,6 +212,7 @@ class LiveSession {
     results::RunSummary summary = estimation_->finish();
     summary.estimator = plan_.estimator_name;
     summary.rawlog = options_.out;
+    plan_.peers.write(*folder_);
     results::writeTextFile(folder_->file("summary.json"), toJson(summary));
     const live::Latency latency = estimation_->latency();
     std::printf("%ld images, %ld poses, %ld images left out because newer ones waited\n",
@@ -221,7 +224,7 @@ class LiveSession {
     return summary.error.empty();
   }
 
-  const LiveSessionPlan& plan_;
+  LiveSessionPlan& plan_;
   const RecordOptions& options_;
   LogSink log_;
   live::Acquisition acquisition_;
@@ -237,6 +240,6 @@ class LiveSession {
 
 }  // namespace
 
-bool runLiveSession(const LiveSessionPlan& plan) { return LiveSession(plan).run(); }
+bool runLiveSession(LiveSessionPlan* plan) { return LiveSession(*plan).run(); }
 
 }  // namespace vir::app

@@ -5,6 +5,7 @@
 
 #include "commands/record_options.h"
 #include "commands/run_options.h"
+#include "robots/peer_run.h"
 #include "vir/core/settings.h"
 #include "vir/roles/estimator.h"
 
@@ -13,11 +14,12 @@ namespace vir::app {
 struct LiveSessionPlan {
   RecordOptions options;
   RunOptions run;
-  Settings settings;                            ///< with the sections of the sensors
-  std::unique_ptr<roles::Estimator> estimator;  ///< its settings are read
+  Settings settings;                                    ///< with the sections of the sensors
+  std::unique_ptr<roles::EstimatorSettings> estimator;  ///< read
   std::string estimator_name;
   std::string results;  ///< folder of the estimate; empty: results/<date-time>
   bool verbose = false;
+  PeerRun peers;  ///< their settings are read
 
   /// Every setting with its value, the estimator's included.
   std::string usedIni() const;
@@ -26,6 +28,6 @@ struct LiveSessionPlan {
 /// Runs until it is interrupted, its time is over or all sensors have ended; prints what came of
 /// it. False when something was lost. Throws std::runtime_error: a sensor is missing, the recording
 /// cannot be created.
-bool runLiveSession(const LiveSessionPlan& plan);
+bool runLiveSession(LiveSessionPlan* plan);
 
 }  // namespace vir::app

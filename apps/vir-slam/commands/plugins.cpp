@@ -46,7 +46,7 @@ std::string reference(const std::string& name) {
     RunOptions run;
     run.driver = name;
     describe(writer, run);
-    roles::createEstimator(name)->describe(writer);
+    roles::estimatorSettings(name)->describe(writer);
     return head + writer.text();
   }
   for (const auto& r : roles::registeredRendezvous()) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "commands/auto_driver.h"
 #include "commands/commands.h"
 #include "commands/live_session.h"
 #include "commands/record_options.h"
@@ -61,22 +62,27 @@ std::string defaultOut(const std::string& ini) {
 
 /// The settings of the estimator, read and checked; what belongs to sensors and to rawlog-grabber
 /// is none of its business.
-std::unique_ptr<roles::Estimator> readEstimator(Settings settings, const std::string& companion,
-                                                LiveSessionPlan* plan) {
+std::unique_ptr<roles::EstimatorSettings> readEstimator(Settings settings,
+                                                        const std::string& companion,
+                                                        LiveSessionPlan* plan) {
   const std::vector<std::string> others = sectionsOfSensors(settings);
   settings.eraseKey(kGrabberIgnore);
   const Settings as_given = settings;
   if (!companion.empty()) settings.mergeDefaults(Settings::fromFile(companion));
   SettingsReader reader(settings);
   for (const std::string& section : others) reader.ignoreSection(section);
-  for (const char* section : {"Rendezvous", "Robots", "Joint"}) reader.ignoreSection(section);
+  for (const char* section : {"Robots", "Joint"}) reader.ignoreSection(section);
   RunOptions run;
   describe(reader, plan->options);
   describe(reader, run);
-  if (run.driver == "auto") run.driver = "vir";  // what there is to record is not known yet
-  auto estimator = roles::createEstimator(run.driver);
+  const std::string asked = run.driver;
+  run.driver = driverForLive(asked, settings);  // what there is to record is not known yet
+  auto estimator = roles::estimatorSettings(run.driver);
   if (plan->options.estimate) refuseMixedSections(as_given, others, *estimator);
   estimator->describe(reader);
+  acceptOtherDrivers(asked, run.driver, &reader);
+  plan->peers.prepare(settings);
+  plan->peers.describe(reader);
   reader.ignoreUnknownFrom(companion);
   reader.finish();
   plan->estimator_name = run.driver;
@@ -108,7 +114,7 @@ void run(const Arguments& a, Common& common) {
   plan.results = a.results;
   plan.settings = settings;
   plan.verbose = a.verbose;
-  common.exit_code = runLiveSession(plan) ? kOk : kRunFailed;
+  common.exit_code = runLiveSession(&plan) ? kOk : kRunFailed;
 }
 
 }  // namespace
@@ -120,6 +126,7 @@ std::string LiveSessionPlan::usedIni() const {
   describe(used, recording);
   describe(used, running);
   estimator->describe(used);
+  peers.describe(used);
   return used.text();
 }
 

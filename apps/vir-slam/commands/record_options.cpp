@@ -30,7 +30,7 @@ std::vector<std::string> sectionsOfSensors(const Settings& settings) {
 }
 
 void refuseMixedSections(const Settings& settings, const std::vector<std::string>& sensors,
-                         roles::Estimator& estimator) {
+                         roles::EstimatorSettings& estimator) {
   IniWriter writer(IniWriter::Style::values);
   estimator.describe(writer);
   const Settings own = Settings::fromText(writer.text(), "the estimator's settings");

@@ -29,7 +29,7 @@ std::vector<std::string> sectionsOfSensors(const Settings& settings);
 /// Sections are the same whatever their case. Throws SettingsError if a sensor's section holds a
 /// setting of the estimator as well: neither could tell the other's from a mistake.
 void refuseMixedSections(const Settings& settings, const std::vector<std::string>& sensors,
-                         roles::Estimator& estimator);
+                         roles::EstimatorSettings& estimator);
 /// What an ini says to rawlog-grabber only.
 constexpr const char* kGrabberIgnore = "rawlog-grabber-ignore";
 

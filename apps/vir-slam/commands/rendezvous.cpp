@@ -74,7 +74,7 @@ MergedMap merge(const std::vector<RobotRecord>& robots,
   for (const RobotRecord& robot : robots) {
     const auto T = map.T_root.find(robot.name);
     if (T == map.T_root.end()) continue;
-    evaluation::Trajectory& out = map.trajectories[robot.name];
+    Trajectory& out = map.trajectories[robot.name];
     for (const KnownPose& p : robot.poses) out.push_back({p.t, T->second.pose() * p.T_W_B});
   }
   return map;

@@ -62,10 +62,24 @@ std::string rawlogPath(const Settings& settings, const RunOptions& options) {
 /// Everything a run needs, read and checked before any file is written.
 struct Prepared {
   RunOptions options;
+  /// Where the log goes once there is a folder for it.
+  std::shared_ptr<LogSink> log = std::make_shared<LogSink>();
   std::unique_ptr<roles::Estimator> estimator;
   PeerRun peers;
   std::string used_ini, note;
 };
+
+/// What keeps an estimator from being made is a matter of its settings.
+std::unique_ptr<roles::Estimator> created(const roles::EstimatorSettings& settings,
+                                          const std::shared_ptr<LogSink>& log) {
+  try {
+    return settings.create([log](LogLevel level, const std::string& text) {
+      if (*log) (*log)(level, text);
+    });
+  } catch (const std::exception& e) {
+    throw UsageError(e.what());
+  }
+}
 
 Prepared prepare(const Arguments& arguments, const Common& common) {
   Prepared run;
@@ -86,8 +100,8 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
 
   loadPlugins(common);
   const std::string asked = run.options.driver;
-  run.options.driver = driverFor(asked, run.options.rawlog);
-  run.estimator = roles::createEstimator(run.options.driver);
+  run.options.driver = driverFor(asked, settings, run.options.rawlog);
+  const auto estimator = roles::estimatorSettings(run.options.driver);
   run.peers.prepare(settings);
   SettingsReader reader(settings);
   // An ini of several robots will do for one of them.
@@ -98,30 +112,32 @@ Prepared prepare(const Arguments& arguments, const Common& common) {
   for (const std::string& section : of_sensors) reader.ignoreSection(section);
   RunOptions again;
   describe(reader, again);
-  run.estimator->describe(reader);
+  estimator->describe(reader);
   acceptOtherDrivers(asked, run.options.driver, &reader);
   run.peers.describe(reader);
   reader.ignoreUnknownFrom(companion);
   reader.finish();
 
   IniWriter used(IniWriter::Style::values);
+  run.options.rawlog = fs::absolute(run.options.rawlog).lexically_normal().string();
   describe(used, run.options);
-  run.estimator->describe(used);
+  estimator->describe(used);
   run.peers.describe(used);
   run.used_ini = used.text();
+  run.estimator = created(*estimator, run.log);
   return run;
 }
 
 /// One row with the position, one with the error where the truth is known.
 void addAnchorRows(const results::AnchorResult& anchor, std::vector<TableRow>* rows) {
-  const roles::AnchorEstimate& a = anchor.estimate;
-  const std::string name = "anchor " + std::to_string(a.id);
+  const Anchor& a = anchor.estimate;
+  const std::string title = "anchor " + std::to_string(a.id);
   if (!a.has_position) {
-    rows->push_back({name + " (" + a.state + ")", "-", "m"});
+    rows->push_back({title + " (" + name(a.state) + ")", "-", "m"});
     return;
   }
   const Vec3 sigma = a.covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  rows->push_back({name + " (" + a.state + ")",
+  rows->push_back({title + " (" + name(a.state) + ")",
                    fixed(a.p_W.x(), 3) + " " + fixed(a.p_W.y(), 3) + " " + fixed(a.p_W.z(), 3),
                    "m"});
   rows->push_back({"  standard deviation",
@@ -210,8 +226,9 @@ void run(const Arguments& arguments, Common& common) {
     hooks.log(LogLevel::warning, std::to_string(truth.bad_lines) + " lines of " + truth.path +
                                      " are not id,x,y,z and were left out");
   }
-  const auto estimator = prepared.peers.follow(std::move(prepared.estimator));
-  const results::RunSummary summary = runs::runOffline(*estimator, options, folder, hooks);
+  *prepared.log = hooks.log;
+  prepared.peers.follow(hooks.log, &hooks.observers);
+  const results::RunSummary summary = runs::runOffline(*prepared.estimator, options, folder, hooks);
   bar.clear();
   if (summary.poses == 0) {
     const std::string& why = summary.longest_wait_reason;

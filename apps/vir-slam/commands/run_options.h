@@ -7,7 +7,7 @@ namespace vir::app {
 
 /// What the program itself reads in [Estimator]; the estimator plugin declares the rest.
 struct RunOptions {
-  std::string driver = "vir";
+  std::string driver = "auto";
   std::string rawlog;
   double start_offset_s = 0;
 };

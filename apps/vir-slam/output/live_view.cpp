@@ -17,6 +17,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 
 namespace vir::app {
@@ -47,9 +48,9 @@ struct LiveView::Impl {
   mrpt::opengl::COpenGLViewport::Ptr image_view;
 
   std::mutex mutex;
-  std::vector<roles::StateEstimate> estimates;  // not drawn yet
-  std::vector<roles::AnchorEstimate> anchor_estimates;
-  std::vector<roles::LandmarkEstimate> landmarks;
+  std::vector<StateEstimate> estimates;  // not drawn yet
+  std::vector<Anchor> anchor_estimates;
+  std::vector<Landmark> landmarks;
   std::vector<Eigen::Vector2f> pixels;
   std::shared_ptr<const mrpt::obs::CObservationImage> image;
   std::map<std::uint64_t, RangeNow> ranges;
@@ -80,14 +81,14 @@ struct LiveView::Impl {
   }
 
   void drawPath() {
-    for (const roles::StateEstimate& e : estimates) {
+    for (const StateEstimate& e : estimates) {
       if (!e.valid) continue;
-      const Vec3& p = e.T_W_B.p;
+      const Vec3& p = e.state.T_W_B.p;
       const bool joined = last_p && e.segment == segment;
       if (joined) path->appendLine(last_p->x(), last_p->y(), last_p->z(), p.x(), p.y(), p.z());
       last_p = p;
       segment = e.segment;
-      robot->setPose(rawlog::toMrptPose(e.T_W_B));
+      robot->setPose(rawlog::toMrptPose(e.state.T_W_B));
     }
     estimates.clear();
     if (last_p) {
@@ -99,7 +100,7 @@ struct LiveView::Impl {
 
   void drawAnchors() {
     anchors->clear();
-    for (const roles::AnchorEstimate& a : anchor_estimates) {
+    for (const Anchor& a : anchor_estimates) {
       if (!a.has_position || !a.p_W.allFinite() || !a.covariance.allFinite()) continue;
       auto ellipsoid = mrpt::opengl::CEllipsoid3D::Create();
       const Mat3 least = Mat3::Identity() * 1e-4;
@@ -127,7 +128,7 @@ struct LiveView::Impl {
     if (!new_map) return;
     new_map = false;
     points->clear();
-    for (const roles::LandmarkEstimate& l : landmarks) {
+    for (const Landmark& l : landmarks) {
       if (l.p_W.allFinite()) points->insertPoint(l.p_W.x(), l.p_W.y(), l.p_W.z());
     }
   }
@@ -154,8 +155,7 @@ LiveView::LiveView() {
 
 LiveView::~LiveView() = default;
 
-void LiveView::setEstimate(const roles::StateEstimate& estimate,
-                           const roles::Estimator& estimator) {
+void LiveView::setEstimate(const StateEstimate& estimate, const roles::Estimator& estimator) {
   if (impl_->closed) return;
   const std::lock_guard<std::mutex> lock(impl_->mutex);
   impl_->estimates.push_back(estimate);
@@ -172,7 +172,7 @@ void LiveView::setObservation(const mrpt::obs::CObservation::Ptr& observation) {
     impl_->image = image;
   } else if (auto range = std::dynamic_pointer_cast<const mrpt::obs::CObservationBeaconRanges>(
                  observation)) {
-    if (range->sensorLabel == "PEER") return;
+    if (range->sensorLabel == rawlog::kPeerLabel) return;
     for (const auto& r : range->sensedData) {
       impl_->ranges[static_cast<std::uint64_t>(r.beaconID)] = {r.sensedDistance};
     }

@@ -10,11 +10,12 @@ using Json = nlohmann::ordered_json;
 
 Json array(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-void putPose(Json* json, TimeNs t, const Pose& T_W_B, const Vec3& v_W_B) {
-  (*json)["t_ns"] = t;
+void putState(Json* json, const State& state) {
+  const Pose& T_W_B = state.T_W_B;
+  (*json)["t_ns"] = state.t;
   (*json)["p"] = array(T_W_B.p);
   (*json)["q"] = {T_W_B.q.x(), T_W_B.q.y(), T_W_B.q.z(), T_W_B.q.w()};
-  (*json)["v"] = array(v_W_B);
+  (*json)["v"] = array(state.v);
 }
 
 std::string text(const Json& json) {
@@ -23,33 +24,33 @@ std::string text(const Json& json) {
 
 }  // namespace
 
-std::string poseLine(const live::PropagatedPose& pose) {
+std::string poseLine(const State& state) {
   Json json;
   json["type"] = "pose";
-  putPose(&json, pose.t, pose.T_W_B, pose.v_W_B);
+  putState(&json, state);
   return text(json);
 }
 
-std::string estimateLine(const roles::StateEstimate& e) {
+std::string estimateLine(const StateEstimate& e) {
   Json json;
   json["type"] = "estimate";
   json["valid"] = e.valid;
-  putPose(&json, e.t, e.T_W_B, e.v_W_B);
+  putState(&json, e.state);
   const Eigen::Matrix<double, 6, 1> sigma = e.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   json["sigma_p"] = array(sigma.head<3>());
   json["sigma_r"] = array(sigma.tail<3>());
   json["segment"] = e.segment;
   json["tracks"] = e.tracks;
-  json["health"] = e.health;
+  json["health"] = healthText(e);
   return text(json);
 }
 
-std::string anchorLine(TimeNs t, const roles::AnchorEstimate& a) {
+std::string anchorLine(TimeNs t, const Anchor& a) {
   Json json;
   json["type"] = "anchor";
   json["t_ns"] = t;
   json["id"] = a.id;
-  json["state"] = a.state;
+  json["state"] = name(a.state);
   json["p"] = a.has_position ? array(a.p_W) : Json(nullptr);
   json["sigma"] =
       a.has_position ? array(a.covariance.diagonal().cwiseMax(0).cwiseSqrt()) : Json(nullptr);

@@ -2,16 +2,16 @@
 /// What goes over the socket while estimating: JSON, a line each (docs/live.md).
 #include <string>
 
-#include "vir/live/pose_propagator.h"
-#include "vir/roles/estimator.h"
+#include "vir/types/anchor.h"
+#include "vir/types/state.h"
 
 namespace vir::app {
 
 /// {"type":"pose",...}: propagated, per reading of the IMU.
-std::string poseLine(const live::PropagatedPose& pose);
+std::string poseLine(const State& state);
 /// {"type":"estimate",...}: per image.
-std::string estimateLine(const roles::StateEstimate& estimate);
+std::string estimateLine(const StateEstimate& estimate);
 /// {"type":"anchor",...}.
-std::string anchorLine(TimeNs t, const roles::AnchorEstimate& anchor);
+std::string anchorLine(TimeNs t, const Anchor& anchor);
 
 }  // namespace vir::app

@@ -20,14 +20,13 @@ std::string format(const char* pattern, ...) {
   return text;
 }
 
-evaluation::Trajectory trajectoryOf(const RobotRecord& robot) {
-  evaluation::Trajectory out;
+Trajectory trajectoryOf(const RobotRecord& robot) {
+  Trajectory out;
   for (const KnownPose& p : robot.poses) out.push_back({p.t, p.T_W_B});
   return out;
 }
 
-std::optional<Pose> truthFrom(const evaluation::Trajectory& truth,
-                              const evaluation::Trajectory& estimate) {
+std::optional<Pose> truthFrom(const Trajectory& truth, const Trajectory& estimate) {
   if (truth.size() < 3 || estimate.size() < 3) return std::nullopt;
   try {
     return evaluation::evaluate(truth, estimate, evaluation::EvaluationOptions{}).transform.T_R_E;
@@ -37,10 +36,9 @@ std::optional<Pose> truthFrom(const evaluation::Trajectory& truth,
 }
 
 /// Of a trajectory that T lays onto the truth.
-std::optional<double> rmseIn(const evaluation::Trajectory& truth, const Pose& T,
-                             const evaluation::Trajectory& estimate) {
-  evaluation::Trajectory in_truth;
-  for (const evaluation::StampedPose& p : estimate) in_truth.push_back({p.t, T * p.T_W_B});
+std::optional<double> rmseIn(const Trajectory& truth, const Pose& T, const Trajectory& estimate) {
+  Trajectory in_truth;
+  for (const StampedPose& p : estimate) in_truth.push_back({p.t, T * p.T_W_B});
   evaluation::EvaluationOptions options;
   options.alignment = evaluation::Alignment::none;
   try {
@@ -62,7 +60,7 @@ std::string word(std::string text) {
 
 std::optional<MergeError> mergeError(const RobotRecord& a, const RobotRecord& b,
                                      const team::WorldTransform& T_A_B, const MergedMap& map) {
-  const evaluation::Trajectory own_a = trajectoryOf(a), own_b = trajectoryOf(b);
+  const Trajectory own_a = trajectoryOf(a), own_b = trajectoryOf(b);
   const auto T_G_A = truthFrom(a.truth, own_a);
   const auto T_G_B = truthFrom(b.truth, own_b);
   const auto merged_a = map.trajectories.find(a.name), merged_b = map.trajectories.find(b.name);
@@ -100,7 +98,7 @@ void writeMergedLandmarks(const results::ResultsFolder& folder, const MergedMap&
     const auto T = map.T_root.find(robots[i].name);
     if (T == map.T_root.end()) continue;
     const evaluation::Color c = evaluation::figureColor(i);
-    for (const roles::LandmarkEstimate& l : robots[i].landmarks) {
+    for (const Landmark& l : robots[i].landmarks) {
       if (!l.p_W.allFinite()) continue;
       const Vec3 p = T->second * l.p_W;
       lines.push_back(format("%.4f %.4f %.4f %d %d %d", p.x(), p.y(), p.z(), c.r, c.g, c.b));
@@ -147,15 +145,14 @@ constexpr TimeNs kNeverCut = INT64_MAX;
 constexpr std::size_t kMostPoints = 4000;
 constexpr double kSceneGap = 4;  // [m], between worlds that are shown apart
 
-evaluation::Trajectory thinned(const evaluation::Trajectory& path) {
+Trajectory thinned(const Trajectory& path) {
   const std::size_t n = path.size() / kMostPoints + 1;
-  evaluation::Trajectory out;
+  Trajectory out;
   for (std::size_t i = 0; i < path.size(); i += n) out.push_back(path[i]);
   return out;
 }
 
-void addPath(const evaluation::Trajectory& path, evaluation::Color color,
-             evaluation::Panel* panel) {
+void addPath(const Trajectory& path, evaluation::Color color, evaluation::Panel* panel) {
   panel->curves.push_back({color, 1.6, evaluation::pathStrokes(thinned(path), 0, 1, kNeverCut)});
   if (path.empty()) return;
   const Vec3& p = path.front().T_W_B.p;
@@ -165,7 +162,7 @@ void addPath(const evaluation::Trajectory& path, evaluation::Color color,
 void addAnchors(const RobotRecord& robot, const team::WorldTransform& T, evaluation::Color color,
                 evaluation::Panel* panel) {
   if (robot.anchors.empty()) return;
-  for (const roles::AnchorEstimate& a : robot.anchors.back().anchors) {
+  for (const Anchor& a : robot.anchors.back().anchors) {
     if (!a.has_position || !a.p_W.allFinite()) continue;
     const Vec3 p = T * a.p_W;
     panel->marks.push_back({{p.x(), p.y()},
@@ -177,9 +174,9 @@ void addAnchors(const RobotRecord& robot, const team::WorldTransform& T, evaluat
 }
 
 /// Smallest and largest coordinates of a path.
-std::pair<Vec3, Vec3> extentOf(const evaluation::Trajectory& path) {
+std::pair<Vec3, Vec3> extentOf(const Trajectory& path) {
   std::pair<Vec3, Vec3> out(Vec3::Constant(1e300), Vec3::Constant(-1e300));
-  for (const evaluation::StampedPose& p : path) {
+  for (const StampedPose& p : path) {
     out.first = out.first.cwiseMin(p.T_W_B.p);
     out.second = out.second.cwiseMax(p.T_W_B.p);
   }
@@ -201,8 +198,7 @@ void writeRendezvousScene(const results::ResultsFolder& folder, const MergedMap&
         "robot " + robot.name, evaluation::figureColor(i), T->second.pose(), {}, {}, {}};
     // The path is in the common world already.
     const Pose back = merged.T.inverse();
-    for (const evaluation::StampedPose& p : path->second)
-      merged.path.push_back({p.t, back * p.T_W_B});
+    for (const StampedPose& p : path->second) merged.path.push_back({p.t, back * p.T_W_B});
     if (!robot.anchors.empty()) merged.anchors = robot.anchors.back().anchors;
     merged.landmarks = robot.landmarks;
     lowest = std::min(lowest, extentOf(path->second).first.z());

@@ -15,8 +15,8 @@ namespace vir::app {
 /// Everything that is tied together, in the world of `root`.
 struct MergedMap {
   std::string root;
-  std::map<std::string, team::WorldTransform> T_root;          ///< from each tied robot's world
-  std::map<std::string, evaluation::Trajectory> trajectories;  ///< in the root's world
+  std::map<std::string, team::WorldTransform> T_root;  ///< from each tied robot's world
+  std::map<std::string, Trajectory> trajectories;      ///< in the root's world
 };
 
 /// How well robot B lies in A's world, where both have ground truth.

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "commands/commands.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_reader.h"
@@ -77,10 +78,10 @@ class Table {
   int line_ = 1;
 };
 
-evaluation::Trajectory readPath(const std::string& file) {
+Trajectory readPath(const std::string& file) {
   std::ifstream in(file);
   evaluation::ReadReport report;
-  evaluation::Trajectory out = evaluation::readTum(in, &report);
+  Trajectory out = evaluation::readTum(in, &report);
   if (report.skipped() > 0) throw std::runtime_error(file + ": " + report.messages.front());
   return out;
 }
@@ -89,7 +90,7 @@ void readPoses(const std::string& folder, RobotRecord* record) {
   std::map<TimeNs, int> segments;
   Table frames(folder + "/frames.csv");
   while (frames.next()) segments[frames.stamp()] = static_cast<int>(frames.number("segment"));
-  for (const evaluation::StampedPose& p : readPath(folder + "/trajectory.tum")) {
+  for (const StampedPose& p : readPath(folder + "/trajectory.tum")) {
     const auto segment = segments.find(p.t);
     record->poses.push_back({p.t, p.T_W_B, Eigen::Matrix<double, 6, 6>::Zero(),
                              segment == segments.end() ? 0 : segment->second});
@@ -119,10 +120,10 @@ void readAnchors(const std::string& file, RobotRecord* record) {
     return Vec3(table.number(x), table.number(y), table.number(z));
   };
   while (table.next()) {
-    roles::AnchorEstimate a;
+    Anchor a;
     const std::string& id = table.text("id");
     std::from_chars(id.data(), id.data() + id.size(), a.id);
-    a.state = table.text("state");
+    parse(table.text("state"), &a.state);
     a.has_position = !table.text("x").empty();
     if (a.has_position) {
       a.p_W = vectorOf("x", "y", "z");
@@ -132,7 +133,7 @@ void readAnchors(const std::string& file, RobotRecord* record) {
           a.covariance(r, c) = table.number(std::string("cov_") + kAxes[r] + kAxes[c]);
         }
       }
-      if (a.state == "mirror_open") {
+      if (a.state == AnchorState::mirror_open) {
         a.mirror_p_W = vectorOf("mirror_x_m", "mirror_y_m", "mirror_z_m");
       }
     }
@@ -149,7 +150,7 @@ void readLandmarks(const std::string& file, RobotRecord* record) {
   for (std::uint64_t id = 0; std::getline(in, line); ++id) {
     std::istringstream numbers(line);
     numbers.imbue(std::locale::classic());
-    roles::LandmarkEstimate l;
+    Landmark l;
     l.id = id;
     if (numbers >> l.p_W.x() >> l.p_W.y() >> l.p_W.z()) record->landmarks.push_back(l);
   }
@@ -178,20 +179,19 @@ void readRunFolder(const RunFolder& folder, RobotRecord* record) {
   readLandmarks(folder.path + "/landmarks.ply", record);
   const std::string smoothed = folder.path + "/trajectory_smoothed.tum";
   if (!fs::exists(smoothed)) return;
-  for (const evaluation::StampedPose& p : readPath(smoothed))
-    record->keyframes.push_back({p.t, p.T_W_B});
+  for (const StampedPose& p : readPath(smoothed)) record->keyframes.push_back({p.t, p.T_W_B});
 }
 
 void readRecording(const std::string& rawlog, const std::string& peer_label, RobotRecord* record) {
   rawlog::RawlogReader reader(rawlog);
   while (const auto observation = reader.next()) {
-    if (observation->sensorLabel != "GT") {
+    if (observation->sensorLabel != rawlog::kGroundTruthLabel) {
       noteObservation(*observation, peer_label, record);
       continue;
     }
     const auto pose = std::dynamic_pointer_cast<mrpt::obs::CObservationRobotPose>(observation);
     if (!pose) continue;
-    evaluation::Trajectory& truth = record->truth;
+    Trajectory& truth = record->truth;
     const TimeNs t = rawlog::fromMrptTime(pose->timestamp);
     if (truth.empty() || t > truth.back().t)
       truth.push_back({t, rawlog::fromMrptPose(pose->pose.mean)});

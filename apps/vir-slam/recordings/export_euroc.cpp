@@ -13,6 +13,7 @@
 
 #include "recordings/exporter.h"
 #include "vir/core/settings.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
@@ -93,10 +94,10 @@ class EurocExporter : public Exporter {
     } else if (const auto* imu = dynamic_cast<const CObservationIMU*>(&o)) {
       return addImu(*imu, t);
     } else if (const auto* pose = dynamic_cast<const CObservationRobotPose*>(&o)) {
-      if (o.sensorLabel != "GT") return false;
+      if (o.sensorLabel != rawlog::kGroundTruthLabel) return false;
       addTruth(rawlog::fromMrptPose(pose->pose.mean), t);
     } else if (const auto* ranges = dynamic_cast<const CObservationBeaconRanges*>(&o)) {
-      if (o.sensorLabel == "PEER") return false;
+      if (o.sensorLabel == rawlog::kPeerLabel) return false;
       addRanges(*ranges, t);
     } else {
       return false;

@@ -19,6 +19,8 @@
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 
+#include "vir/rawlog/labels.h"
+
 namespace vir::app {
 namespace {
 
@@ -65,20 +67,19 @@ std::string takeAnchor(const std::vector<std::string>& fields, AnchorPositions* 
   return {};
 }
 
-std::optional<Pose> poseAt(const evaluation::Trajectory& truth, TimeNs t) {
-  const auto next =
-      std::lower_bound(truth.begin(), truth.end(), t,
-                       [](const evaluation::StampedPose& p, TimeNs at) { return p.t < at; });
+std::optional<Pose> poseAt(const Trajectory& truth, TimeNs t) {
+  const auto next = std::lower_bound(truth.begin(), truth.end(), t,
+                                     [](const StampedPose& p, TimeNs at) { return p.t < at; });
   if (next == truth.end()) return std::nullopt;
   if (next->t == t) return next->T_W_B;
   if (next == truth.begin()) return std::nullopt;
-  const evaluation::StampedPose& before = *std::prev(next);
+  const StampedPose& before = *std::prev(next);
   if (next->t - before.t > kMaxGap) return std::nullopt;
   const double s = static_cast<double>(t - before.t) / static_cast<double>(next->t - before.t);
   return evaluation::interpolate(before.T_W_B, next->T_W_B, s);
 }
 
-void read(rawlog::RawlogReader* reader, evaluation::Trajectory* truth, std::vector<Range>* ranges) {
+void read(rawlog::RawlogReader* reader, Trajectory* truth, std::vector<Range>* ranges) {
   ProgressBar bar;
   while (const auto observation = reader->next()) {
     if (interrupted()) throw std::runtime_error("interrupted; nothing has been written");
@@ -86,11 +87,12 @@ void read(rawlog::RawlogReader* reader, evaluation::Trajectory* truth, std::vect
     const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
     if (const auto pose =
             std::dynamic_pointer_cast<mrpt::obs::CObservationRobotPose>(observation)) {
-      if (pose->sensorLabel == "GT") truth->push_back({t, rawlog::fromMrptPose(pose->pose.mean)});
+      if (pose->sensorLabel == rawlog::kGroundTruthLabel)
+        truth->push_back({t, rawlog::fromMrptPose(pose->pose.mean)});
     }
     const auto beacons =
         std::dynamic_pointer_cast<mrpt::obs::CObservationBeaconRanges>(observation);
-    if (!beacons || beacons->sensorLabel == "PEER") continue;
+    if (!beacons || beacons->sensorLabel == rawlog::kPeerLabel) continue;
     for (const auto& m : beacons->sensedData) {
       const auto& u = m.sensorLocationOnRobot;
       ranges->push_back({t, m.beaconID, m.sensedDistance, Vec3(u.x(), u.y(), u.z())});
@@ -99,9 +101,7 @@ void read(rawlog::RawlogReader* reader, evaluation::Trajectory* truth, std::vect
   const auto earlier = [](const auto& a, const auto& b) { return a.t < b.t; };
   std::stable_sort(truth->begin(), truth->end(), earlier);
   truth->erase(std::unique(truth->begin(), truth->end(),
-                           [](const evaluation::StampedPose& a, const evaluation::StampedPose& b) {
-                             return a.t == b.t;
-                           }),
+                           [](const StampedPose& a, const StampedPose& b) { return a.t == b.t; }),
                truth->end());
   std::stable_sort(ranges->begin(), ranges->end(), earlier);
 }
@@ -144,7 +144,7 @@ void addAnchorFile(const std::string& path, AnchorPositions* anchors) {
 
 void addRecording(const std::string& rawlog, const AnchorPositions& anchors, UwbSamples* out) {
   rawlog::RawlogReader reader(rawlog);
-  evaluation::Trajectory truth;
+  Trajectory truth;
   std::vector<Range> ranges;
   read(&reader, &truth, &ranges);
   if (!reader.damage().empty()) out->damage.push_back(reader.damage());
@@ -158,7 +158,7 @@ void addRecording(const std::string& rawlog, const AnchorPositions& anchors, Uwb
   const int first_series = out->samples.empty() ? 0 : out->samples.back().series + 1000;
   for (const Range& r : ranges) {
     ++out->ranges;
-    if (check.check(r.anchor, r.t, r.measured_m) != ranging::RangeProblem::none) continue;
+    if (check.check(r.anchor, r.t, r.measured_m) != RangeDecision::accepted) continue;
     const auto anchor = anchors.find(r.anchor);
     if (anchor == anchors.end()) {
       ++out->unknown_anchor[r.anchor];

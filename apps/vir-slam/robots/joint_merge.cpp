@@ -16,7 +16,7 @@ struct Member {
 team::JointRobot jointRobotOf(const RobotRecord& record, const team::WorldTransform& T_root) {
   team::JointRobot robot;
   robot.T_C_W = T_root;
-  for (const evaluation::StampedPose& p : record.odometry) {
+  for (const StampedPose& p : record.odometry) {
     if (!robot.odometry.empty() && p.t <= robot.odometry.back().t) continue;
     robot.odometry.push_back({p.t, p.T_W_B});
   }
@@ -58,10 +58,10 @@ void takeOver(const team::JointSolution& solution, const std::vector<Member>& me
   const team::WorldTransform T_root_C = solution.T_C_W[0].inverse();
   for (const Member& m : members) {
     map->T_root[m.record->name] = T_root_C * solution.T_C_W[m.place];
-    evaluation::Trajectory& out = map->trajectories[m.record->name];
+    Trajectory& out = map->trajectories[m.record->name];
     out.clear();
-    for (const team::TimedPose& p : solution.trajectories[m.place]) {
-      out.push_back({p.t, T_root_C.pose() * p.pose});
+    for (const StampedPose& p : solution.trajectories[m.place]) {
+      out.push_back({p.t, T_root_C.pose() * p.T_W_B});
     }
   }
   for (PairResult& pair : *pairs) {

@@ -74,10 +74,10 @@ MutualRanges mutualRanges(const RobotRecord& a, const RobotRecord& b) {
 std::vector<team::SharedAnchor> sharedAnchors(const RobotRecord& a, const RobotRecord& b,
                                               TimeNs t) {
   std::vector<team::SharedAnchor> out;
-  for (const roles::AnchorEstimate& own : a.anchorsAt(t)) {
+  for (const Anchor& own : a.anchorsAt(t)) {
     const auto in_A = believed(own);
     if (!in_A) continue;
-    for (const roles::AnchorEstimate& other : b.anchorsAt(t)) {
+    for (const Anchor& other : b.anchorsAt(t)) {
       const auto in_B = other.id == own.id ? believed(other) : std::nullopt;
       if (!in_B) continue;
       out.push_back({own.id, in_A->p_W, in_B->p_W, in_A->covariance, in_B->covariance});

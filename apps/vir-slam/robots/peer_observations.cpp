@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
@@ -93,14 +94,14 @@ std::optional<KnownPose> poseAt(const std::vector<KnownPose>& poses, TimeNs t) {
   return out;
 }
 
-std::optional<SentPosition> believed(const roles::AnchorEstimate& a) {
+std::optional<SentPosition> believed(const Anchor& a) {
   if (!a.has_position || !a.p_W.allFinite() || !a.covariance.allFinite()) return std::nullopt;
   SentPosition out{0, a.p_W, a.covariance};
-  if (a.state == "mirror_open") {
+  if (a.state == AnchorState::mirror_open) {
     const Vec3 apart = a.mirror_p_W - a.p_W;
     if (!(apart.norm() < kNearMirror)) return std::nullopt;
     out.covariance += apart * apart.transpose();
-  } else if (a.state != "estimated" && a.state != "fixed") {
+  } else if (a.state != AnchorState::estimated && a.state != AnchorState::fixed) {
     return std::nullopt;
   }
   return out;

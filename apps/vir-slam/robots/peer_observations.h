@@ -57,6 +57,6 @@ std::optional<PeerBroadcast> broadcastOf(const mrpt::obs::CObservation& observat
 std::optional<KnownPose> poseAt(const std::vector<KnownPose>& poses, TimeNs t);
 
 /// What a robot believes of an anchor; empty if it is not to be relied on.
-std::optional<SentPosition> believed(const roles::AnchorEstimate& anchor);
+std::optional<SentPosition> believed(const Anchor& anchor);
 
 }  // namespace vir::app

@@ -38,20 +38,20 @@ void PeerRun::describe(OptionVisitor& used) const {
   solver->describe(used);
 }
 
-std::unique_ptr<roles::Estimator> PeerRun::follow(std::unique_ptr<roles::Estimator> estimator) {
-  if (!available_ || !options_.in_run) return estimator;
-  auto tracking = std::make_unique<PeerTracking>(std::move(estimator), options_, [this] {
+void PeerRun::follow(const LogSink& log, std::vector<results::RunObserver*>* observers) {
+  if (!available_ || !options_.in_run) return;
+  const auto create_solver = [this] {
     auto solver = roles::createRendezvous(options_.driver);
     SettingsReader reader(settings_);
     solver->describe(reader);
     return solver;
-  });
-  tracking_ = tracking.get();
-  return tracking;
+  };
+  tracking_ = std::make_unique<PeerTracking>(options_, create_solver, log);
+  observers->push_back(tracking_.get());
 }
 
 void PeerRun::write(const results::ResultsFolder& folder) const {
-  if (tracking_ != nullptr) tracking_->write(folder);
+  if (tracking_) tracking_->write(folder);
 }
 
 void addPeerRows(const std::vector<roles::PeerResult>& peers, std::vector<TableRow>* rows) {

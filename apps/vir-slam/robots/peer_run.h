@@ -1,5 +1,5 @@
 #pragma once
-/// Other robots in `vir-slam run`.
+/// Other robots in `vir-slam run` and `vir-slam record`.
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,7 +11,8 @@
 
 namespace vir::app {
 
-/// Section [Rendezvous] of a run, and the estimator that follows other robots if it is to.
+/// Section [Rendezvous] of a run, and the observer that follows other robots if they are to be
+/// followed.
 class PeerRun {
  public:
   /// Plugins must have been loaded. Throws SettingsError.
@@ -20,16 +21,17 @@ class PeerRun {
   /// it is in the settings: then createRendezvous() throws PluginError.
   void describe(SettingsReader& reader) const;
   void describe(OptionVisitor& used) const;
-  /// Wraps `estimator`, or hands it back where nobody is to be followed.
-  std::unique_ptr<roles::Estimator> follow(std::unique_ptr<roles::Estimator> estimator);
-  /// Results of the estimator that follow() gave, while it exists.
+  /// Adds the observer that follows the others; nothing where nobody is to be followed. It belongs
+  /// to this object.
+  void follow(const LogSink& log, std::vector<results::RunObserver*>* observers);
+  /// Results of what follow() added.
   void write(const results::ResultsFolder& folder) const;
 
  private:
   Settings settings_;
   RendezvousRunOptions options_;
   bool available_ = false;
-  const PeerTracking* tracking_ = nullptr;
+  std::unique_ptr<PeerTracking> tracking_;
 };
 
 void addPeerRows(const std::vector<roles::PeerResult>& peers, std::vector<TableRow>* rows);

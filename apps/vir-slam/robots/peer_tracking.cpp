@@ -5,6 +5,7 @@
 
 #include "output/rendezvous_output.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/results/run_recorder.h"
 
 namespace vir::app {
 namespace {
@@ -41,11 +42,6 @@ std::string placed(const roles::PeerResult& peer, const team::TransformSolution&
 }
 
 }  // namespace
-
-void PeerTracking::start(const LogSink& log) {
-  log_ = log;
-  inner_->start(log);
-}
 
 PeerTracking::Peer* PeerTracking::peerOf(int id) {
   const auto known = peers_.find(id);
@@ -91,7 +87,7 @@ void PeerTracking::hear(const PeerBroadcast& broadcast) {
   trim(&peer->heard);
 }
 
-void PeerTracking::add(const mrpt::obs::CObservation& observation) {
+void PeerTracking::onObservation(const mrpt::obs::CObservation& observation) {
   // Only labels are looked at where no robot is ranged to.
   now_ = std::max(now_, rawlog::fromMrptTime(observation.timestamp));
   const std::string& label = observation.sensorLabel;
@@ -107,39 +103,28 @@ void PeerTracking::add(const mrpt::obs::CObservation& observation) {
     const auto broadcast = broadcastOf(observation, options_.peer_label, &unusable_);
     if (broadcast) hear(*broadcast);
   }
-  inner_->add(observation);
 }
 
-void PeerTracking::finish() {
-  inner_->finish();
-  finished_ = true;
-}
-
-void PeerTracking::keepPose(const roles::StateEstimate& e) {
-  if (!e.valid || !e.T_W_B.p.allFinite() || !e.T_W_B.q.coeffs().allFinite()) return;
-  if (!poses_.empty() && e.t <= poses_.back().t) return;
-  poses_.push_back({e.t, e.T_W_B, e.covariance, e.segment});
+void PeerTracking::keepPose(const StateEstimate& e) {
+  if (!e.valid || !e.state.T_W_B.p.allFinite() || !e.state.T_W_B.q.coeffs().allFinite()) return;
+  if (!poses_.empty() && e.state.t <= poses_.back().t) return;
+  poses_.push_back({e.state.t, e.state.T_W_B, e.covariance, e.segment});
   trim(&poses_);
 }
 
-std::vector<roles::StateEstimate> PeerTracking::take() {
-  std::vector<roles::StateEstimate> estimates = inner_->take();
-  for (const roles::StateEstimate& e : estimates) keepPose(e);
-  resolve();
-  return estimates;
+void PeerTracking::onOutput(const roles::EstimatorOutput& output,
+                            const roles::Estimator& estimator) {
+  for (const StateEstimate& e : output.states) keepPose(e);
+  useWaiting(estimator);
 }
 
-void PeerTracking::resolve() {
+void PeerTracking::useWaiting(const roles::Estimator& estimator) {
   std::size_t done = 0;
-  while (done < waiting_.size() && settle(waiting_[done])) ++done;
+  while (done < waiting_.size() && useOrCount(waiting_[done], estimator)) ++done;
   waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<long>(done));
-  if (!finished_) return;
-  for (auto& [id, peer] : peers_) {
-    if (!peer.asked) ask(&peer);
-  }
 }
 
-bool PeerTracking::settle(const PeerObservation& range) {
+bool PeerTracking::useOrCount(const PeerObservation& range, const roles::Estimator& estimator) {
   Peer& peer = peers_.at(range.peer);
   const bool behind = !poses_.empty() && poses_.back().t >= range.t;
   if (!behind && !finished_ && now_ < range.t + kLongestWait) return false;
@@ -151,13 +136,13 @@ bool PeerTracking::settle(const PeerObservation& range) {
   } else if (!own) {
     ++peer.result.without_pose;
   } else {
-    use(range, *own, *sent, &peer);
+    use(range, *own, *sent, estimator, &peer);
   }
   return true;
 }
 
 void PeerTracking::use(const PeerObservation& range, const KnownPose& own, const SentPosition& sent,
-                       Peer* peer) {
+                       const roles::Estimator& estimator, Peer* peer) {
   int segment = 0;
   for (const auto& [from, number] : peer->new_worlds) {
     if (sent.t >= from) segment = number;
@@ -169,15 +154,15 @@ void PeerTracking::use(const PeerObservation& range, const KnownPose& own, const
   if (peer->last == 0) peer->first = peer->due = range.t;
   peer->last = range.t;
   peer->asked = false;
-  if (range.t >= peer->due) ask(peer);
+  if (range.t >= peer->due) ask(estimator, peer);
 }
 
-void PeerTracking::ask(Peer* peer) {
+void PeerTracking::ask(const roles::Estimator& estimator, Peer* peer) {
   peer->asked = true;
   peer->due = peer->last + fromSeconds(options_.interval_s);
   if (options_.use_anchors) {
     std::vector<team::SharedAnchor> shared;
-    for (const roles::AnchorEstimate& a : inner_->anchors()) {
+    for (const Anchor& a : estimator.anchors()) {
       const auto own = believed(a);
       const auto other = peer->anchors.find(a.id);
       if (!own || other == peer->anchors.end()) continue;
@@ -210,9 +195,14 @@ std::vector<roles::PeerResult> PeerTracking::peers() const {
   return out;
 }
 
-roles::EstimatorReport PeerTracking::report() const {
-  roles::EstimatorReport report = inner_->report();
-  if (peers_.empty() && unusable_ == 0) return report;
+void PeerTracking::onEnd(const roles::Estimator& estimator, results::RunSummary* summary) {
+  finished_ = true;
+  useWaiting(estimator);
+  for (auto& [id, peer] : peers_) {
+    if (!peer.asked) ask(estimator, &peer);
+  }
+  summary->peers = peers();
+  if (peers_.empty() && unusable_ == 0) return;
   long ranges = 0, without_broadcast = 0, without_pose = 0;
   for (const auto& [id, peer] : peers_) {
     const roles::PeerResult& r = peer.result;
@@ -220,18 +210,17 @@ roles::EstimatorReport PeerTracking::report() const {
     without_broadcast += r.without_broadcast;
     without_pose += r.without_pose;
     if (r.without_broadcast == 0) continue;
-    report.warnings.push_back(std::to_string(r.without_broadcast) + " of " +
-                              std::to_string(r.ranges) + " ranges to robot " + std::to_string(id) +
-                              " came without its position (" + options_.peer_label + ":" +
-                              std::to_string(id) + " with the range's stamp): not used");
+    summary->warnings.push_back(
+        std::to_string(r.without_broadcast) + " of " + std::to_string(r.ranges) +
+        " ranges to robot " + std::to_string(id) + " came without its position (" +
+        options_.peer_label + ":" + std::to_string(id) + " with the range's stamp): not used");
   }
-  const auto count = [&](const char* name, long n) { report.counters.emplace_back(name, n); };
+  const auto count = [&](const char* name, long n) { summary->counters.emplace_back(name, n); };
   count("peer_ranges", ranges);
   count("peer_ranges_without_broadcast", without_broadcast);
   count("peer_ranges_without_pose", without_pose);
   if (unusable_ > 0) count("peer_broadcasts_unusable", unusable_);
   if (too_many_ > 0) count("peer_ranges_of_too_many_robots", too_many_);
-  return report;
 }
 
 void PeerTracking::write(const results::ResultsFolder& folder) const {

@@ -13,7 +13,8 @@
 #include "robots/rendezvous_options.h"
 #include "vir/core/options.h"
 #include "vir/results/results_folder.h"
-#include "vir/roles/estimator.h"
+#include "vir/results/run_observer.h"
+#include "vir/roles/peer_result.h"
 #include "vir/roles/rendezvous.h"
 
 namespace vir::app {
@@ -24,27 +25,20 @@ constexpr const char* kThisRobot = "this";
 /// A solver with its settings read, not started.
 using SolverFactory = std::function<std::unique_ptr<roles::Rendezvous>()>;
 
-/// Runs the estimator inside and follows the others. What a range needs, it waits for: an own pose
-/// on either side of it and the broadcast with its stamp. All that comes without is counted. Memory
-/// is bounded: beside the transforms' history, of everything only the last seconds are kept.
-class PeerTracking final : public roles::Estimator {
+/// Follows the other robots of a run. What a range needs, it waits for: an own pose on either side
+/// of it and the broadcast with its stamp. All that comes without is counted. Memory is bounded:
+/// beside the transforms' history, of everything only the last seconds are kept.
+class PeerTracking final : public results::RunObserver {
  public:
-  PeerTracking(std::unique_ptr<roles::Estimator> inner, const RendezvousRunOptions& options,
-               SolverFactory create_solver)
-      : inner_(std::move(inner)), options_(options), create_solver_(std::move(create_solver)) {}
+  PeerTracking(const RendezvousRunOptions& options, SolverFactory create_solver, LogSink log)
+      : options_(options), create_solver_(std::move(create_solver)), log_(std::move(log)) {}
 
-  void describe(OptionVisitor& v) override { inner_->describe(v); }
-  void start(const LogSink& log) override;
-  void add(const mrpt::obs::CObservation& observation) override;
-  void finish() override;
-  std::vector<roles::StateEstimate> take() override;
-  std::vector<roles::LandmarkEstimate> landmarks() const override { return inner_->landmarks(); }
-  std::vector<roles::KeyframeEstimate> keyframes() const override { return inner_->keyframes(); }
-  std::vector<roles::AnchorEstimate> anchors() const override { return inner_->anchors(); }
-  std::vector<roles::RangeRecord> takeRanges() override { return inner_->takeRanges(); }
-  std::vector<roles::PeerResult> peers() const override;
-  roles::EstimatorReport report() const override;
+  void onObservation(const mrpt::obs::CObservation& observation) override;
+  void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override;
+  void onEnd(const roles::Estimator& estimator, results::RunSummary* summary) override;
 
+  /// Other robots that were ranged to, ordered by id.
+  std::vector<roles::PeerResult> peers() const;
   /// transforms.json and transforms_over_time.csv; nothing if no robot was ranged to.
   void write(const results::ResultsFolder& folder) const;
 
@@ -61,16 +55,15 @@ class PeerTracking final : public roles::Estimator {
   };
 
   void hear(const PeerBroadcast& broadcast);
-  void keepPose(const roles::StateEstimate& estimate);
-  void resolve();
+  void keepPose(const StateEstimate& estimate);
+  void useWaiting(const roles::Estimator& estimator);
   /// False: what the range needs may still come.
-  bool settle(const PeerObservation& range);
+  bool useOrCount(const PeerObservation& range, const roles::Estimator& estimator);
   void use(const PeerObservation& range, const KnownPose& own, const SentPosition& sent,
-           Peer* peer);
-  void ask(Peer* peer);
+           const roles::Estimator& estimator, Peer* peer);
+  void ask(const roles::Estimator& estimator, Peer* peer);
   Peer* peerOf(int id);
 
-  std::unique_ptr<roles::Estimator> inner_;
   RendezvousRunOptions options_;
   SolverFactory create_solver_;
   LogSink log_;

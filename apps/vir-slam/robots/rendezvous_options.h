@@ -2,13 +2,14 @@
 #include <string>
 
 #include "vir/core/options.h"
+#include "vir/rawlog/labels.h"
 
 namespace vir::app {
 
 /// What the program itself reads in [Rendezvous]; the plugin declares the rest.
 struct RendezvousRunOptions {
   std::string driver = "nlopt";
-  std::string peer_label = "PEER";
+  std::string peer_label = rawlog::kPeerLabel;
   bool in_run = true;
   double interval_s = 0.5;
   bool use_anchors = true;

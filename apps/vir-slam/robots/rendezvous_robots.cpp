@@ -137,20 +137,20 @@ std::vector<RobotFile> robotFiles(const Settings& settings, const RobotArguments
 
 /// Reads every setting of a robot's run; throws SettingsError for what nobody knows. No estimator
 /// for a finished run.
-std::unique_ptr<roles::Estimator> configured(const Prepared& p, const RobotFile& robot,
-                                             OptionVisitor* also) {
+std::unique_ptr<roles::EstimatorSettings> configured(const Prepared& p, const RobotFile& robot,
+                                                     OptionVisitor* also) {
   SettingsReader reader(robot.settings);
   reader.ignoreSection(kRobotsSection);
   RunOptions run;
   RendezvousRunOptions rendezvous;
   describe(reader, run);
-  std::unique_ptr<roles::Estimator> estimator;
+  std::unique_ptr<roles::EstimatorSettings> estimator;
   const bool finished = !robot.finished.empty();
   if (!finished) {
-    estimator = roles::createEstimator(robot.driver);
+    estimator = roles::estimatorSettings(robot.driver);
     estimator->describe(reader);
   } else if (p.run.driver != kAutoDriver) {
-    roles::createEstimator(p.run.driver)->describe(reader);
+    roles::estimatorSettings(p.run.driver)->describe(reader);
   }
   acceptOtherDrivers(p.run.driver, robot.driver, &reader);
   describe(reader, rendezvous);
@@ -207,7 +207,8 @@ Prepared prepareRobots(const RobotArguments& arguments, const Common& common) {
     if (!robot.companion.empty()) {
       robot.settings.mergeDefaults(Settings::fromFile(robot.companion));
     }
-    if (robot.finished.empty()) robot.driver = driverFor(out.run.driver, robot.rawlog);
+    if (robot.finished.empty())
+      robot.driver = driverFor(out.run.driver, robot.settings, robot.rawlog);
     IniWriter used(IniWriter::Style::values);
     configured(out, robot, i == 0 ? &used : nullptr);
     if (i == 0) out.used_ini = used.text();
@@ -232,21 +233,22 @@ std::string ownSettings(const Prepared& prepared, const RobotFile& robot) {
 RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robot,
                            const results::ResultsFolder& own, const runs::OfflineRunHooks& hooks) {
   RobotRecord record;
-  RecordingEstimator estimator(configured(prepared, robot, nullptr), &record);
+  const auto estimator = configured(prepared, robot, nullptr)->create(hooks.log);
+  RobotRecorder recorder(&record);
   runs::OfflineRunOptions options;
   options.estimator = robot.driver;
   options.rawlog = robot.rawlog;
   options.start_offset_s = prepared.run.start_offset_s;
   options.true_anchors = anchorsTruthOf(robot.rawlog).anchors;
   results::writeTextFile(own.file("used.ini"), ownSettings(prepared, robot));
-  const results::RunSummary summary = runs::runOffline(estimator, options, own, hooks);
+  runs::OfflineRunHooks observed = hooks;
+  observed.observers.push_back(&recorder);
+  const results::RunSummary summary = runs::runOffline(*estimator, options, own, observed);
   results::writeTextFile(own.file("summary.json"), toJson(summary));
   if (summary.poses == 0) {
     const std::string& why = summary.longest_wait_reason;
     hooks.log(LogLevel::error, "no pose at all" + (why.empty() ? "" : ": " + why));
   }
-  record.landmarks = estimator.landmarks();
-  record.keyframes = estimator.keyframes();
   readRecording(robot.rawlog, prepared.rendezvous.peer_label, &record);
   return record;
 }

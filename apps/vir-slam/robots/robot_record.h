@@ -8,13 +8,13 @@
 
 #include "robots/peer_observations.h"
 #include "vir/evaluation/trajectory.h"
-#include "vir/roles/estimator.h"
+#include "vir/results/run_observer.h"
 
 namespace vir::app {
 
 struct AnchorSnapshot {
   TimeNs t = 0;
-  std::vector<roles::AnchorEstimate> anchors;
+  std::vector<Anchor> anchors;
 };
 
 /// An anchor range or an odometry pose as recorded, for the joint solution.
@@ -32,40 +32,29 @@ struct RobotRecord {
   std::vector<AnchorSnapshot> anchors;
   std::vector<PeerObservation> peer_ranges;
   std::vector<AnchorRangeObservation> anchor_ranges;
-  std::vector<evaluation::StampedPose> odometry;
+  std::vector<StampedPose> odometry;
   bool sees = false;  ///< images or feature tracks are recorded
-  std::vector<roles::LandmarkEstimate> landmarks;
-  std::vector<roles::KeyframeEstimate> keyframes;
-  evaluation::Trajectory truth;
+  std::vector<Landmark> landmarks;
+  std::vector<StampedPose> keyframes;
+  Trajectory truth;
 
   std::optional<KnownPose> at(TimeNs t) const { return poseAt(poses, t); }
   /// The anchors as believed at `t`.
-  const std::vector<roles::AnchorEstimate>& anchorsAt(TimeNs t) const;
+  const std::vector<Anchor>& anchorsAt(TimeNs t) const;
 };
 
 /// Keeps ranges to robots and anchors, and odometry poses; whether there are images.
 void noteObservation(const mrpt::obs::CObservation& observation, const std::string& peer_label,
                      RobotRecord* record);
 
-/// Runs the estimator inside and keeps its poses and what it believed of anchors.
-class RecordingEstimator final : public roles::Estimator {
+/// Keeps the poses of a run and what it believed of anchors.
+class RobotRecorder final : public results::RunObserver {
  public:
-  RecordingEstimator(std::unique_ptr<roles::Estimator> inner, RobotRecord* record)
-      : inner_(std::move(inner)), record_(record) {}
-
-  void describe(OptionVisitor& v) override { inner_->describe(v); }
-  void start(const LogSink& log) override { inner_->start(log); }
-  void add(const mrpt::obs::CObservation& observation) override { inner_->add(observation); }
-  void finish() override { inner_->finish(); }
-  std::vector<roles::StateEstimate> take() override;
-  std::vector<roles::LandmarkEstimate> landmarks() const override { return inner_->landmarks(); }
-  std::vector<roles::KeyframeEstimate> keyframes() const override { return inner_->keyframes(); }
-  std::vector<roles::AnchorEstimate> anchors() const override { return inner_->anchors(); }
-  std::vector<roles::RangeRecord> takeRanges() override { return inner_->takeRanges(); }
-  roles::EstimatorReport report() const override { return inner_->report(); }
+  explicit RobotRecorder(RobotRecord* record) : record_(record) {}
+  void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override;
+  void onEnd(const roles::Estimator& estimator, results::RunSummary* summary) override;
 
  private:
-  std::unique_ptr<roles::Estimator> inner_;
   RobotRecord* record_;
 };
 

@@ -81,7 +81,7 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInit
     covariance.topLeftCorner<3, 3>() = a->prior->covariance;
     mean.head<3>() = a->prior->p_W;
   }
-  window::AnchorState& state = window->addAnchor(a->key(), mean, covariance);
+  window::AnchorNode& state = window->addAnchor(a->key(), mean, covariance);
   for (int i = 0; i < 3; ++i) state.x[i] = best.p_W[i];
   state.x[3] = best.bias_m;
   a->phase = found.solutions.size() > 1 ? AnchorPhase::mirror_open : AnchorPhase::estimated;
@@ -124,7 +124,7 @@ void RangeLayer::Impl::settle(AnchorTrack* a, bool settled) {
 }
 
 void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W) {
-  window::AnchorState& state = *window->anchor(a->key());
+  window::AnchorNode& state = *window->anchor(a->key());
   for (int i = 0; i < 3; ++i) state.x[i] = p_W[i];
   // Its mirror image is another one now: settleMirror() looks for it.
   a->phase = AnchorPhase::estimated;
@@ -142,7 +142,7 @@ bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
                                    const std::vector<window::HeldRange>& front) {
   if (a->settled || --a->next_search > 0) return false;
   a->next_search = kSearchPeriod;
-  window::AnchorState& state = *window->anchor(a->key());
+  window::AnchorNode& state = *window->anchor(a->key());
   const std::vector<window::HeldRange> ranges = held(a->key());
   const ranging::AnchorInitialization found = solve(*a, ranges);
   const bool old = t - a->found_at > fromSeconds(kLongestYouthS);
@@ -168,7 +168,7 @@ bool RangeLayer::Impl::settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
                                     const std::vector<window::HeldRange>& front) {
   if (a->mirror_closed || --a->next_check > 0) return false;
   a->next_check = a->phase == AnchorPhase::mirror_open ? kOpenMirrorPeriod : kMirrorPeriod;
-  window::AnchorState& state = *window->anchor(a->key());
+  window::AnchorNode& state = *window->anchor(a->key());
   if (state.fixed) return false;
   const MirrorComparison m =
       compareMirror(*window, a->key(), held(a->key()), front,
@@ -226,12 +226,12 @@ bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
 void RangeLayer::Impl::compareWithFormer(AnchorTrack* a, const AntennaPrediction& antenna,
                                          const window::HeldRange& held) {
   if (!a->former) return;
-  const window::AnchorState* before = window->anchor(a->former->key());
+  const window::AnchorNode* before = window->anchor(a->former->key());
   if (before == nullptr) {
     a->former.reset();
     return;
   }
-  const window::AnchorState* now = window->anchor(a->key());
+  const window::AnchorNode* now = window->anchor(a->key());
   const Innovation there = innovation(*a->former, *before, antenna, held);
   double here = kAnywhere;
   if (now != nullptr) {
@@ -259,7 +259,7 @@ bool RangeLayer::Impl::returnIfFormerFits(TimeNs t, AnchorTrack* a) {
 }
 
 void RangeLayer::Impl::reweigh(AnchorTrack* a, const Held& held) {
-  window::AnchorState& state = *window->anchor(a->key());
+  window::AnchorNode& state = *window->anchor(a->key());
   std::vector<ranging::RangeResidual> residuals;
   for (const window::HeldRange& r : held(a->key())) {
     if (r.merged > 1) continue;

@@ -40,36 +40,43 @@ Feedback BackEnd::process(Packet packet) {
 }
 
 void BackEnd::takeIn(const Packet& packet) {
-  for (const imu::ImuSample& s : packet.readings) imu.add(s);
-  for (const RangeMeasurement& r : packet.ranges) ranges.offer(r);
+  for (const ImuSample& s : packet.readings) imu.add(s);
+  for (const Range& r : packet.ranges) ranges.offer(r);
   for (const DroppedAnchor& a : packet.dropped) {
     if (running) ranges.dropped(a.id, inWorld(window->newest()).T_W_B * a.p_B, a.sigma_m);
   }
   for (const std::string& w : packet.warnings) warn(w);
 }
 
-FrameEstimate BackEnd::estimate(Packet* packet) {
-  FrameEstimate out;
-  out.t = packet->stamp;
-  out.ms_total = packet->ms;
+StateEstimate BackEnd::estimate(Packet* packet) {
+  StateEstimate out;
+  out.t_image = packet->stamp;
+  out.state.t = packet->stamp + fromSeconds(config.camera_time_offset_s);
+  out.ms.total = packet->ms;
   {
-    StageTimer total(&out.ms_total);
+    StageTimer total(&out.ms.total);
     estimateInto(packet, &out);
   }
   out.segment = segment;
   return out;
 }
 
-void BackEnd::estimateInto(Packet* packet, FrameEstimate* out) {
+Health BackEnd::withoutState() const {
+  return running || segment > 0 ? Health::lost : Health::starting;
+}
+
+void BackEnd::estimateInto(Packet* packet, StateEstimate* out) {
   switch (packet->kind) {
     case Packet::Kind::before_imu:
-      out->health = "no IMU readings yet";
+      out->reason = "no IMU readings yet";
       break;
     case Packet::Kind::lost:
-      out->health = kClockSetBack;
+      out->health = withoutState();
+      out->reason = kClockSetBack;
       break;
     case Packet::Kind::silent_imu:
-      out->health = "no IMU readings";
+      out->health = withoutState();
+      out->reason = "no IMU readings";
       if (!running) break;
       origin = window->newest().T_W_B;
       restart("the IMU was silent");
@@ -80,25 +87,26 @@ void BackEnd::estimateInto(Packet* packet, FrameEstimate* out) {
   }
 }
 
-void BackEnd::estimateImage(const Packet& packet, FrameEstimate* out) {
+void BackEnd::estimateImage(const Packet& packet, StateEstimate* out) {
   const vision::TrackedFrame& frame = packet.frame;
   out->tracks = static_cast<int>(frame.features.size());
-  out->ms_pyramid = frame.ms_pyramid;
-  out->ms_flow = frame.ms_flow;
-  out->ms_detect = frame.ms_detect;
+  out->ms.pyramid = frame.ms_pyramid;
+  out->ms.flow = frame.ms_flow;
+  out->ms.detect = frame.ms_detect;
   pixels.clear();
   for (const vision::FeatureObservation& f : frame.features)
     pixels.emplace_back(f.px.cast<float>());
   if (packet.tracker_resets != segment) {
     // Its tracks will not go on: nothing to begin a segment with.
-    out->health = "tracked before the restart";
+    out->health = Health::lost;
+    out->reason = "tracked before the restart";
   } else {
     rest.update(frame, imu);
     if (running) {
       update(frame, out);
     } else {
       tryStart(frame, out);
-      wait_reasons[out->health] += packet.since_last_s;
+      if (!out->valid) wait_reasons[out->reason] += packet.since_last_s;
     }
   }
   last_image = frame.t;
@@ -131,13 +139,14 @@ void BackEnd::dropOldReadings() {
   imu.dropBefore(oldest - fromSeconds(kImuHistoryS));
 }
 
-void BackEnd::tryStart(const vision::TrackedFrame& frame, FrameEstimate* out) {
-  StageTimer timer(&out->ms_start);
+void BackEnd::tryStart(const vision::TrackedFrame& frame, StateEstimate* out) {
+  StageTimer timer(&out->ms.initialise);
   const StartupStatus status = startup->offer(frame, imu, rest, origin, window.get());
   if (status == StartupStatus::waiting) {
-    out->health = startup->reason();
+    out->health = withoutState();
+    out->reason = startup->reason();
     if (!startup->detail().empty()) {
-      log(log_sink, LogLevel::debug, "start refused (" + out->health + "): " + startup->detail());
+      log(log_sink, LogLevel::debug, "start refused (" + out->reason + "): " + startup->detail());
     }
     return;
   }
@@ -156,12 +165,11 @@ void BackEnd::tryStart(const vision::TrackedFrame& frame, FrameEstimate* out) {
   out->keyframe = true;
   window->slide(true);
   out->landmarks = window->landmarksInNewest();
-  out->standing = rest.standing();
-  out->health = out->standing ? "standing" : "ok";
+  out->health = rest.standing() ? Health::standing : Health::ok;
 }
 
-void BackEnd::update(const vision::TrackedFrame& frame, FrameEstimate* out) {
-  const window::NavState previous = window->newest();
+void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
+  const State previous = window->newest();
   const TimeNs t = frame.t;
   bool gap = false;
   imu::Preintegration link =
@@ -171,12 +179,12 @@ void BackEnd::update(const vision::TrackedFrame& frame, FrameEstimate* out) {
     warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
   }
   in_gap = gap;
-  const window::NavState predicted = window::predict(previous, link, config.imu.gravity_mps2, t);
+  const State predicted = window::predict(previous, link, config.imu.gravity_mps2, t);
   window->push(predicted, std::move(link), frame.features, rest.standing());
   attachRanges(previous, predicted);
   window::SolveSummary solve;
   {
-    StageTimer timer(&out->ms_optimise);
+    StageTimer timer(&out->ms.optimise);
     out->keyframe = window->newestIsKeyframe();
     window->triangulate();
     const bool full = out->keyframe || window->newestEndsRestLink();
@@ -193,17 +201,18 @@ void BackEnd::update(const vision::TrackedFrame& frame, FrameEstimate* out) {
     // Carry on from where the readings say it is: better than anything that failed.
     origin = predicted.T_W_B;
     restart(problem);
-    out->health = "restarted: " + problem;
+    out->health = Health::lost;
+    out->reason = "restarted: " + problem;
     return;
   }
   out->state = inWorld(window->newest());
   out->covariance = covarianceInWorld();
   out->valid = true;
-  out->standing = rest.standing();
   const bool blind = t != last_seen;
-  out->health = out->standing ? "standing" : (blind ? "no landmarks, IMU only" : "ok");
+  out->health = rest.standing() ? Health::standing : (blind ? Health::doubtful : Health::ok);
+  if (blind && !rest.standing()) out->reason = "no landmarks, IMU only";
   {
-    StageTimer timer(&out->ms_marginalise);
+    StageTimer timer(&out->ms.marginalise);
     window->slide(out->keyframe);
   }
   collectRetired();
@@ -212,7 +221,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, FrameEstimate* out) {
 std::string BackEnd::failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
                              TimeNs t) {
   if (!solve.usable) return "the solver found no finite solution";
-  const window::NavState s = window->newest();
+  const State s = window->newest();
   if (window->landmarksInNewest() >= 4 || rest.standing()) last_seen = t;
   if (toSeconds(t - last_seen) > config.failure.max_blind_s) {
     return frame.usable ? "no landmarks for too long" : "no usable image for too long";

@@ -22,29 +22,31 @@ struct BackEnd {
   Feedback process(Packet packet);
 
   void takeIn(const Packet& packet);
-  FrameEstimate estimate(Packet* packet);
-  void estimateInto(Packet* packet, FrameEstimate* out);
-  void estimateImage(const Packet& packet, FrameEstimate* out);
+  StateEstimate estimate(Packet* packet);
+  void estimateInto(Packet* packet, StateEstimate* out);
+  /// Of an image that brings no state.
+  Health withoutState() const;
+  void estimateImage(const Packet& packet, StateEstimate* out);
   void leaveOutDropped(Packet* packet);
   void clockSetBack();
   void dropOldReadings();
-  void tryStart(const vision::TrackedFrame& frame, FrameEstimate* out);
-  void update(const vision::TrackedFrame& frame, FrameEstimate* out);
+  void tryStart(const vision::TrackedFrame& frame, StateEstimate* out);
+  void update(const vision::TrackedFrame& frame, StateEstimate* out);
   std::string failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
                       TimeNs t);
   void restart(const std::string& why);
   void collectRetired();
 
   /// Ranges up to the newest frame's time are judged and hung on it. States in O.
-  void attachRanges(const window::NavState& previous, const window::NavState& newest);
+  void attachRanges(const State& previous, const State& newest);
   /// Ranges held by the keyframes of both windows, `motion` being the antenna in W.
   std::vector<window::HeldRange> heldRanges(std::uint64_t key) const;
   void updateAnchors(TimeNs t);
   void startLongWindow();
-  window::NavState inWorld(const window::NavState& s) const;
+  State inWorld(const State& s) const;
   Eigen::Matrix<double, 6, 6> covarianceInWorld() const;
-  std::vector<window::NavState> keyframes() const;
-  std::vector<window::WindowLandmark> landmarks() const;
+  std::vector<State> keyframes() const;
+  std::vector<Landmark> landmarks() const;
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);
     warnings.push_back(text);
@@ -65,9 +67,9 @@ struct BackEnd {
   RestDetector rest;
   window::LongWindow long_window;
   RangeLayer ranges;
-  std::vector<FrameEstimate> results;
-  std::vector<window::NavState> old_keyframes;
-  std::vector<window::WindowLandmark> old_landmarks;
+  std::vector<StateEstimate> results;
+  std::vector<State> old_keyframes;
+  std::vector<Landmark> old_landmarks;
   std::vector<std::string> warnings;
   std::map<std::string, double> wait_reasons;  // seconds
   std::deque<Drops> drops;                     // that the tracker may not have heard of

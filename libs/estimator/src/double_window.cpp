@@ -16,7 +16,7 @@ constexpr double kLostPosition = 1.0, kLostYaw = 0.1;
 constexpr int kIterationsOnChange = 6;
 
 /// Pose between two states: cubic in position (it knows both velocities), slerp in attitude.
-Pose between(const window::NavState& a, const window::NavState& b, TimeNs t) {
+Pose between(const State& a, const State& b, TimeNs t) {
   const double h = toSeconds(b.t - a.t);
   if (h <= 0) return b.T_W_B;
   const double s = toSeconds(t - a.t), u = s / h;
@@ -29,16 +29,16 @@ Pose between(const window::NavState& a, const window::NavState& b, TimeNs t) {
 
 }  // namespace
 
-void BackEnd::attachRanges(const window::NavState& previous, const window::NavState& newest) {
-  const std::vector<RangeMeasurement> due = ranges.dueUntil(newest.t);
+void BackEnd::attachRanges(const State& previous, const State& newest) {
+  const std::vector<Range> due = ranges.dueUntil(newest.t);
   if (due.empty()) return;
   const Pose T_B_O = newest.T_W_B.inverse();
   const Mat3 R_W_O = rotZ(long_window.front().x[3]);
   AntennaPrediction antenna;
   antenna.inner_covariance =
       R_W_O * window->newestCovariance().topLeftCorner<3, 3>() * R_W_O.transpose();
-  std::vector<RangeMeasurement> late;
-  for (const RangeMeasurement& r : due) {
+  std::vector<Range> late;
+  for (const Range& r : due) {
     if (r.t < previous.t - fromSeconds(kLateRangeS)) {
       late.push_back(r);
       continue;
@@ -51,7 +51,7 @@ void BackEnd::attachRanges(const window::NavState& previous, const window::NavSt
     held.lever = T_B_O.q * (T_O_B.q * r.p_B_U);
     window->addRange(held);
   }
-  ranges.discard(late, "too_late");
+  ranges.discard(late, RangeDecision::too_late);
 }
 
 std::vector<window::HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
@@ -83,7 +83,7 @@ void BackEnd::updateAnchors(TimeNs t) {
 }
 
 void BackEnd::startLongWindow() {
-  const window::NavState oldest = window->oldest();
+  const State oldest = window->oldest();
   if (long_window.empty()) {
     long_window.start(oldest.t, oldest.T_W_B, oldest.T_W_B, kStartSigma, kStartSigma);
   } else {
@@ -93,12 +93,12 @@ void BackEnd::startLongWindow() {
     sigma << Vec3::Constant(kLostPosition + kLostSpeed * std::max(0.0, lost)), kLostYaw;
     long_window.advance(oldest.t, oldest.T_W_B, {}, sigma.cwiseAbs2().asDiagonal());
   }
-  const window::NavState newest = window->newest();
-  ranges.discard(ranges.dueUntil(newest.t), "before_the_start");
+  const State newest = window->newest();
+  ranges.discard(ranges.dueUntil(newest.t), RangeDecision::before_the_start);
 }
 
-window::NavState BackEnd::inWorld(const window::NavState& s) const {
-  window::NavState out = s;
+State BackEnd::inWorld(const State& s) const {
+  State out = s;
   out.T_W_B = long_window.toWorld(s.T_W_B);
   out.v = long_window.turnToWorld(s.v);
   return out;
@@ -121,34 +121,34 @@ Eigen::Matrix<double, 6, 6> BackEnd::covarianceInWorld() const {
 
 void BackEnd::collectRetired() {
   for (const window::LongNode& n : long_window.takeRetired()) {
-    window::NavState s;
+    State s;
     s.t = n.t;
     s.T_W_B = n.T_W_B();
     old_keyframes.push_back(s);
   }
-  for (const window::WindowLandmark& l : window->takeRetiredLandmarks()) {
+  for (const Landmark& l : window->takeRetiredLandmarks()) {
     old_landmarks.push_back({l.id, long_window.pointToWorld(l.p_W)});
   }
 }
 
-std::vector<window::NavState> BackEnd::keyframes() const {
-  std::vector<window::NavState> out = old_keyframes;
+std::vector<State> BackEnd::keyframes() const {
+  std::vector<State> out = old_keyframes;
   for (const window::LongNode& n : long_window.nodes()) {
-    window::NavState s;
+    State s;
     s.t = n.t;
     s.T_W_B = n.T_W_B();
     out.push_back(s);
   }
   if (window) {
-    for (const window::NavState& s : window->states()) out.push_back(inWorld(s));
+    for (const State& s : window->states()) out.push_back(inWorld(s));
   }
   return out;
 }
 
-std::vector<window::WindowLandmark> BackEnd::landmarks() const {
-  std::vector<window::WindowLandmark> out = old_landmarks;
+std::vector<Landmark> BackEnd::landmarks() const {
+  std::vector<Landmark> out = old_landmarks;
   if (window) {
-    for (const window::WindowLandmark& l : window->landmarks()) {
+    for (const Landmark& l : window->landmarks()) {
       out.push_back({l.id, long_window.pointToWorld(l.p_W)});
     }
   }

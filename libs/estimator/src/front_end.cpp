@@ -53,7 +53,7 @@ void FrontEnd::addImage(WaitingImage image) {
   processWaiting(false);
 }
 
-void FrontEnd::addImu(const imu::ImuSample& sample) {
+void FrontEnd::addImu(const ImuSample& sample) {
   const bool any = !imu_.empty();
   const TimeNs last = any ? imu_.lastTime() : 0;
   if (imu_.add(sample)) {
@@ -71,7 +71,7 @@ void FrontEnd::addImu(const imu::ImuSample& sample) {
   if (++stepped_back_ >= kClockStepReadings) clockSetBack(sample);
 }
 
-void FrontEnd::clockSetBack(const imu::ImuSample& sample) {
+void FrontEnd::clockSetBack(const ImuSample& sample) {
   ++counters_.clock_steps;
   stepped_back_ = 0;
   counters_.images_without_imu += static_cast<long>(waiting_.size());

@@ -26,10 +26,10 @@ class FrontEnd {
 
   void setCamera(const camera::CameraCalibration& calibration, const Pose& T_B_C);
   bool hasCamera() const { return tracker_ != nullptr; }
-  void addImu(const imu::ImuSample& sample);
+  void addImu(const ImuSample& sample);
   /// Pixels are copied if the image has to wait.
   void addImage(WaitingImage image);
-  void addRange(const RangeMeasurement& range) { next_.ranges.push_back(range); }
+  void addRange(const Range& range) { next_.ranges.push_back(range); }
   void addDropped(const DroppedAnchor& anchor) { next_.dropped.push_back(anchor); }
   void finish();
 
@@ -45,7 +45,7 @@ class FrontEnd {
   /// Rotation of the camera between two times, from the gyro: R_C(t0)_C(t).
   Mat3 rotationSince(TimeNs t0, TimeNs t);
   void follow(Feedback feedback);
-  void clockSetBack(const imu::ImuSample& sample);
+  void clockSetBack(const ImuSample& sample);
   void handOver(Packet::Kind kind, TimeNs stamp);
   TimeNs onImuClock(TimeNs stamp) const;
 

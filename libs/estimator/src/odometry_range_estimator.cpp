@@ -91,8 +91,8 @@ struct OdometryRangeEstimator::Impl {
   window::LongWindow window;
   RangeLayer ranges;
   std::vector<window::HeldRange> front_ranges;
-  std::vector<OdometryEstimate> results;
-  std::vector<std::pair<TimeNs, Pose>> retired;
+  std::vector<StateEstimate> results;
+  std::vector<StampedPose> retired;
   std::vector<std::string> warnings;
   TimeNs last_t = 0;
   Pose last;
@@ -130,8 +130,8 @@ Eigen::Matrix4d OdometryRangeEstimator::Impl::covarianceOf(const Way& w, double 
 
 void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
   const Pose& front = window.front().T_O_B;
-  std::vector<RangeMeasurement> late;
-  for (const RangeMeasurement& r : ranges.dueUntil(t)) {
+  std::vector<Range> late;
+  for (const Range& r : ranges.dueUntil(t)) {
     if (r.t < last_t - fromSeconds(0.5)) {
       late.push_back(r);
       continue;
@@ -148,7 +148,7 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
         covarianceOf(way, toSeconds(t - window.front().t)).topLeftCorner<3, 3>();
     if (ranges.judge(r, antenna, &held)) front_ranges.push_back(held);
   }
-  ranges.discard(late, "too_late");
+  ranges.discard(late, RangeDecision::too_late);
   window::mergeRanges(&front_ranges, kMaxRangesPerNode);
 }
 
@@ -178,7 +178,7 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   window.advance(t, T_O_B, std::move(front_ranges), covariance);
   front_ranges.clear();
   way = Way();
-  for (const window::LongNode& n : window.takeRetired()) retired.emplace_back(n.t, n.T_W_B());
+  for (const window::LongNode& n : window.takeRetired()) retired.push_back({n.t, n.T_W_B()});
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
   // The covariances must know the new node before ranges are judged by them.
   window.solve(config.iterations, front_ranges);
@@ -206,14 +206,14 @@ Eigen::Matrix<double, 6, 6> OdometryRangeEstimator::Impl::covarianceInWorld(
 }
 
 void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
-  OdometryEstimate out;
-  out.t = t;
+  StateEstimate out;
+  out.t_image = out.state.t = t;
   {
-    StageTimer timer(&out.ms_total);
+    StageTimer timer(&out.ms.total);
     if (window.empty()) {
       window.start(t, T_O_B, T_O_B, kStartSigma, kStartSigma);
       window.solve(1, {});
-      ranges.discard(ranges.dueUntil(t), "before_the_start");
+      ranges.discard(ranges.dueUntil(t), RangeDecision::before_the_start);
       out.keyframe = true;
     } else {
       const double step = (T_O_B.p - last.p).norm(), seconds = toSeconds(t - last_t);
@@ -238,13 +238,14 @@ void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
     }
     last = T_O_B;
     last_t = t;
-    out.T_W_B = window.toWorld(T_O_B);
-    out.covariance = covarianceInWorld(out.T_W_B);
-    out.scale = std::exp(window.front().x[4]);
+    out.state.T_W_B = window.toWorld(T_O_B);
+    out.covariance = covarianceInWorld(out.state.T_W_B);
+    out.odometry_scale = std::exp(window.front().x[4]);
     out.segment = segment;
     out.valid = true;
-    out.health = "ok";
+    out.health = Health::ok;
   }
+  out.ms.optimise = out.ms.total;
   results.push_back(out);
 }
 
@@ -257,7 +258,7 @@ void OdometryRangeEstimator::addOdometry(TimeNs t, const Pose& T_O_B) {
   impl_->process(t, {T_O_B.q.normalized(), T_O_B.p});
 }
 
-void OdometryRangeEstimator::addRange(const RangeMeasurement& range) {
+void OdometryRangeEstimator::addRange(const Range& range) {
   if (impl_->config.ranges.use) impl_->ranges.offer(range);
 }
 
@@ -266,19 +267,17 @@ void OdometryRangeEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, do
   impl_->ranges.dropped(id, impl_->window.toWorld(impl_->last) * p_B, sigma_m);
 }
 
-std::vector<OdometryEstimate> OdometryRangeEstimator::take() {
+std::vector<StateEstimate> OdometryRangeEstimator::take() {
   return std::exchange(impl_->results, {});
 }
-std::vector<RangeDecision> OdometryRangeEstimator::takeRanges() { return impl_->ranges.take(); }
-std::vector<AnchorReport> OdometryRangeEstimator::anchors() const {
-  return impl_->ranges.anchors();
-}
+std::vector<RangeRecord> OdometryRangeEstimator::takeRanges() { return impl_->ranges.take(); }
+std::vector<Anchor> OdometryRangeEstimator::anchors() const { return impl_->ranges.anchors(); }
 
-std::vector<std::pair<TimeNs, Pose>> OdometryRangeEstimator::keyframes() const {
-  std::vector<std::pair<TimeNs, Pose>> out = impl_->retired;
+std::vector<StampedPose> OdometryRangeEstimator::keyframes() const {
+  std::vector<StampedPose> out = impl_->retired;
   if (impl_->window.empty()) return out;
-  for (const window::LongNode& n : impl_->window.nodes()) out.emplace_back(n.t, n.T_W_B());
-  out.emplace_back(impl_->window.front().t, impl_->window.front().T_W_B());
+  for (const window::LongNode& n : impl_->window.nodes()) out.push_back({n.t, n.T_W_B()});
+  out.push_back({impl_->window.front().t, impl_->window.front().T_W_B()});
   return out;
 }
 

@@ -28,8 +28,8 @@ struct Packet {
     end,             ///< of the input; no image
   };
   Kind kind = Kind::image;
-  std::vector<imu::ImuSample> readings;
-  std::vector<RangeMeasurement> ranges;
+  std::vector<ImuSample> readings;
+  std::vector<Range> ranges;
   std::vector<DroppedAnchor> dropped;
   std::vector<std::string> warnings;  ///< of the front end, told by the back end: one order
   TimeNs stamp = 0;                   ///< the image's own clock

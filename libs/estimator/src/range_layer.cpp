@@ -13,7 +13,7 @@ namespace vir::estimator {
 namespace {
 
 /// What would make a position better known than it is; empty if it is known well enough.
-std::string adviceFor(const AnchorReport& a, const RangeOptions& options) {
+std::string adviceFor(const Anchor& a, const RangeOptions& options) {
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(a.covariance);
   const double largest = std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
   if (!(largest > options.max_anchor_sigma_m)) return {};
@@ -70,52 +70,50 @@ void RangeLayer::Impl::setPrior(std::uint64_t id, const Vec3& p_W, double sigma_
   track(id).prior = prior;
 }
 
-void RangeLayer::Impl::record(const RangeMeasurement& r, const std::string& decision) {
-  RangeDecision d;
+void RangeLayer::Impl::record(const Range& r, RangeDecision decision) {
+  RangeRecord d;
   d.t = r.t;
   d.anchor = r.anchor;
   d.measured_m = r.range_m;
   d.decision = decision;
   decisions.push_back(d);
-  ++counts[decision];
 }
 
-void RangeLayer::offer(const RangeMeasurement& range) {
+void RangeLayer::offer(const Range& range) {
   Impl& s = *impl_;
   // A negative id of the radio arrives as a huge one; both would alias another anchor.
   if (range.anchor > static_cast<std::uint64_t>(std::numeric_limits<int>::max())) {
-    s.record(range, "bad_id");
+    s.record(range, RangeDecision::bad_id);
     return;
   }
-  const ranging::RangeProblem problem =
+  const RangeDecision problem =
       s.check.check(static_cast<int>(range.anchor), range.t, range.range_m);
-  if (problem != ranging::RangeProblem::none) {
-    s.record(range, name(problem));
+  if (problem != RangeDecision::accepted) {
+    s.record(range, problem);
     return;
   }
   if (!range.p_B_U.allFinite() || !std::isfinite(range.sigma_m)) {
-    s.record(range, "not_finite");
+    s.record(range, RangeDecision::not_finite);
     return;
   }
-  const auto later = [](TimeNs t, const RangeMeasurement& r) { return t < r.t; };
+  const auto later = [](TimeNs t, const Range& r) { return t < r.t; };
   s.pending.insert(std::upper_bound(s.pending.begin(), s.pending.end(), range.t, later), range);
 }
 
-std::vector<RangeMeasurement> RangeLayer::dueUntil(TimeNs t) {
-  std::vector<RangeMeasurement>& p = impl_->pending;
-  const auto end =
-      std::find_if(p.begin(), p.end(), [&](const RangeMeasurement& r) { return r.t > t; });
-  std::vector<RangeMeasurement> out(p.begin(), end);
+std::vector<Range> RangeLayer::dueUntil(TimeNs t) {
+  std::vector<Range>& p = impl_->pending;
+  const auto end = std::find_if(p.begin(), p.end(), [&](const Range& r) { return r.t > t; });
+  std::vector<Range> out(p.begin(), end);
   p.erase(p.begin(), end);
   return out;
 }
 
-void RangeLayer::discard(const std::vector<RangeMeasurement>& ranges, const std::string& why) {
-  for (const RangeMeasurement& r : ranges) impl_->record(r, why);
+void RangeLayer::discard(const std::vector<Range>& ranges, RangeDecision why) {
+  for (const Range& r : ranges) impl_->record(r, why);
 }
 
 RangeLayer::Impl::Innovation RangeLayer::Impl::innovation(const AnchorTrack& a,
-                                                          const window::AnchorState& state,
+                                                          const window::AnchorNode& state,
                                                           const AntennaPrediction& antenna,
                                                           const window::HeldRange& held) const {
   const factors::RangePrediction r =
@@ -140,7 +138,7 @@ RangeLayer::Impl::Innovation RangeLayer::Impl::innovation(const AnchorTrack& a,
   return {-r.value_m, variance};
 }
 
-bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& antenna,
+bool RangeLayer::judge(const Range& range, const AntennaPrediction& antenna,
                        window::HeldRange* held) {
   Impl& s = *impl_;
   AnchorTrack& a = s.track(range.anchor);
@@ -153,15 +151,15 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
   held->sigma_m = s.sigmaOf(range);
   held->merged = 1;
   s.compareWithFormer(&a, antenna, *held);
-  const window::AnchorState* state = s.window->anchor(a.key());
+  const window::AnchorNode* state = s.window->anchor(a.key());
   if (!state) {
-    s.record(range, "collected");
+    s.record(range, RangeDecision::collected);
     ++a.collected;
     return true;
   }
   const auto [residual, variance] = s.innovation(a, *state, antenna, *held);
-  const ranging::GateDecision decision = a.gate.check(range.t, residual, variance, s.travelled_m);
-  RangeDecision d;
+  const RangeDecision decision = a.gate.check(range.t, residual, variance, s.travelled_m);
+  RangeRecord d;
   d.t = range.t;
   d.anchor = range.anchor;
   d.measured_m = range.range_m;
@@ -169,7 +167,7 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
   d.residual_m = residual;
   d.sigma_m = std::sqrt(variance);
   const factors::RangeTerm term = s.window->termOf(a.key(), held->range_m, held->sigma_m);
-  bool accepted = decision == ranging::GateDecision::accepted;
+  bool accepted = decision == RangeDecision::accepted;
   if (!accepted && a.phase == AnchorPhase::mirror_open) {
     // Evidence for the other position must not be thrown away: it decides.
     const factors::RangePrediction there =
@@ -178,9 +176,8 @@ bool RangeLayer::judge(const RangeMeasurement& range, const AntennaPrediction& a
     a.next_check = 1;
   }
   d.weight = accepted ? term.robust.evaluate(residual / term.sigma_m).weight : 0;
-  d.decision = accepted ? name(ranging::GateDecision::accepted) : name(decision);
+  d.decision = accepted ? RangeDecision::accepted : decision;
   s.decisions.push_back(d);
-  ++s.counts[d.decision];
   ++(accepted ? a.used : a.rejected);
   return accepted;
 }
@@ -191,15 +188,15 @@ void RangeLayer::dropped(std::uint64_t id, const Vec3& p_W, double sigma_m) {
   impl_->setPrior(id, p_W, sigma_m);
 }
 
-std::vector<AnchorReport> RangeLayer::anchors() const {
-  std::vector<AnchorReport> out;
+std::vector<Anchor> RangeLayer::anchors() const {
+  std::vector<Anchor> out;
   for (const auto& [id, a] : impl_->tracks) {
-    AnchorReport r;
+    Anchor r;
     r.id = id;
-    r.used = a.used;
-    r.rejected = a.rejected;
+    r.ranges_used = a.used;
+    r.ranges_rejected = a.rejected;
     r.advice = a.advice;
-    r.state = a.moved ? "moved" : "collecting";
+    r.state = a.moved ? AnchorState::moved : AnchorState::collecting;
     const auto& known = impl_->window->anchors();
     const auto it = known.find(a.key());
     if (it != known.end()) {
@@ -212,9 +209,9 @@ std::vector<AnchorReport> RangeLayer::anchors() const {
         r.covariance = J.block<3, 3>(c, c);
         r.bias_sigma_m = std::sqrt(std::max(0.0, J(c + 3, c + 3)));
       }
-      r.state = it->second.fixed                      ? "fixed"
-                : a.phase == AnchorPhase::mirror_open ? "mirror_open"
-                                                      : "estimated";
+      r.state = it->second.fixed                      ? AnchorState::fixed
+                : a.phase == AnchorPhase::mirror_open ? AnchorState::mirror_open
+                                                      : AnchorState::estimated;
       if (a.phase == AnchorPhase::mirror_open) {
         // Spread over both positions: each alone would promise a height that nobody knows.
         r.mirror_p_W = a.mirror_p_W;
@@ -228,13 +225,12 @@ std::vector<AnchorReport> RangeLayer::anchors() const {
   return out;
 }
 
-std::vector<RangeDecision> RangeLayer::take() { return std::exchange(impl_->decisions, {}); }
+std::vector<RangeRecord> RangeLayer::take() { return std::exchange(impl_->decisions, {}); }
 std::vector<std::string> RangeLayer::takeWarnings() { return std::exchange(impl_->warnings, {}); }
 bool RangeLayer::anyPending() const { return !impl_->pending.empty(); }
 
 std::vector<std::pair<std::string, long>> RangeLayer::counters() const {
   std::vector<std::pair<std::string, long>> out;
-  for (const auto& [what, n] : impl_->counts) out.emplace_back("ranges_" + what, n);
   if (impl_->found_anew > 0) out.emplace_back("anchors_found_anew", impl_->found_anew);
   if (impl_->taken_up_again > 0) {
     out.emplace_back("anchors_taken_up_again", impl_->taken_up_again);

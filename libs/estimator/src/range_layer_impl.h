@@ -24,15 +24,15 @@ struct RangeLayer::Impl {
 
   AnchorTrack& track(std::uint64_t id);
   void setPrior(std::uint64_t id, const Vec3& p_W, double sigma_m);
-  void record(const RangeMeasurement& r, const std::string& decision);
-  double sigmaOf(const RangeMeasurement& r) const {
+  void record(const Range& r, RangeDecision decision);
+  double sigmaOf(const Range& r) const {
     return r.sigma_m > 0 ? r.sigma_m * options.sigma_scale : options.sigma_m;
   }
   /// Measured - predicted [m], and its variance, the prediction's included [m^2].
   struct Innovation {
     double residual = 0, variance = 0;
   };
-  Innovation innovation(const AnchorTrack& a, const window::AnchorState& state,
+  Innovation innovation(const AnchorTrack& a, const window::AnchorNode& state,
                         const AntennaPrediction& antenna, const window::HeldRange& held) const;
   /// An anchor that was given up may have been right all the time, behind something: when its
   /// ranges agree with its former position again, that is taken up again.
@@ -61,10 +61,9 @@ struct RangeLayer::Impl {
   LogSink log_sink;
   ranging::RangeCheck check;
   std::map<std::uint64_t, AnchorTrack> tracks;
-  std::vector<RangeMeasurement> pending;  ///< ordered by time
-  std::vector<RangeDecision> decisions;
+  std::vector<Range> pending;  ///< ordered by time
+  std::vector<RangeRecord> decisions;
   std::vector<std::string> warnings;
-  std::map<std::string, long> counts;
   long found_anew = 0;      ///< anchors given up and looked for again
   long taken_up_again = 0;  ///< of those, where they had been
   double travelled_m = 0;

@@ -112,7 +112,7 @@ bool Startup::startStanding(const vision::TrackedFrame& frame, const imu::ImuBuf
   Vec3 gyro, acc;
   double gyro_std = 0, acc_std = 0;
   if (!imu.statistics(rest.since(), frame.t, &gyro, &acc, &gyro_std, &acc_std)) return false;
-  window::NavState s;
+  State s;
   s.t = frame.t;
   s.T_W_B.q = Quat(rotZ(yawOf(origin.R()))) * gravityAlignedAttitude(acc);
   s.T_W_B.p = origin.p;
@@ -203,7 +203,7 @@ bool Startup::startMoving(imu::ImuBuffer& imu, const Pose& origin, window::Short
   }
   const Quat q_W_B0 = Quat(rotZ(yawOf(origin.R()))) * gravityAlignedAttitude(-a.g_B0);
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    window::NavState s;
+    State s;
     s.t = frames[k].t;
     s.T_W_B.q = (q_W_B0 * a.q_B0_B[k]).normalized();
     s.T_W_B.p = origin.p + q_W_B0 * a.p_B0[k];

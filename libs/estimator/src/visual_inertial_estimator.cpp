@@ -62,7 +62,7 @@ void VisualInertialEstimator::setCamera(const camera::CameraCalibration& calibra
 }
 bool VisualInertialEstimator::hasCamera() const { return impl_->front.hasCamera(); }
 
-void VisualInertialEstimator::addImu(const imu::ImuSample& sample) { impl_->front.addImu(sample); }
+void VisualInertialEstimator::addImu(const ImuSample& sample) { impl_->front.addImu(sample); }
 
 void VisualInertialEstimator::addImage(TimeNs t, const cv::Mat& gray) {
   if (!hasCamera()) {
@@ -84,7 +84,7 @@ void VisualInertialEstimator::addTracks(const vision::TrackedFrame& tracks) {
   impl_->front.addImage(std::move(image));
 }
 
-void VisualInertialEstimator::addRange(const RangeMeasurement& range) {
+void VisualInertialEstimator::addRange(const Range& range) {
   if (impl_->config.ranges.use) impl_->front.addRange(range);
 }
 
@@ -102,24 +102,18 @@ void VisualInertialEstimator::finish() {
   impl_->hand_over.drain();
 }
 
-std::vector<FrameEstimate> VisualInertialEstimator::take() {
+std::vector<StateEstimate> VisualInertialEstimator::take() {
   return std::exchange(impl_->back.results, {});
 }
-std::vector<RangeDecision> VisualInertialEstimator::takeRanges() {
-  return impl_->back.ranges.take();
-}
-std::vector<AnchorReport> VisualInertialEstimator::anchors() const {
+std::vector<RangeRecord> VisualInertialEstimator::takeRanges() { return impl_->back.ranges.take(); }
+std::vector<Anchor> VisualInertialEstimator::anchors() const {
   return impl_->back.ranges.anchors();
 }
 std::vector<std::pair<std::string, long>> VisualInertialEstimator::rangeCounters() const {
   return impl_->back.ranges.counters();
 }
-std::vector<window::NavState> VisualInertialEstimator::keyframes() const {
-  return impl_->back.keyframes();
-}
-std::vector<window::WindowLandmark> VisualInertialEstimator::landmarks() const {
-  return impl_->back.landmarks();
-}
+std::vector<State> VisualInertialEstimator::keyframes() const { return impl_->back.keyframes(); }
+std::vector<Landmark> VisualInertialEstimator::landmarks() const { return impl_->back.landmarks(); }
 const std::vector<Eigen::Vector2f>& VisualInertialEstimator::trackedPixels() const {
   return impl_->back.pixels;
 }

@@ -27,12 +27,12 @@ void ImuFactor::residual(double const* const* x, imu::Vec15* r) const {
   const Vec3 vj = vec(x[3]), bgj = vec(x[3] + 3), baj = vec(x[3] + 6);
   const double dt = pre_.dt();
   const Quat qit = Ti.q.conjugate();
-  r->segment<3>(kP) =
+  r->segment<3>(imu::kP) =
       qit * (Tj.p - Ti.p - vi * dt - 0.5 * g_W_ * dt * dt) - pre_.correctedDp(bgi, bai);
-  r->segment<3>(kTheta) = logQuat(pre_.correctedDq(bgi).conjugate() * (qit * Tj.q));
-  r->segment<3>(kV) = qit * (vj - vi - g_W_ * dt) - pre_.correctedDv(bgi, bai);
-  r->segment<3>(kBg) = bgj - bgi;
-  r->segment<3>(kBa) = baj - bai;
+  r->segment<3>(imu::kTheta) = logQuat(pre_.correctedDq(bgi).conjugate() * (qit * Tj.q));
+  r->segment<3>(imu::kV) = qit * (vj - vi - g_W_ * dt) - pre_.correctedDv(bgi, bai);
+  r->segment<3>(imu::kBg) = bgj - bgi;
+  r->segment<3>(imu::kBa) = baj - bai;
 }
 
 void ImuFactor::jacobians(double const* const* x, double** out) const {
@@ -47,38 +47,38 @@ void ImuFactor::jacobians(double const* const* x, double** out) const {
   if (out[0]) {
     Eigen::Map<RowMajor15x7> J(out[0]);
     RowMajor15x7 U = RowMajor15x7::Zero();
-    U.block<3, 3>(kP, 0) = -RiT;
-    U.block<3, 3>(kP, 3) = hat(RiT * (Tj.p - Ti.p - vi * dt - 0.5 * g_W_ * dt * dt));
-    U.block<3, 3>(kTheta, 3) = -Jr_inv * (Tj.q.conjugate() * Ti.q).toRotationMatrix();
-    U.block<3, 3>(kV, 3) = hat(RiT * (vj - vi - g_W_ * dt));
+    U.block<3, 3>(imu::kP, 0) = -RiT;
+    U.block<3, 3>(imu::kP, 3) = hat(RiT * (Tj.p - Ti.p - vi * dt - 0.5 * g_W_ * dt * dt));
+    U.block<3, 3>(imu::kTheta, 3) = -Jr_inv * (Tj.q.conjugate() * Ti.q).toRotationMatrix();
+    U.block<3, 3>(imu::kV, 3) = hat(RiT * (vj - vi - g_W_ * dt));
     J.noalias() = sqrt_info_ * U;
   }
   if (out[1]) {
     Eigen::Map<RowMajor15x9> J(out[1]);
     RowMajor15x9 U = RowMajor15x9::Zero();
-    U.block<3, 3>(kP, 0) = -RiT * dt;
-    U.block<3, 6>(kP, 3) = -B.block<3, 6>(kP, 0);
+    U.block<3, 3>(imu::kP, 0) = -RiT * dt;
+    U.block<3, 6>(imu::kP, 3) = -B.block<3, 6>(imu::kP, 0);
     // dq(bg) = dq Exp(B (bg - bg0)): its inverse stands on the left of the logarithm.
-    const Vec3 shift = B.block<3, 3>(kTheta, 0) * (bgi - pre_.biasGyro());
-    U.block<3, 3>(kTheta, 3) =
-        -Jr_inv * expSO3(-r_theta) * rightJacobianSO3(shift) * B.block<3, 3>(kTheta, 0);
-    U.block<3, 3>(kV, 0) = -RiT;
-    U.block<3, 6>(kV, 3) = -B.block<3, 6>(kV, 0);
-    U.block<6, 6>(kBg, 3) = -Eigen::Matrix<double, 6, 6>::Identity();
+    const Vec3 shift = B.block<3, 3>(imu::kTheta, 0) * (bgi - pre_.biasGyro());
+    U.block<3, 3>(imu::kTheta, 3) =
+        -Jr_inv * expSO3(-r_theta) * rightJacobianSO3(shift) * B.block<3, 3>(imu::kTheta, 0);
+    U.block<3, 3>(imu::kV, 0) = -RiT;
+    U.block<3, 6>(imu::kV, 3) = -B.block<3, 6>(imu::kV, 0);
+    U.block<6, 6>(imu::kBg, 3) = -Eigen::Matrix<double, 6, 6>::Identity();
     J.noalias() = sqrt_info_ * U;
   }
   if (out[2]) {
     Eigen::Map<RowMajor15x7> J(out[2]);
     RowMajor15x7 U = RowMajor15x7::Zero();
-    U.block<3, 3>(kP, 0) = RiT;
-    U.block<3, 3>(kTheta, 3) = Jr_inv;
+    U.block<3, 3>(imu::kP, 0) = RiT;
+    U.block<3, 3>(imu::kTheta, 3) = Jr_inv;
     J.noalias() = sqrt_info_ * U;
   }
   if (out[3]) {
     Eigen::Map<RowMajor15x9> J(out[3]);
     RowMajor15x9 U = RowMajor15x9::Zero();
-    U.block<3, 3>(kV, 0) = RiT;
-    U.block<6, 6>(kBg, 3).setIdentity();
+    U.block<3, 3>(imu::kV, 0) = RiT;
+    U.block<6, 6>(imu::kBg, 3).setIdentity();
     J.noalias() = sqrt_info_ * U;
   }
 }

@@ -59,7 +59,7 @@ Pair makePair(const std::vector<AlignmentFrame>& frames, std::size_t i, std::siz
   for (std::size_t k = i + 1; k <= j; ++k) {
     const imu::Preintegration& link = frames[k].link;
     p.J_bias = link.dq().toRotationMatrix().transpose() * p.J_bias +
-               link.biasJacobian().block<3, 3>(kTheta, 0);
+               link.biasJacobian().block<3, 3>(imu::kTheta, 0);
     p.q = p.q * link.dq();
   }
   p.matches = matchesOf(frames[i], frames[j], q_B_C);

@@ -1,31 +1,19 @@
 #include "vir/live/live_estimation.h"
 
-#include <mrpt/obs/CObservationIMU.h>
-#include <mrpt/obs/CObservationImage.h>
-#include <mrpt/obs/CObservationRobotPose.h>
-#include <mrpt/obs/CObservationStereoImagesFeatures.h>
-
 #include <algorithm>
 #include <ctime>
 #include <utility>
 
 #include "vir/core/resource_usage.h"
+#include "vir/rawlog/convert.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_error.h"
-#include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
 namespace vir::live {
 namespace {
 
 using mrpt::obs::CObservation;
-using mrpt::obs::CObservationIMU;
-
-constexpr const char* kGroundTruthLabel = "GT";
-
-bool isFrame(const CObservation& o) {
-  return dynamic_cast<const mrpt::obs::CObservationImage*>(&o) != nullptr ||
-         dynamic_cast<const mrpt::obs::CObservationStereoImagesFeatures*>(&o) != nullptr;
-}
 
 double threadCpuSeconds() {
   timespec t{};
@@ -33,30 +21,20 @@ double threadCpuSeconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-bool readImu(const CObservation& observation, imu::ImuSample* sample) {
-  using namespace mrpt::obs;
-  const auto* imu = dynamic_cast<const CObservationIMU*>(&observation);
-  if (imu == nullptr) return false;
-  for (const auto index : {IMU_X_ACC, IMU_Y_ACC, IMU_Z_ACC, IMU_WX, IMU_WY, IMU_WZ}) {
-    if (!imu->has(index)) return false;
-  }
-  sample->t = rawlog::fromMrptTime(imu->timestamp);
-  sample->acc = Vec3(imu->get(IMU_X_ACC), imu->get(IMU_Y_ACC), imu->get(IMU_Z_ACC));
-  sample->gyro = Vec3(imu->get(IMU_WX), imu->get(IMU_WY), imu->get(IMU_WZ));
-  return sample->acc.allFinite() && sample->gyro.allFinite();
-}
-
 }  // namespace
 
-LiveEstimation::LiveEstimation(roles::Estimator& estimator, const results::ResultsFolder& folder,
+LiveEstimation::LiveEstimation(roles::EstimatorSettings& settings,
+                               const results::ResultsFolder& folder,
                                const LiveEstimationOptions& options, LiveEstimationHooks hooks)
-    : estimator_(estimator),
+    : inputs_(settings.inputs()),
       options_(options),
       hooks_(std::move(hooks)),
       recorder_(folder, hooks_.log),
+      propagator_(settings.gravity()),
       wall_from_(wallSeconds()) {
-  behind_ = options_.pipelined && estimator_.workBehind([this] { collect(); });
-  estimator_.start(hooks_.log);
+  behind_ = options_.pipelined && settings.workBehind();
+  estimator_ =
+      settings.create(hooks_.log, behind_ ? std::function<void()>([this] { collect(); }) : nullptr);
   thread_ = std::thread([this] { work(); });
 }
 
@@ -70,7 +48,7 @@ LiveEstimation::~LiveEstimation() {
   if (thread_.joinable()) thread_.join();
   if (finished_ || !behind_) return;
   try {
-    estimator_.finish();  // its thread calls collect() until then
+    estimator_->finish();  // its thread calls collect() until then
   } catch (const std::exception& e) {
     log(hooks_.log, LogLevel::error, "estimating ended: " + rawlog::shortReason(e));
   }
@@ -79,17 +57,18 @@ LiveEstimation::~LiveEstimation() {
 void LiveEstimation::add(const std::vector<Arrival>& arrivals) {
   std::vector<Arrival> read;
   for (const Arrival& a : arrivals) {
-    const bool truth = a.observation->sensorLabel == kGroundTruthLabel;
-    if (truth || estimator_.reads(*a.observation)) read.push_back(a);
+    const bool truth = a.observation->sensorLabel == rawlog::kGroundTruthLabel;
+    if (truth || followed(*a.observation)) read.push_back(a);
   }
   for (const Arrival& a : read) propagate(a);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (const Arrival& a : read) {
       queue_.push_back(a);
-      if (!isFrame(*a.observation) || ++waiting_images_ <= options_.waiting_images) continue;
+      if (!rawlog::isImage(*a.observation) || ++waiting_images_ <= options_.waiting_images)
+        continue;
       const auto oldest = std::find_if(queue_.begin(), queue_.end(), [](const Arrival& waiting) {
-        return isFrame(*waiting.observation);
+        return rawlog::isImage(*waiting.observation);
       });
       queue_.erase(oldest);
       --waiting_images_;
@@ -99,10 +78,15 @@ void LiveEstimation::add(const std::vector<Arrival>& arrivals) {
   wake_.notify_one();
 }
 
+bool LiveEstimation::followed(const CObservation& observation) const {
+  return !hooks_.observers.empty() || roles::takes(inputs_, observation);
+}
+
 void LiveEstimation::propagate(const Arrival& arrival) {
-  imu::ImuSample sample;
-  if (!hooks_.on_pose || !readImu(*arrival.observation, &sample)) return;
-  if (const auto pose = propagator_.add(sample)) hooks_.on_pose(*pose);
+  if (!hooks_.on_pose) return;
+  const auto sample = rawlog::imuSampleOf(*arrival.observation);
+  if (!sample || !sample->acc.allFinite() || !sample->gyro.allFinite()) return;
+  if (const auto pose = propagator_.add(*sample)) hooks_.on_pose(*pose);
 }
 
 void LiveEstimation::work() {
@@ -114,7 +98,7 @@ void LiveEstimation::work() {
       if (queue_.empty()) break;
       next = std::move(queue_.front());
       queue_.pop_front();
-      if (isFrame(*next.observation)) --waiting_images_;
+      if (rawlog::isImage(*next.observation)) --waiting_images_;
     }
     if (!problem().empty()) continue;
     try {
@@ -134,46 +118,50 @@ void LiveEstimation::fail(const std::exception& e) {
 void LiveEstimation::handle(const Arrival& arrival) {
   const CObservation& observation = *arrival.observation;
   const TimeNs t = rawlog::fromMrptTime(observation.timestamp);
-  if (observation.sensorLabel == kGroundTruthLabel) {
-    const auto* pose = dynamic_cast<const mrpt::obs::CObservationRobotPose*>(&observation);
+  if (observation.sensorLabel == rawlog::kGroundTruthLabel) {
+    const auto pose = rawlog::poseOf(observation);
     const std::lock_guard<std::mutex> lock(results_mutex_);
-    if (pose != nullptr) recorder_.addGroundTruth(t, rawlog::fromMrptPose(pose->pose.mean));
+    if (pose) recorder_.addGroundTruth(pose->t, pose->T_W_B);
     return;
   }
-  if (isFrame(observation) || observation.sensorLabel == "ODOM") {
+  if (rawlog::isImage(observation) || observation.sensorLabel == rawlog::kOdometryLabel) {
     if (!first_frame_) first_frame_ = t;
     last_frame_ = t;
     ++summary_.frames;
     const std::lock_guard<std::mutex> lock(results_mutex_);
     arrivals_[t] = arrival.arrival;
   }
+  if (!hooks_.observers.empty()) {
+    const std::lock_guard<std::mutex> lock(results_mutex_);
+    for (results::RunObserver* o : hooks_.observers) o->onObservation(observation);
+  }
+  if (!roles::takes(inputs_, observation)) return;
   const double before = threadCpuSeconds();
-  estimator_.add(observation);
+  estimator_->add(observation);
   if (!behind_) collect();
   cpu_s_ += threadCpuSeconds() - before;
 }
 
 void LiveEstimation::collect() {
   const std::lock_guard<std::mutex> results(results_mutex_);
-  for (const roles::StateEstimate& estimate : estimator_.take()) {
+  const roles::EstimatorOutput output = estimator_->take();
+  for (const StateEstimate& estimate : output.states) {
     if (estimate.valid) {
-      propagator_.setState(estimate.t_imu, estimate.T_W_B, estimate.v_W_B, estimate.bias_gyro,
-                           estimate.bias_acc);
+      propagator_.setState(estimate.state);
     } else {
       propagator_.clear();
     }
-    const auto arrival = arrivals_.find(estimate.t);
+    const auto arrival = arrivals_.find(estimate.t_image);
     if (arrival != arrivals_.end()) {
       const double ms = 1e3 * toSeconds(hostNow() - arrival->second);
       arrivals_.erase(arrivals_.begin(), std::next(arrival));
       const std::lock_guard<std::mutex> lock(mutex_);
       latencies_ms_.push_back(static_cast<float>(ms));
     }
-    recorder_.add(estimate);
     estimate_ms_ += estimate.ms.total;
-    if (hooks_.on_estimate) hooks_.on_estimate(estimate, estimator_);
   }
-  for (const roles::RangeRecord& range : estimator_.takeRanges()) recorder_.add(range);
+  recorder_.onOutput(output, *estimator_);
+  for (results::RunObserver* o : hooks_.observers) o->onOutput(output, *estimator_);
 }
 
 results::RunSummary LiveEstimation::finish() {
@@ -186,14 +174,14 @@ results::RunSummary LiveEstimation::finish() {
   // Its thread may call collect() until then, whatever has happened.
   if (behind_ || problem().empty()) {
     try {
-      estimator_.finish();
+      estimator_->finish();
       collect();
     } catch (const std::exception& e) {
       if (problem().empty()) fail(e);
     }
   }
   finished_ = true;
-  const roles::EstimatorReport report = estimator_.report();
+  const roles::EstimatorReport report = estimator_->report();
   summary_.resets = report.resets;
   summary_.longest_wait_reason = report.longest_wait_reason;
   summary_.counters = report.counters;
@@ -207,7 +195,9 @@ results::RunSummary LiveEstimation::finish() {
   if (summary_.frames > 0) {
     summary_.cpu_ms_per_frame = 1e3 * summary_.cpu_s / static_cast<double>(summary_.frames);
   }
-  recorder_.finish(estimator_, first_frame_.value_or(0), &summary_);
+  for (results::RunObserver* o : hooks_.observers) o->onEnd(*estimator_, &summary_);
+  recorder_.setFirstFrame(first_frame_.value_or(0));
+  recorder_.onEnd(*estimator_, &summary_);
   summary_.peak_rss_mb = peakRssMb();
   return summary_;
 }

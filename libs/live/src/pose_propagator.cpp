@@ -7,11 +7,9 @@
 namespace vir::live {
 namespace {
 
-const Vec3 kGravity(0, 0, -9.81);
-
-imu::ImuSample between(const imu::ImuSample& a, const imu::ImuSample& b, TimeNs t) {
+ImuSample between(const ImuSample& a, const ImuSample& b, TimeNs t) {
   const double s = static_cast<double>(t - a.t) / static_cast<double>(b.t - a.t);
-  imu::ImuSample out;
+  ImuSample out;
   out.t = t;
   out.gyro = a.gyro + s * (b.gyro - a.gyro);
   out.acc = a.acc + s * (b.acc - a.acc);
@@ -20,27 +18,24 @@ imu::ImuSample between(const imu::ImuSample& a, const imu::ImuSample& b, TimeNs 
 
 }  // namespace
 
-void PosePropagator::step(const imu::ImuSample& from, const imu::ImuSample& to) {
+void PosePropagator::step(const ImuSample& from, const ImuSample& to) {
   const double dt = toSeconds(to.t - from.t);
-  const Vec3 w = 0.5 * (from.gyro + to.gyro) - bias_gyro_;
+  const Vec3 w = 0.5 * (from.gyro + to.gyro) - at_.bg;
   const Quat middle = at_.T_W_B.q * expQuat(0.5 * dt * w);
-  const Vec3 a = middle * (0.5 * (from.acc + to.acc) - bias_acc_) + kGravity;
-  at_.T_W_B.p += dt * at_.v_W_B + 0.5 * dt * dt * a;
-  at_.v_W_B += dt * a;
+  const Vec3 a = middle * (0.5 * (from.acc + to.acc) - at_.ba) + gravity_W_;
+  at_.T_W_B.p += dt * at_.v + 0.5 * dt * dt * a;
+  at_.v += dt * a;
   at_.T_W_B.q = (at_.T_W_B.q * expQuat(dt * w)).normalized();
   at_.t = to.t;
 }
 
-void PosePropagator::setState(TimeNs t, const Pose& T_W_B, const Vec3& v_W_B, const Vec3& bias_gyro,
-                              const Vec3& bias_acc) {
+void PosePropagator::setState(const State& state) {
   const std::lock_guard<std::mutex> lock(mutex_);
   has_state_ = true;
-  state_t_ = t;
-  bias_gyro_ = bias_gyro;
-  bias_acc_ = bias_acc;
-  at_ = {t, T_W_B, v_W_B};
+  state_t_ = state.t;
+  at_ = state;
   // One reading from before the estimate stays, to interpolate.
-  while (samples_.size() > 1 && samples_[1].t <= t) samples_.pop_front();
+  while (samples_.size() > 1 && samples_[1].t <= state.t) samples_.pop_front();
   for (std::size_t i = 1; i < samples_.size(); ++i) {
     if (samples_[i].t <= at_.t) continue;
     const bool inside = samples_[i - 1].t < at_.t;
@@ -53,14 +48,14 @@ void PosePropagator::clear() {
   has_state_ = false;
 }
 
-std::optional<PropagatedPose> PosePropagator::add(const imu::ImuSample& sample) {
+std::optional<State> PosePropagator::add(const ImuSample& sample) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!samples_.empty() && sample.t <= samples_.back().t) return std::nullopt;
   samples_.push_back(sample);
   while (samples_.size() > 2 && sample.t - samples_[1].t > 2 * kLongest) samples_.pop_front();
   if (!has_state_ || sample.t <= at_.t || sample.t - state_t_ > kLongest) return std::nullopt;
   if (samples_.size() > 1) {
-    const imu::ImuSample& before = samples_[samples_.size() - 2];
+    const ImuSample& before = samples_[samples_.size() - 2];
     step(before.t < at_.t ? between(before, sample, at_.t) : before, sample);
   }
   return at_;

@@ -22,24 +22,11 @@ double median(std::vector<double>* values) {
 
 }  // namespace
 
-const char* name(GateDecision decision) {
-  switch (decision) {
-    case GateDecision::accepted:
-      return "accepted";
-    case GateDecision::too_long:
-      return "too_long";
-    case GateDecision::too_short:
-      return "too_short";
-    case GateDecision::invalid:
-      return "invalid";
-  }
-  return "unknown";
-}
-
-GateDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2, double travelled_m) {
+RangeDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2,
+                               double travelled_m) {
   if (!std::isfinite(residual_m)) {
     ++counters_.invalid;
-    return GateDecision::invalid;
+    return RangeDecision::invalid;
   }
   double sigma = std::sqrt(std::max(variance_m2, 0.0));
   if (!(sigma > 0)) {
@@ -69,11 +56,11 @@ GateDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2, d
   if (!accept) {
     long& count = residual_m > 0 ? counters_.too_long : counters_.too_short;
     ++count;
-    return residual_m > 0 ? GateDecision::too_long : GateDecision::too_short;
+    return residual_m > 0 ? RangeDecision::too_long : RangeDecision::too_short;
   }
   ++counters_.accepted;
   if (std::abs(residual_m) > half_width) ++counters_.widened;
-  return GateDecision::accepted;
+  return RangeDecision::accepted;
 }
 
 void RangeGate::reset() {

@@ -21,11 +21,11 @@ Pose toEstimate(const RunPictures& run) {
 }
 
 /// The truth while the estimate ran, in the estimate's world; empty if it cannot be laid onto it.
-evaluation::Trajectory alignedTruth(const RunPictures& run) {
-  evaluation::Trajectory aligned;
+Trajectory alignedTruth(const RunPictures& run) {
+  Trajectory aligned;
   if (!run.evaluation || run.causal.empty()) return aligned;
   const Pose T_E_R = toEstimate(run);
-  for (const evaluation::StampedPose& pose : run.truth) {
+  for (const StampedPose& pose : run.truth) {
     if (pose.t < run.causal.front().t || pose.t > run.causal.back().t) continue;
     aligned.push_back({pose.t, T_E_R * pose.T_W_B});
   }
@@ -33,10 +33,10 @@ evaluation::Trajectory alignedTruth(const RunPictures& run) {
 }
 
 /// Every n-th pose, so that the picture of a long run stays small.
-evaluation::Trajectory thinned(const evaluation::Trajectory& path) {
+Trajectory thinned(const Trajectory& path) {
   constexpr std::size_t kMost = 6000;
   const std::size_t n = path.size() / kMost + 1;
-  evaluation::Trajectory out;
+  Trajectory out;
   for (std::size_t i = 0; i < path.size(); i += n) out.push_back(path[i]);
   return out;
 }
@@ -57,11 +57,11 @@ class Map {
         truth_(thinned(alignedTruth(run))),
         causal_(thinned(run.causal)),
         smoothed_(thinned(run.smoothed)) {
-    for (const evaluation::StampedPose& p : run.causal) paths_.add(p.T_W_B.p);
-    for (const evaluation::StampedPose& p : truth_) paths_.add(p.T_W_B.p);
+    for (const StampedPose& p : run.causal) paths_.add(p.T_W_B.p);
+    for (const StampedPose& p : truth_) paths_.add(p.T_W_B.p);
     if (run.causal.empty()) paths_.add(Vec3::Zero());
     all_ = paths_;
-    for (const roles::AnchorEstimate& a : run.anchors) {
+    for (const Anchor& a : run.anchors) {
       if (!a.has_position || !a.p_W.allFinite()) continue;
       if (near(a.p_W)) {
         anchors_.push_back(&a);
@@ -93,8 +93,8 @@ class Map {
     const Vec3 middle = 0.5 * (paths_.low + paths_.high);
     return (p - middle).norm() < kFarAway * paths_.size();
   }
-  bool hasMirror(const roles::AnchorEstimate& a) const {
-    return a.state == "mirror_open" && a.mirror_p_W.allFinite() && near(a.mirror_p_W);
+  bool hasMirror(const Anchor& a) const {
+    return a.state == AnchorState::mirror_open && a.mirror_p_W.allFinite() && near(a.mirror_p_W);
   }
 
   std::vector<evaluation::LegendEntry> legend() const {
@@ -111,7 +111,7 @@ class Map {
            "cross: true position, where known)",
            kAnchor});
     }
-    for (const roles::AnchorEstimate* a : far_) {
+    for (const Anchor* a : far_) {
       entries.push_back(
           {"not shown, too far away: anchor " + std::to_string(a->id) +
                csv::format(" at (%.0f, %.0f, %.0f) m", a->p_W.x(), a->p_W.y(), a->p_W.z()),
@@ -139,13 +139,12 @@ class Map {
       const Vec3& p = run_.causal.front().T_W_B.p;
       panel.marks.push_back({{p[a], p[b]}, kInk, 4, evaluation::Mark::Shape::dot, ""});
     }
-    for (const roles::AnchorEstimate* anchor : anchors_) addAnchor(*anchor, a, b, &panel);
+    for (const Anchor* anchor : anchors_) addAnchor(*anchor, a, b, &panel);
     addTrueAnchors(a, b, &panel);
     return panel;
   }
 
-  void addAnchor(const roles::AnchorEstimate& anchor, int a, int b,
-                 evaluation::Panel* panel) const {
+  void addAnchor(const Anchor& anchor, int a, int b, evaluation::Panel* panel) const {
     const Vec2 at(anchor.p_W[a], anchor.p_W[b]);
     panel->marks.push_back(
         {at, kAnchor, 4, evaluation::Mark::Shape::dot, std::to_string(anchor.id)});
@@ -180,9 +179,9 @@ class Map {
   }
 
   const RunPictures& run_;
-  evaluation::Trajectory truth_, causal_, smoothed_;
+  Trajectory truth_, causal_, smoothed_;
   Box paths_, all_;  // of the paths; of the anchors too
-  std::vector<const roles::AnchorEstimate*> anchors_, far_;
+  std::vector<const Anchor*> anchors_, far_;
 };
 
 }  // namespace

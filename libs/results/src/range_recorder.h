@@ -15,9 +15,9 @@ class RangeRecorder {
   explicit RangeRecorder(const ResultsFolder& folder);
 
   /// One line of ranges.csv.
-  void add(const roles::RangeRecord& record);
+  void add(const RangeRecord& record);
   /// Writes anchors.csv and closes ranges.csv. Throws std::runtime_error if that fails.
-  void finish(const std::vector<roles::AnchorEstimate>& anchors);
+  void finish(const std::vector<Anchor>& anchors);
 
   long accepted() const { return accepted_; }
   long collected() const { return collected_; }
@@ -25,18 +25,18 @@ class RangeRecorder {
   /// "ranges_accepted", "ranges_collected" and one for each reason a range was not used.
   std::vector<std::pair<std::string, long>> counters() const;
   /// What pictures show: evenly thinned out, at most twice kShown.
-  const std::vector<roles::RangeRecord>& sample() const { return sample_; }
+  const std::vector<RangeRecord>& sample() const { return sample_; }
 
   static constexpr std::size_t kShown = 2000;
 
  private:
-  void keepForPictures(const roles::RangeRecord& record);
+  void keepForPictures(const RangeRecord& record);
 
   const ResultsFolder& folder_;
   OutputFile file_;
-  std::map<std::string, long> decisions_;
+  std::map<RangeDecision, long> decisions_;
   long accepted_ = 0, collected_ = 0, rejected_ = 0;
-  std::vector<roles::RangeRecord> sample_;
+  std::vector<RangeRecord> sample_;
   long stride_ = 1, seen_ = 0;
 };
 

@@ -78,13 +78,13 @@ std::string anchorTable(const std::vector<AnchorResult>& anchors) {
       "<th class=\"n\">ranges used</th><th class=\"n\">rejected</th>"
       "<th class=\"n\">error (horizontal) [m]</th><th></th></tr>\n";
   for (const AnchorResult& anchor : anchors) {
-    const roles::AnchorEstimate& a = anchor.estimate;
+    const Anchor& a = anchor.estimate;
     const Vec3 sigma = a.covariance.diagonal().cwiseMax(0).cwiseSqrt();
     std::string advice = a.advice;
-    if (a.state == "mirror_open") {
+    if (a.state == AnchorState::mirror_open) {
       advice = "or at " + vectorText(a.mirror_p_W) + (advice.empty() ? "" : "; ") + advice;
     }
-    t += "<tr>" + cell(std::to_string(a.id), false) + cell(a.state, false) +
+    t += "<tr>" + cell(std::to_string(a.id), false) + cell(name(a.state), false) +
          cell(a.has_position ? vectorText(a.p_W) : "-") +
          cell(a.has_position ? vectorText(sigma) : "-") +
          cell(number(a.bias_m, 3) + " +- " + number(a.bias_sigma_m, 3)) +

@@ -14,18 +14,18 @@ namespace vir::results {
 /// What there is to be shown; refers to what the caller keeps.
 struct RunPictures {
   TimeNs first_frame = 0;
-  const evaluation::Trajectory& causal;
-  const evaluation::Trajectory& smoothed;
-  const evaluation::Trajectory& truth;  ///< in its own world
+  const Trajectory& causal;
+  const Trajectory& smoothed;
+  const Trajectory& truth;  ///< in its own world
   /// Of the causal trajectory against the truth, position and yaw aligned.
   const std::optional<evaluation::EvaluationResult>& evaluation;
   /// Per causal pose: root of the trace of the position's covariance [m]; 0 = not known.
   const std::vector<double>& position_sigma_m;
   /// Per frame: stamp and CPU time [ms].
   const std::vector<std::pair<TimeNs, double>>& cpu_ms;
-  const std::vector<roles::AnchorEstimate>& anchors;
+  const std::vector<Anchor>& anchors;
   const std::map<std::uint64_t, Vec3>& true_anchors;  ///< in the truth's world
-  const std::vector<roles::RangeRecord>& ranges;
+  const std::vector<RangeRecord>& ranges;
 };
 
 /// Paths from above and from the side, anchors with their 2 sigma ellipses, mirror positions and,

@@ -33,22 +33,23 @@ std::string columns(const Vec3& v) {
   return format(",%.6g,%.6g,%.6g", clean(v.x()), clean(v.y()), clean(v.z()));
 }
 
-std::string frameLine(const roles::StateEstimate& e) {
-  const roles::StageTimes& ms = e.ms;
-  std::string line = evaluation::formatSeconds(e.t) + (e.valid ? ",1," : ",0,") + csvWord(e.health);
+std::string frameLine(const StateEstimate& e) {
+  const StageTimes& ms = e.ms;
+  std::string line =
+      evaluation::formatSeconds(e.state.t) + (e.valid ? ",1," : ",0,") + csvWord(healthText(e));
   line += format(",%d,%d,%d,%d", e.segment, e.keyframe ? 1 : 0, e.tracks, e.landmarks);
   for (const double v :
        {ms.pyramid, ms.flow, ms.detect, ms.initialise, ms.optimise, ms.marginalise, ms.total}) {
     line += format(",%.3f", clean(v));
   }
-  line += columns(e.v_W_B) + columns(e.bias_gyro) + columns(e.bias_acc);
+  line += columns(e.state.v) + columns(e.state.bg) + columns(e.state.ba);
   const Eigen::Matrix<double, 6, 1> variance = e.covariance.diagonal();
   for (int i = 0; i < 6; ++i) line += format(",%.6g", std::sqrt(std::max(0.0, clean(variance[i]))));
   return line;
 }
 
-std::string covarianceLine(const roles::StateEstimate& e) {
-  std::string line = evaluation::formatSeconds(e.t);
+std::string covarianceLine(const StateEstimate& e) {
+  std::string line = evaluation::formatSeconds(e.state.t);
   for (int r = 0; r < 6; ++r) {
     for (int c = r; c < 6; ++c) line += format(",%.9g", clean(e.covariance(r, c)));
   }
@@ -56,8 +57,8 @@ std::string covarianceLine(const roles::StateEstimate& e) {
 }
 
 /// Position and yaw aligned errors; empty where there is nothing to compare.
-std::optional<evaluation::EvaluationResult> compare(const evaluation::Trajectory& truth,
-                                                    const evaluation::Trajectory& estimate) {
+std::optional<evaluation::EvaluationResult> compare(const Trajectory& truth,
+                                                    const Trajectory& estimate) {
   if (truth.size() < 3 || estimate.size() < 3) return std::nullopt;
   try {
     evaluation::EvaluationOptions options;
@@ -96,31 +97,40 @@ RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
 
 RunRecorder::~RunRecorder() = default;
 
-void RunRecorder::add(const roles::RangeRecord& range) { ranges_->add(range); }
+void RunRecorder::onOutput(const roles::EstimatorOutput& output,
+                           const roles::Estimator& /*estimator*/) {
+  for (const StateEstimate& estimate : output.states) add(estimate);
+  for (const RangeRecord& range : output.ranges) ranges_->add(range);
+  for (const Revision& revision : output.revisions) add(revision);
+}
 
-void RunRecorder::add(const roles::StateEstimate& estimate) {
+void RunRecorder::add(const Revision& revision) {
+  for (const StampedPose& k : revision.keyframes) revised_[k.t] = k.T_W_B;
+}
+
+void RunRecorder::add(const StateEstimate& estimate) {
   frames_file_.line(frameLine(estimate));
-  cpu_ms_.emplace_back(estimate.t, clean(estimate.ms.total));
+  cpu_ms_.emplace_back(estimate.state.t, clean(estimate.ms.total));
   if (estimate.segment != segment_) {
     vir::log(log_, LogLevel::warning,
              "segment " + std::to_string(estimate.segment) + " starts at " +
-                 evaluation::formatSeconds(estimate.t) +
+                 evaluation::formatSeconds(estimate.state.t) +
                  " s: positions are not tied to those before");
     segment_ = estimate.segment;
   }
   if (estimate.valid) writePose(estimate);
 }
 
-void RunRecorder::writePose(const roles::StateEstimate& estimate) {
-  if (!isFinite(estimate.T_W_B)) {
+void RunRecorder::writePose(const StateEstimate& estimate) {
+  if (!isFinite(estimate.state.T_W_B)) {
     ++not_finite_;
     return;
   }
-  if (!trajectory_.empty() && estimate.t <= trajectory_.back().t) {
+  if (!trajectory_.empty() && estimate.state.t <= trajectory_.back().t) {
     ++out_of_order_;
     return;
   }
-  const evaluation::StampedPose pose{estimate.t, estimate.T_W_B};
+  const StampedPose pose{estimate.state.t, estimate.state.T_W_B};
   if (!trajectory_.empty()) path_m_ += (pose.T_W_B.p - trajectory_.back().T_W_B.p).norm();
   trajectory_file_.line(evaluation::tumLine(pose));
   covariance_file_.line(covarianceLine(estimate));
@@ -135,12 +145,13 @@ void RunRecorder::addGroundTruth(TimeNs t, const Pose& T_W_B) {
   truth_.push_back({t, T_W_B});
 }
 
-void RunRecorder::writeKeyframes(const std::vector<roles::KeyframeEstimate>& keyframes) {
-  for (const roles::KeyframeEstimate& k : keyframes) {
-    if (!isFinite(k.T_W_B)) {
+void RunRecorder::writeKeyframes(const std::vector<StampedPose>& keyframes) {
+  for (const StampedPose& k : keyframes) revised_[k.t] = k.T_W_B;
+  for (const auto& [t, T_W_B] : revised_) {
+    if (isFinite(T_W_B)) {
+      smoothed_.push_back({t, T_W_B});
+    } else {
       ++not_finite_;
-    } else if (smoothed_.empty() || k.t > smoothed_.back().t) {
-      smoothed_.push_back({k.t, k.T_W_B});
     }
   }
   OutputFile file(folder_.file("trajectory_smoothed.tum"));
@@ -148,13 +159,13 @@ void RunRecorder::writeKeyframes(const std::vector<roles::KeyframeEstimate>& key
   file.close();
 }
 
-void RunRecorder::writeLandmarks(const std::vector<roles::LandmarkEstimate>& landmarks) {
+void RunRecorder::writeLandmarks(const std::vector<Landmark>& landmarks) {
   std::size_t count = 0;
-  for (const roles::LandmarkEstimate& l : landmarks) count += l.p_W.allFinite() ? 1 : 0;
+  for (const Landmark& l : landmarks) count += l.p_W.allFinite() ? 1 : 0;
   OutputFile file(folder_.file("landmarks.ply"));
   file.line("ply\nformat ascii 1.0\nelement vertex " + std::to_string(count));
   file.line("property float x\nproperty float y\nproperty float z\nend_header");
-  for (const roles::LandmarkEstimate& l : landmarks) {
+  for (const Landmark& l : landmarks) {
     if (!l.p_W.allFinite()) continue;
     file.line(format("%.4f %.4f %.4f", l.p_W.x(), l.p_W.y(), l.p_W.z()));
   }
@@ -184,7 +195,7 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
 
 std::optional<double> RunRecorder::positionNees() const {
   // The estimator's world has no error where it starts: at the first keyframe.
-  const evaluation::Trajectory start{smoothed_.empty() ? trajectory_.front() : smoothed_.front()};
+  const Trajectory start{smoothed_.empty() ? trajectory_.front() : smoothed_.front()};
   const evaluation::Association first = evaluation::associate(truth_, start, {});
   if (first.pairs.empty()) return std::nullopt;
   const Pose T_R_E =
@@ -212,34 +223,31 @@ void RunRecorder::summariseRanges(RunSummary* summary) const {
   summary->counters.insert(summary->counters.end(), counters.begin(), counters.end());
 }
 
-void RunRecorder::finish(const roles::Estimator& estimator, TimeNs first_frame,
-                         RunSummary* summary) {
+void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) {
   trajectory_file_.close();
   covariance_file_.close();
   frames_file_.close();
-  const std::vector<roles::AnchorEstimate> anchors = estimator.anchors();
+  const std::vector<Anchor> anchors = estimator.anchors();
   ranges_->finish(anchors);
-  for (const roles::AnchorEstimate& a : anchors) summary->anchors.push_back({a, {}, {}});
+  for (const Anchor& a : anchors) summary->anchors.push_back({a, {}, {}});
   summariseRanges(summary);
-  summary->peers = estimator.peers();
   writeKeyframes(estimator.keyframes());
   writeLandmarks(estimator.landmarks());
   summary->poses = static_cast<long>(trajectory_.size());
   summary->path_m = path_m_;
-  if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_frame);
+  if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_frame_);
   if (not_finite_ > 0) summary->counters.emplace_back("poses_not_finite", not_finite_);
   if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
   evaluateInto(summary);
-  writePictures(first_frame, anchors, *summary);
+  writePictures(anchors, *summary);
   if (trajectory_.empty()) return;
   writeScene(folder_.file("scene.3Dscene"), {{"", evaluation::figureColor(0), Pose(), trajectory_,
                                               anchors, estimator.landmarks()}});
 }
 
-void RunRecorder::writePictures(TimeNs first_frame,
-                                const std::vector<roles::AnchorEstimate>& anchors,
+void RunRecorder::writePictures(const std::vector<Anchor>& anchors,
                                 const RunSummary& summary) const {
-  const RunPictures pictures{first_frame,   trajectory_,       smoothed_, truth_,
+  const RunPictures pictures{first_frame_,  trajectory_,       smoothed_, truth_,
                              evaluation_,   position_sigma_m_, cpu_ms_,   anchors,
                              true_anchors_, ranges_->sample()};
   if (!trajectory_.empty())

@@ -19,14 +19,14 @@ Json toJson(const Vec3& v) { return v.allFinite() ? Json({v.x(), v.y(), v.z()}) 
 
 /// Lengths in m.
 Json toJson(const AnchorResult& anchor) {
-  const roles::AnchorEstimate& a = anchor.estimate;
+  const Anchor& a = anchor.estimate;
   Json json;
   json["id"] = a.id;
-  json["state"] = a.state;
+  json["state"] = name(a.state);
   json["p"] = a.has_position ? toJson(a.p_W) : Json(nullptr);
   const Vec3 sigma = a.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   json["sigma"] = a.has_position ? toJson(sigma) : Json(nullptr);
-  if (a.state == "mirror_open") json["mirror_p"] = toJson(a.mirror_p_W);
+  if (a.state == AnchorState::mirror_open) json["mirror_p"] = toJson(a.mirror_p_W);
   put(&json, "bias", a.bias_m);
   put(&json, "bias_sigma", a.bias_sigma_m);
   json["ranges_used"] = a.ranges_used;

@@ -61,7 +61,7 @@ CPointCloud::Ptr pointsOf(const SceneRobot& robot) {
   auto points = CPointCloud::Create();
   points->setColor_u8(robot.color.r, robot.color.g, robot.color.b, 150);
   points->setPointSize(2.0F);
-  for (const roles::LandmarkEstimate& l : robot.landmarks) {
+  for (const Landmark& l : robot.landmarks) {
     const Vec3 p = robot.T * l.p_W;
     if (p.allFinite()) points->insertPoint(f(p.x()), f(p.y()), f(p.z()));
   }
@@ -79,7 +79,7 @@ Mat3 shown(const Mat3& covariance) {
   return eigen.eigenvectors() * half.cwiseAbs2().asDiagonal() * eigen.eigenvectors().transpose();
 }
 
-CEllipsoid3D::Ptr ellipsoidOf(const roles::AnchorEstimate& anchor, const SceneRobot& robot) {
+CEllipsoid3D::Ptr ellipsoidOf(const Anchor& anchor, const SceneRobot& robot) {
   auto ellipsoid = CEllipsoid3D::Create();
   const Mat3 R = robot.T.R();
   const Mat3 C = shown(R * anchor.covariance * R.transpose());
@@ -109,7 +109,7 @@ CSetOfObjects::Ptr groupOf(const SceneRobot& robot, Extent* extent) {
     origin->enableShowName(true);
   }
   group->insert(origin);
-  for (const roles::AnchorEstimate& a : robot.anchors) {
+  for (const Anchor& a : robot.anchors) {
     if (!a.has_position || !a.p_W.allFinite()) continue;
     group->insert(ellipsoidOf(a, robot));
     extent->add(robot.T * a.p_W);

@@ -78,47 +78,45 @@ double quantile(std::vector<double> v, double share) {
   return *at;
 }
 
-/// Colour of each decision: accepted first, the others in alphabetical order.
-std::map<std::string, evaluation::Color> decisionColors(
-    const std::vector<roles::RangeRecord>& ranges) {
+/// Colour of each decision: accepted first.
+std::map<RangeDecision, evaluation::Color> decisionColors(const std::vector<RangeRecord>& ranges) {
   static constexpr std::size_t kOthers[] = {1, 4, 3, 5, 2};
-  std::map<std::string, evaluation::Color> colors;
-  for (const roles::RangeRecord& r : ranges) colors.emplace(r.decision, evaluation::Color());
+  std::map<RangeDecision, evaluation::Color> colors;
+  for (const RangeRecord& r : ranges) colors.emplace(r.decision, evaluation::Color());
   std::size_t i = 0;
   for (auto& [decision, color] : colors) {
-    color = decision == "accepted" ? evaluation::figureColor(0)
-                                   : evaluation::figureColor(kOthers[i++ % std::size(kOthers)]);
+    color = decision == RangeDecision::accepted
+                ? evaluation::figureColor(0)
+                : evaluation::figureColor(kOthers[i++ % std::size(kOthers)]);
   }
   return colors;
 }
 
-bool hasResidual(const roles::RangeRecord& r) {
+bool hasResidual(const RangeRecord& r) {
   return (r.sigma_m > 0 || r.predicted_m != 0) && std::isfinite(r.residual_m) &&
          std::isfinite(r.sigma_m);
 }
 
 /// The ranges with a residual, by anchor; the anchors with the most of them first.
-std::vector<std::vector<roles::RangeRecord>> byAnchor(
-    const std::vector<roles::RangeRecord>& ranges) {
-  std::map<std::uint64_t, std::vector<roles::RangeRecord>> groups;
-  for (const roles::RangeRecord& r : ranges) {
-    if (hasResidual(r)) groups[r.id].push_back(r);
+std::vector<std::vector<RangeRecord>> byAnchor(const std::vector<RangeRecord>& ranges) {
+  std::map<std::uint64_t, std::vector<RangeRecord>> groups;
+  for (const RangeRecord& r : ranges) {
+    if (hasResidual(r)) groups[r.anchor].push_back(r);
   }
-  std::vector<std::vector<roles::RangeRecord>> out;
+  std::vector<std::vector<RangeRecord>> out;
   for (auto& [id, group] : groups) out.push_back(std::move(group));
   std::stable_sort(out.begin(), out.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
   return out;
 }
 
-evaluation::Panel residualPanel(const RunPictures& run,
-                                const std::vector<roles::RangeRecord>& ranges,
-                                const std::map<std::string, evaluation::Color>& colors) {
+evaluation::Panel residualPanel(const RunPictures& run, const std::vector<RangeRecord>& ranges,
+                                const std::map<RangeDecision, evaluation::Color>& colors) {
   evaluation::Panel panel;
   panel.y_label = "residual [m]";
   std::vector<double> sizes, sigmas;
   std::vector<Vec2> band;
-  for (const roles::RangeRecord& r : ranges) {
+  for (const RangeRecord& r : ranges) {
     sizes.push_back(std::abs(r.residual_m));
     sigmas.push_back(r.sigma_m);
     band.emplace_back(seconds(run, r.t), 2 * r.sigma_m);
@@ -129,7 +127,7 @@ evaluation::Panel residualPanel(const RunPictures& run,
   const double hole = std::max(2.0, 0.02 * (band.back().x() - band.front().x()));
   addBand(band, -1, hole, &panel);
   long beyond = 0;
-  for (const roles::RangeRecord& r : ranges) {
+  for (const RangeRecord& r : ranges) {
     const bool outside = std::abs(r.residual_m) > edge;
     beyond += outside ? 1 : 0;
     const Vec2 at(seconds(run, r.t), std::clamp(r.residual_m, -edge, edge));
@@ -138,7 +136,7 @@ evaluation::Panel residualPanel(const RunPictures& run,
                            ""});
   }
   panel.extent = {{band.front().x(), -edge}, {band.back().x(), edge}};
-  panel.title = "Anchor " + std::to_string(ranges.front().id);
+  panel.title = "Anchor " + std::to_string(ranges.front().anchor);
   if (beyond > 0) panel.title += csv::format(": %ld beyond the edge (rings)", beyond);
   return panel;
 }
@@ -152,11 +150,11 @@ evaluation::Figure rangesFigure(const RunPictures& run) {
   const auto groups = byAnchor(run.ranges);
   const auto colors = decisionColors(run.ranges);
   for (const auto& [decision, color] : colors) {
-    const auto shown = [&d = decision](const roles::RangeRecord& r) {
+    const auto shown = [&d = decision](const RangeRecord& r) {
       return r.decision == d && hasResidual(r);
     };
     if (std::any_of(run.ranges.begin(), run.ranges.end(), shown)) {
-      figure.entries.push_back({decision, color});
+      figure.entries.push_back({name(decision), color});
     }
   }
   figure.entries.push_back({"+-2 sigma of prediction and range together", kBand});
@@ -209,7 +207,7 @@ evaluation::Figure errorFigure(const RunPictures& run) {
 
 evaluation::Figure cpuFigure(const RunPictures& run) {
   evaluation::Figure figure = emptyFigure("CPU time per frame", "as the estimator reports it");
-  evaluation::Trajectory stamps;
+  Trajectory stamps;
   double most = 0;
   for (const auto& [t, ms] : run.cpu_ms) {
     stamps.push_back({t, Pose()});

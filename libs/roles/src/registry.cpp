@@ -16,20 +16,27 @@ namespace {
 
 using mrpt::system::lowerCase;
 
-struct EstimatorRecord {
-  EstimatorEntry entry;
-  EstimatorFactory factory;
-};
+/// What plugins of one role have registered, by name; names are not case-sensitive.
+template <typename Entry, typename Factory>
+struct Registry {
+  struct Record {
+    Entry entry;
+    Factory factory;
+  };
+  const char* role;
+  std::map<std::string, Record> records;
 
-struct RendezvousRecord {
-  RendezvousEntry entry;
-  RendezvousFactory factory;
+  std::vector<Entry> entries() const {
+    std::vector<Entry> out;
+    for (const auto& [key, record] : records) out.push_back(record.entry);
+    return out;
+  }
 };
 
 struct Registries {
   std::mutex mutex;
-  std::map<std::string, EstimatorRecord> estimators;
-  std::map<std::string, RendezvousRecord> rendezvous;
+  Registry<EstimatorEntry, EstimatorFactory> estimators{"estimator", {}};
+  Registry<RendezvousEntry, RendezvousFactory> rendezvous{"rendezvous solver", {}};
   std::map<std::string, SensorEntry> sensors;  // by alias
   std::string current_plugin;
   std::vector<std::string> problems;
@@ -57,6 +64,36 @@ std::string listed(const Map& map, Text text) {
   return out.empty() ? "none (no plugin loaded)" : out;
 }
 
+template <typename Entry, typename Factory>
+void add(Registry<Entry, Factory>* registry, const std::string& name, Factory factory,
+         const std::string& description) {
+  Registries& r = all();
+  const std::lock_guard<std::mutex> lock(r.mutex);
+  const auto known = registry->records.find(lowerCase(name));
+  if (known != registry->records.end()) {
+    r.problems.push_back(std::string(registry->role) + " '" + name + "' is registered twice: by " +
+                         origin(known->second.entry.plugin_file) + " and by " +
+                         origin(r.current_plugin));
+    return;
+  }
+  registry->records[lowerCase(name)] = {{name, description, r.current_plugin}, std::move(factory)};
+}
+
+template <typename Entry, typename Factory>
+auto create(const Registry<Entry, Factory>& registry, const std::string& name) {
+  Factory factory;
+  {
+    const std::lock_guard<std::mutex> lock(all().mutex);
+    const auto found = registry.records.find(lowerCase(name));
+    if (found == registry.records.end()) {
+      throw PluginError(std::string("unknown ") + registry.role + " '" + name + "'; available: " +
+                        listed(registry.records, [](auto& e) { return e.second.entry.name; }));
+    }
+    factory = found->second.factory;
+  }
+  return factory();
+}
+
 }  // namespace
 
 namespace registry {
@@ -73,37 +110,19 @@ std::vector<std::string> takeProblems() {
 
 std::size_t size() {
   const std::lock_guard<std::mutex> lock(all().mutex);
-  return all().estimators.size() + all().rendezvous.size() + all().sensors.size();
+  return all().estimators.records.size() + all().rendezvous.records.size() + all().sensors.size();
 }
 
 }  // namespace registry
 
 void registerEstimator(const std::string& name, EstimatorFactory factory,
                        const std::string& description) {
-  Registries& r = all();
-  const std::lock_guard<std::mutex> lock(r.mutex);
-  const auto known = r.estimators.find(lowerCase(name));
-  if (known != r.estimators.end()) {
-    r.problems.push_back("estimator '" + name + "' is registered twice: by " +
-                         origin(known->second.entry.plugin_file) + " and by " +
-                         origin(r.current_plugin));
-    return;
-  }
-  r.estimators[lowerCase(name)] = {{name, description, r.current_plugin}, std::move(factory)};
+  add(&all().estimators, name, std::move(factory), description);
 }
 
 void registerRendezvous(const std::string& name, RendezvousFactory factory,
                         const std::string& description) {
-  Registries& r = all();
-  const std::lock_guard<std::mutex> lock(r.mutex);
-  const auto known = r.rendezvous.find(lowerCase(name));
-  if (known != r.rendezvous.end()) {
-    r.problems.push_back("rendezvous '" + name + "' is registered twice: by " +
-                         origin(known->second.entry.plugin_file) + " and by " +
-                         origin(r.current_plugin));
-    return;
-  }
-  r.rendezvous[lowerCase(name)] = {{name, description, r.current_plugin}, std::move(factory)};
+  add(&all().rendezvous, name, std::move(factory), description);
 }
 
 void registerSensor(const mrpt::hwdrivers::TSensorClassId* id, const std::string& alias,
@@ -128,16 +147,12 @@ void registerSensor(const mrpt::hwdrivers::TSensorClassId* id, const std::string
 
 std::vector<EstimatorEntry> registeredEstimators() {
   const std::lock_guard<std::mutex> lock(all().mutex);
-  std::vector<EstimatorEntry> entries;
-  for (const auto& item : all().estimators) entries.push_back(item.second.entry);
-  return entries;
+  return all().estimators.entries();
 }
 
 std::vector<RendezvousEntry> registeredRendezvous() {
   const std::lock_guard<std::mutex> lock(all().mutex);
-  std::vector<RendezvousEntry> entries;
-  for (const auto& item : all().rendezvous) entries.push_back(item.second.entry);
-  return entries;
+  return all().rendezvous.entries();
 }
 
 std::vector<SensorEntry> registeredSensors() {
@@ -147,34 +162,12 @@ std::vector<SensorEntry> registeredSensors() {
   return entries;
 }
 
-std::unique_ptr<Estimator> createEstimator(const std::string& name) {
-  Registries& r = all();
-  EstimatorFactory factory;
-  {
-    const std::lock_guard<std::mutex> lock(r.mutex);
-    const auto found = r.estimators.find(lowerCase(name));
-    if (found == r.estimators.end()) {
-      throw PluginError("unknown estimator '" + name + "'; available: " +
-                        listed(r.estimators, [](auto& e) { return e.second.entry.name; }));
-    }
-    factory = found->second.factory;
-  }
-  return factory();
+std::unique_ptr<EstimatorSettings> estimatorSettings(const std::string& name) {
+  return create(all().estimators, name);
 }
 
 std::unique_ptr<Rendezvous> createRendezvous(const std::string& name) {
-  Registries& r = all();
-  RendezvousFactory factory;
-  {
-    const std::lock_guard<std::mutex> lock(r.mutex);
-    const auto found = r.rendezvous.find(lowerCase(name));
-    if (found == r.rendezvous.end()) {
-      throw PluginError("unknown rendezvous solver '" + name + "'; available: " +
-                        listed(r.rendezvous, [](auto& e) { return e.second.entry.name; }));
-    }
-    factory = found->second.factory;
-  }
-  return factory();
+  return create(all().rendezvous, name);
 }
 
 mrpt::hwdrivers::CGenericSensor::Ptr createSensor(const std::string& name) {

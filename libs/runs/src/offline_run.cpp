@@ -1,8 +1,6 @@
 #include "vir/runs/offline_run.h"
 
 #include <mrpt/obs/CObservationImage.h>
-#include <mrpt/obs/CObservationRobotPose.h>
-#include <mrpt/obs/CObservationStereoImagesFeatures.h>
 
 #include <algorithm>
 #include <map>
@@ -10,8 +8,9 @@
 
 #include "vir/core/resource_usage.h"
 #include "vir/core/settings.h"
+#include "vir/rawlog/convert.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_error.h"
-#include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/rawlog/time_orderer.h"
@@ -21,10 +20,7 @@ namespace {
 
 using mrpt::obs::CObservation;
 using mrpt::obs::CObservationImage;
-using mrpt::obs::CObservationRobotPose;
 
-constexpr const char* kGroundTruthLabel = "GT";
-constexpr const char* kOdometryLabel = "ODOM";
 constexpr long kReportEvery = 50;  // observations between two calls of the progress hook
 
 /// Stamps of what an estimator gives a state for.
@@ -69,7 +65,6 @@ class OfflineRun {
 
  private:
   void play() {
-    timed([&] { estimator_.start(hooks_.log); });
     bool more = true;
     while (more && !stopRequested()) {
       const auto observation = reader_.next();
@@ -92,22 +87,21 @@ class OfflineRun {
 
   void handle(const CObservation::Ptr& observation) {
     const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
-    if (observation->sensorLabel == kGroundTruthLabel) {
-      if (const auto pose = std::dynamic_pointer_cast<CObservationRobotPose>(observation)) {
-        recorder_.addGroundTruth(t, rawlog::fromMrptPose(pose->pose.mean));
+    if (observation->sensorLabel == rawlog::kGroundTruthLabel) {
+      if (const auto pose = rawlog::poseOf(*observation)) {
+        recorder_.addGroundTruth(pose->t, pose->T_W_B);
       }
       return;
     }
     const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
-    const bool odometry = !image && observation->sensorLabel == kOdometryLabel;
-    // Feature tracks stand for the image they were found in.
-    using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
-    const bool seen = image || std::dynamic_pointer_cast<Tracks>(observation) != nullptr;
+    const bool odometry = !image && observation->sensorLabel == rawlog::kOdometryLabel;
+    const bool seen = rawlog::isImage(*observation);
     if ((seen || odometry) && !first_recorded_) first_recorded_ = t;
     if (beforeStart(t)) return;
     if (image && !decode(*image)) return;
     if (seen) images_.add(t);
     if (odometry) odometry_.add(t);
+    for (results::RunObserver* o : hooks_.observers) o->onObservation(*observation);
     timed([&] { estimator_.add(*observation); });
     if (image) image->image.unload();
     collect();
@@ -135,14 +129,10 @@ class OfflineRun {
   }
 
   void collect() {
-    std::vector<roles::StateEstimate> estimates;
-    std::vector<roles::RangeRecord> ranges;
-    timed([&] {
-      estimates = estimator_.take();
-      ranges = estimator_.takeRanges();
-    });
-    for (const roles::StateEstimate& estimate : estimates) recorder_.add(estimate);
-    for (const roles::RangeRecord& range : ranges) recorder_.add(range);
+    roles::EstimatorOutput output;
+    timed([&] { output = estimator_.take(); });
+    recorder_.onOutput(output, estimator_);
+    for (results::RunObserver* o : hooks_.observers) o->onOutput(output, estimator_);
   }
 
   template <typename Work>
@@ -197,7 +187,9 @@ class OfflineRun {
     if (summary_.frames > 0) {
       summary_.cpu_ms_per_frame = 1e3 * estimator_cpu_s_ / static_cast<double>(summary_.frames);
     }
-    recorder_.finish(estimator_, frames.first, &summary_);
+    recorder_.setFirstFrame(frames.first);
+    for (results::RunObserver* o : hooks_.observers) o->onEnd(estimator_, &summary_);
+    recorder_.onEnd(estimator_, &summary_);
     summary_.peak_rss_mb = peakRssMb();
   }
 

@@ -157,7 +157,7 @@ Motion flyAlong(const std::vector<Vec3>& points, const FlightOptions& o) {
   for (int k = 0; k < 3; ++k) sway.emplace_back(&random, 0.2, 1.0);
   for (int k = 0; k < 3; ++k) sway.emplace_back(&random, 0.3, 1.5);
   const double duration = path.duration();
-  evaluation::Trajectory poses;
+  Trajectory poses;
   for (int k = 0; k * kFine_s <= duration; ++k) {
     const double t = k * kFine_s;
     const double r = ramp(t, duration, o.rest_s) * awayFrom(stops, t);

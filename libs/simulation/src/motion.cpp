@@ -9,23 +9,22 @@
 namespace vir::simulation {
 namespace {
 
-std::vector<Vec3> positions(const evaluation::Trajectory& poses) {
+std::vector<Vec3> positions(const Trajectory& poses) {
   std::vector<Vec3> out;
-  for (const evaluation::StampedPose& s : poses) out.push_back(s.T_W_B.p);
+  for (const StampedPose& s : poses) out.push_back(s.T_W_B.p);
   return out;
 }
 
-QuatList rotations(const evaluation::Trajectory& poses) {
+QuatList rotations(const Trajectory& poses) {
   QuatList out;
-  for (const evaluation::StampedPose& s : poses) out.push_back(s.T_W_B.q);
+  for (const StampedPose& s : poses) out.push_back(s.T_W_B.q);
   return out;
 }
 
 /// Pose at t, interpolated; held beyond the ends.
-Pose interpolated(const evaluation::Trajectory& poses, TimeNs t) {
-  const auto after =
-      std::lower_bound(poses.begin(), poses.end(), t,
-                       [](const evaluation::StampedPose& s, TimeNs x) { return s.t < x; });
+Pose interpolated(const Trajectory& poses, TimeNs t) {
+  const auto after = std::lower_bound(poses.begin(), poses.end(), t,
+                                      [](const StampedPose& s, TimeNs x) { return s.t < x; });
   if (after == poses.begin()) return poses.front().T_W_B;
   if (after == poses.end()) return poses.back().T_W_B;
   const auto before = after - 1;
@@ -34,7 +33,7 @@ Pose interpolated(const evaluation::Trajectory& poses, TimeNs t) {
 }
 
 /// Mean over `half_s` to either side with triangular weights.
-Pose smoothed(const evaluation::Trajectory& poses, TimeNs t, double half_s) {
+Pose smoothed(const Trajectory& poses, TimeNs t, double half_s) {
   constexpr int kSide = 5;
   const Pose centre = interpolated(poses, t);
   if (half_s <= 0) return centre;
@@ -52,7 +51,7 @@ Pose smoothed(const evaluation::Trajectory& poses, TimeNs t, double half_s) {
 
 }  // namespace
 
-Motion::Motion(TimeNs begin, double interval_s, const evaluation::Trajectory& poses)
+Motion::Motion(TimeNs begin, double interval_s, const Trajectory& poses)
     : begin_(begin),
       end_(begin),
       position_(VectorSpline::through(interval_s, positions(poses))),
@@ -67,8 +66,8 @@ MotionState Motion::at(TimeNs t) const {
   return {{r.q_A_B, p.value}, p.first, p.second, r.rate_B, r.acceleration_B};
 }
 
-evaluation::Trajectory Motion::sampled(double rate_hz) const {
-  evaluation::Trajectory out;
+Trajectory Motion::sampled(double rate_hz) const {
+  Trajectory out;
   for (int k = 0;; ++k) {
     const TimeNs t = begin_ + fromSeconds(k / rate_hz);
     if (t > end_) return out;
@@ -79,14 +78,14 @@ evaluation::Trajectory Motion::sampled(double rate_hz) const {
 double Motion::pathLength() const {
   double length = 0;
   Vec3 last = poseAt(begin_).p;
-  for (const evaluation::StampedPose& s : sampled(50)) {
+  for (const StampedPose& s : sampled(50)) {
     length += (s.T_W_B.p - last).norm();
     last = s.T_W_B.p;
   }
   return length;
 }
 
-Motion flyAgain(const evaluation::Trajectory& recorded, const FlyAgainOptions& options) {
+Motion flyAgain(const Trajectory& recorded, const FlyAgainOptions& options) {
   if (recorded.size() < 2) throw std::invalid_argument("flyAgain: fewer than 2 poses");
   const TimeNs begin = recorded.front().t + fromSeconds(options.from_s);
   TimeNs end = recorded.back().t;
@@ -95,7 +94,7 @@ Motion flyAgain(const evaluation::Trajectory& recorded, const FlyAgainOptions& o
     throw std::invalid_argument("flyAgain: less than 0.5 s of the recording is left from " +
                                 std::to_string(options.from_s) + " s on");
   }
-  evaluation::Trajectory samples;
+  Trajectory samples;
   for (int k = 0;; ++k) {
     const TimeNs t = begin + fromSeconds(options.knot_s * k);
     if (t > end) break;

@@ -34,7 +34,7 @@ SimulatedImu simulateImu(const Motion& motion, const ImuSimulationOptions& o) {
     const TimeNs t = motion.begin() + fromSeconds(k / o.rate_hz);
     if (t > motion.end()) return out;
     const MotionState s = motion.at(t);
-    imu::ImuSample r;
+    ImuSample r;
     r.t = t;
     r.gyro = gain_gyro.cwiseProduct(q_G_B * s.rate_B) + bg +
              o.gyro_noise_density * root * normal3(&white);

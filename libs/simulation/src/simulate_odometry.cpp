@@ -15,20 +15,20 @@ Vec3 normal3(Random* random) {
 
 }  // namespace
 
-evaluation::Trajectory simulateOdometry(const Motion& motion, const OdometrySimulationOptions& o) {
+Trajectory simulateOdometry(const Motion& motion, const OdometrySimulationOptions& o) {
   if (!(o.rate_hz > 0)) throw std::invalid_argument("simulateOdometry: rate_hz must be positive");
   const auto seed = static_cast<std::uint64_t>(o.seed);
   Random drift(seed, 300), white(seed, 301);
   const double dt = 1 / o.rate_hz, root = std::sqrt(dt);
   const double keep = std::exp(-dt / o.scale_wander_s);
-  const evaluation::Trajectory truth = motion.sampled(o.rate_hz);
+  const Trajectory truth = motion.sampled(o.rate_hz);
   const Pose& first = truth.front().T_W_B;
   // Its heading is off by this against W.
   double yaw = -yawOf(first.R());
   double wander = drift.normal();
   Vec3 p = Vec3::Zero(), last = first.p;
-  evaluation::Trajectory out;
-  for (const evaluation::StampedPose& s : truth) {
+  Trajectory out;
+  for (const StampedPose& s : truth) {
     const double scale = 1 + o.scale_error + o.scale_wander * wander;
     p += scale * (rotZ(yaw) * (s.T_W_B.p - last));
     last = s.T_W_B.p;

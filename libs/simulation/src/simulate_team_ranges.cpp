@@ -50,9 +50,8 @@ class Teller {
 
  private:
   Pose poseAt(TimeNs t) const {
-    const auto after =
-        std::lower_bound(poses_.begin(), poses_.end(), t,
-                         [](const evaluation::StampedPose& s, TimeNs x) { return s.t < x; });
+    const auto after = std::lower_bound(poses_.begin(), poses_.end(), t,
+                                        [](const StampedPose& s, TimeNs x) { return s.t < x; });
     if (after == poses_.begin()) return poses_.front().T_W_B;
     if (after == poses_.end()) return poses_.back().T_W_B;
     const auto before = after - 1;
@@ -76,7 +75,7 @@ class Teller {
   const TeamRangeOptions& team_;
   OdometrySimulationOptions odometry_;
   TimeNs begin_;
-  evaluation::Trajectory poses_;
+  Trajectory poses_;
   Pose T_W_O_;
   std::vector<Vec3> anchor_errors_;
 };

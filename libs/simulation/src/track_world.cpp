@@ -32,7 +32,7 @@ TrackWorld::TrackWorld(const TrackSimulationOptions& o, const Motion& motion,
     return;
   }
   Vec3 low = motion.poseAt(motion.begin()).p, high = low;
-  for (const evaluation::StampedPose& s : motion.sampled(10)) {
+  for (const StampedPose& s : motion.sampled(10)) {
     low = low.cwiseMin(s.T_W_B.p);
     high = high.cwiseMax(s.T_W_B.p);
   }
@@ -68,15 +68,14 @@ void TrackWorld::addWalls(const TrackSimulationOptions& o, const Vec3& low, cons
 void TrackWorld::addFree(const TrackSimulationOptions& o, const Motion& motion, const Vec3& low,
                          const Vec3& high) {
   Random random(static_cast<std::uint64_t>(o.seed), 401);
-  const evaluation::Trajectory path = motion.sampled(2);
+  const Trajectory path = motion.sampled(2);
   const auto wanted = static_cast<std::size_t>(o.free_share * static_cast<double>(points_.size()));
   for (std::size_t k = 0; k < wanted; ++k) {
     const auto at = static_cast<std::size_t>(random.uniform() * static_cast<double>(path.size()));
     const Vec3 p = path[at].T_W_B.p + random.uniform(kClearance_m, kReach_m) * direction(&random);
     if ((p - low).minCoeff() < 0 || (high - p).minCoeff() < 0) continue;
     bool clear = true;
-    for (const evaluation::StampedPose& s : path)
-      clear = clear && (s.T_W_B.p - p).norm() > kClearance_m;
+    for (const StampedPose& s : path) clear = clear && (s.T_W_B.p - p).norm() > kClearance_m;
     if (clear) points_.push_back(p);
   }
 }

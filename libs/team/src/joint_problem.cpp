@@ -20,18 +20,18 @@ constexpr double kLevel = 1e-3;       // [m]; a robot whose odometry rises by le
 constexpr double kLevelSigma = 1e-3;  // [m], of its height
 
 /// The pose at `t` between two neighbours.
-std::optional<Pose> interpolated(const std::vector<TimedPose>& path, TimeNs t) {
+std::optional<Pose> interpolated(const std::vector<StampedPose>& path, TimeNs t) {
   constexpr TimeNs kLongestGap = 1000000000;
   const auto next = std::lower_bound(path.begin(), path.end(), t,
-                                     [](const TimedPose& p, TimeNs s) { return p.t < s; });
+                                     [](const StampedPose& p, TimeNs s) { return p.t < s; });
   if (next == path.end()) return std::nullopt;
-  if (next->t == t) return next->pose;
+  if (next->t == t) return next->T_W_B;
   if (next == path.begin()) return std::nullopt;
   const auto before = next - 1;
   if (next->t - before->t > kLongestGap) return std::nullopt;
   const double u = toSeconds(t - before->t) / toSeconds(next->t - before->t);
-  return Pose(before->pose.q.slerp(u, next->pose.q),
-              before->pose.p + u * (next->pose.p - before->pose.p));
+  return Pose(before->T_W_B.q.slerp(u, next->T_W_B.q),
+              before->T_W_B.p + u * (next->T_W_B.p - before->T_W_B.p));
 }
 
 Vec3 turned(const Vec3& v) { return {-v.y(), v.x(), 0}; }
@@ -78,12 +78,12 @@ JointProblem::JointProblem(const std::vector<JointRobot>& robots,
 void JointProblem::addNodes(const JointRobot& robot) {
   std::vector<JointNode> list;
   double metres = 0, radians = 0, lowest = 1e300, highest = -1e300;
-  const TimedPose* before = nullptr;
-  for (const TimedPose& odometry : robot.odometry) {
+  const StampedPose* before = nullptr;
+  for (const StampedPose& odometry : robot.odometry) {
     const auto estimate = interpolated(robot.estimate, odometry.t);
     if (before != nullptr) {
-      metres += (odometry.pose.p - before->pose.p).norm();
-      radians += std::abs(wrapAngle(yawOf(odometry.pose.R()) - yawOf(before->pose.R())));
+      metres += (odometry.T_W_B.p - before->T_W_B.p).norm();
+      radians += std::abs(wrapAngle(yawOf(odometry.T_W_B.R()) - yawOf(before->T_W_B.R())));
     }
     before = &odometry;
     if (!estimate) continue;
@@ -93,13 +93,13 @@ void JointProblem::addNodes(const JointRobot& robot) {
     if (!due) continue;
     JointNode node;
     node.t = odometry.t;
-    node.p_O = odometry.pose.p;
+    node.p_O = odometry.T_W_B.p;
     node.metres = metres;
     node.radians = radians;
     lowest = std::min(lowest, node.p_O.z());
     highest = std::max(highest, node.p_O.z());
     node.x.head<3>() = robot.T_C_W * estimate->p;
-    node.x[3] = robot.T_C_W.yaw_rad + yawOf(estimate->R()) - yawOf(odometry.pose.R());
+    node.x[3] = robot.T_C_W.yaw_rad + yawOf(estimate->R()) - yawOf(odometry.T_W_B.R());
     if (!list.empty()) node.x[3] = list.back().x[3] + wrapAngle(node.x[3] - list.back().x[3]);
     node.start_height = node.x[2];
     list.push_back(node);

@@ -47,7 +47,7 @@ WorldTransform ownWorld(const JointProblem& problem, const JointRobot& robot, st
   for (std::size_t k = 0; k < problem.nodes()[index].size(); ++k) {
     const JointNode& node = problem.nodes()[index][k];
     while (at + 1 < robot.estimate.size() && robot.estimate[at].t < node.t) ++at;
-    own.push_back(robot.estimate[at].pose.p);
+    own.push_back(robot.estimate[at].T_W_B.p);
     common.push_back(node.x.head<3>());
     columns.push_back(problem.columnOf(index, k));
   }
@@ -143,9 +143,9 @@ JointSolution solveJointly(const std::vector<JointRobot>& robots,
     Eigen::MatrixXd own;
     out.T_C_W.push_back(ownWorld(problem, robots[i], i, &own));
     rows.middleCols(static_cast<long>(4 * i), 4) = own;
-    std::vector<TimedPose> trajectory;
-    for (const TimedPose& p : robots[i].odometry) {
-      trajectory.push_back({p.t, problem.poseAt(i, p.t, p.pose)});
+    std::vector<StampedPose> trajectory;
+    for (const StampedPose& p : robots[i].odometry) {
+      trajectory.push_back({p.t, problem.poseAt(i, p.t, p.T_W_B)});
     }
     out.trajectories.push_back(std::move(trajectory));
   }

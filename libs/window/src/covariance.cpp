@@ -107,7 +107,7 @@ void addRangeInformation(const WindowState& w, NormalEquations* eq) {
     for (const HeldRange& r : f->ranges) {
       const auto known = lw.anchors().find(r.anchor);
       if (known == lw.anchors().end()) continue;
-      const AnchorState& a = known->second;
+      const AnchorNode& a = known->second;
       const int c = eq->offsetOf(a.x);
       // The short window's own geometry is far better known than a range: taken as rigid here.
       const Vec3 offset_O = f->T_W_B() * Vec3(r.motion + r.lever) - host.T_W_B().p;
@@ -158,7 +158,6 @@ void updateCovariance(WindowState& w) {
   const int n = static_cast<int>(w.frames.size());
   if (n < 2) return;
   const PoseCovariance cov(informationOf(w), {0, 1, n - 1});
-  w.covariance.valid = cov.ok();
   if (!cov.ok()) return;
   const Frame &first = *w.frames[0], &second = *w.frames[1], &newest = *w.frames.back();
   w.covariance.newest = cov.relative(relativeTo(first, newest), 2, 0);

@@ -8,7 +8,7 @@ namespace {
 
 /// Inverse distance along the host's ray that fits the other sights best (linear least squares);
 /// false without parallax, behind a camera, or where the sights contradict each other.
-bool triangulate(const WindowState& w, const Landmark& l, double* rho) {
+bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
   const Pose T_B_C = w.T_B_C();
   const Pose T_W_Ci = l.host()->T_W_B() * T_B_C;
   double cc = 0, ca = 0, parallax = 0;
@@ -40,7 +40,7 @@ bool triangulate(const WindowState& w, const Landmark& l, double* rho) {
 
 }  // namespace
 
-Vec3 landmarkInWorld(const WindowState& w, const Landmark& l) {
+Vec3 landmarkInWorld(const WindowState& w, const WindowLandmark& l) {
   return l.host()->T_W_B() * (w.T_B_C() * l.inCamera(w.td()));
 }
 
@@ -63,7 +63,7 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
   const Frame* newest = w.frames.back().get();
   const Pose T_B_C = w.T_B_C();
   for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
-    Landmark& l = it->second;
+    WindowLandmark& l = it->second;
     if (!l.has_depth) {
       ++it;
       continue;
@@ -96,7 +96,7 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
 
 void removeSightsOf(WindowState& w, const Frame* frame) {
   for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
-    Landmark& l = it->second;
+    WindowLandmark& l = it->second;
     const auto s = std::find_if(l.sights.begin(), l.sights.end(),
                                 [&](const LandmarkSight& x) { return x.frame == frame; });
     if (s == l.sights.end()) {

@@ -217,7 +217,7 @@ bool LongWindow::solve(int iterations, const std::vector<HeldRange>& front_range
   for (int it = 0; it < iterations; ++it) {
     const std::deque<LongNode> nodes = s.nodes;
     const LongNode front = s.front;
-    const std::map<std::uint64_t, AnchorState> anchors = s.anchors;
+    const std::map<std::uint64_t, AnchorNode> anchors = s.anchors;
     eq = eliminate();
     Frontal f(s.band(), static_cast<int>(s.anchors.size()));
     s.addRanges(s.front, front_ranges, &f);
@@ -268,7 +268,7 @@ double LongWindow::costWithAnchorAt(std::uint64_t id, const Vec3& p_W, int itera
                                     Vec3* settled) const {
   LongWindow copy(impl_->options);
   *copy.impl_ = *impl_;
-  AnchorState* a = copy.anchor(id);
+  AnchorNode* a = copy.anchor(id);
   if (!a) return std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) a->x[i] = p_W[i];
   if (!copy.solve(iterations, front_ranges)) return std::numeric_limits<double>::infinity();
@@ -289,9 +289,9 @@ Vec3 LongWindow::turnToWorld(const Vec3& v_O) const {
   return rotZ(impl_->front.x[3]) * (std::exp(-impl_->front.x[4]) * v_O);
 }
 
-AnchorState& LongWindow::addAnchor(std::uint64_t id, const Eigen::Vector4d& mean,
-                                   const Eigen::Matrix4d& covariance) {
-  AnchorState& a = impl_->anchors[id];
+AnchorNode& LongWindow::addAnchor(std::uint64_t id, const Eigen::Vector4d& mean,
+                                  const Eigen::Matrix4d& covariance) {
+  AnchorNode& a = impl_->anchors[id];
   a.id = id;
   for (int i = 0; i < 4; ++i) a.x[i] = mean[i];
   a.prior_mean = mean;
@@ -334,11 +334,11 @@ void LongWindow::removeAnchor(std::uint64_t id) {
   s.anchors.erase(id);
 }
 
-AnchorState* LongWindow::anchor(std::uint64_t id) {
+AnchorNode* LongWindow::anchor(std::uint64_t id) {
   const auto it = impl_->anchors.find(id);
   return it == impl_->anchors.end() ? nullptr : &it->second;
 }
-const std::map<std::uint64_t, AnchorState>& LongWindow::anchors() const { return impl_->anchors; }
+const std::map<std::uint64_t, AnchorNode>& LongWindow::anchors() const { return impl_->anchors; }
 double* LongWindow::frontParameters() { return impl_->front.x; }
 const LongNode& LongWindow::front() const { return impl_->front; }
 const std::deque<LongNode>& LongWindow::nodes() const { return impl_->nodes; }

@@ -23,7 +23,7 @@ struct LongWindow::Impl {
   std::deque<LongNode> nodes;
   LongNode front;
   bool started = false;
-  std::map<std::uint64_t, AnchorState> anchors;
+  std::map<std::uint64_t, AnchorNode> anchors;
   LongPrior prior;
   std::vector<LongNode> retired;
   Eigen::Matrix4d claim = Eigen::Matrix4d::Zero();  ///< information; zero: none
@@ -44,7 +44,7 @@ struct LongWindow::Impl {
   LongNode& node(std::size_t k) { return k < nodes.size() ? nodes[k] : front; }
 
   /// The residual of a range that a node (or the front) holds.
-  factors::NodeRangeFactor factorOf(const HeldRange& r, const AnchorState& a) const {
+  factors::NodeRangeFactor factorOf(const HeldRange& r, const AnchorNode& a) const {
     const factors::RangeTerm term{
         r.range_m, r.sigma_m * std::sqrt(a.variance_factor) / options.gamma_r, options.robust};
     return {term, options.ranges_at_own_time ? r.motion : Vec3(Vec3::Zero()), r.lever};

@@ -73,7 +73,7 @@ void LongWindow::Impl::addRanges(const LongNode& n, const std::vector<HeldRange>
   for (const HeldRange& r : ranges) {
     const int index = anchorIndex(r.anchor);
     if (index < 0) continue;
-    const AnchorState& a = anchors.at(r.anchor);
+    const AnchorNode& a = anchors.at(r.anchor);
     const factors::NodeRangeFactor factor = factorOf(r, a);
     Vec1 e;
     Row5 Jn;

@@ -47,10 +47,10 @@ void describe(OptionVisitor& v, WindowOptions& o) {
           "rotation noise at standstill");
 }
 
-NavState predict(const NavState& from, const imu::Preintegration& link, double gravity, TimeNs t) {
+State predict(const State& from, const imu::Preintegration& link, double gravity, TimeNs t) {
   const Vec3 g(0, 0, -gravity);
   const double dt = link.dt();
-  NavState s = from;
+  State s = from;
   s.t = t;
   s.T_W_B.p += from.v * dt + 0.5 * g * dt * dt + from.T_W_B.q * link.correctedDp(from.bg, from.ba);
   s.v += g * dt + from.T_W_B.q * link.correctedDv(from.bg, from.ba);
@@ -58,8 +58,8 @@ NavState predict(const NavState& from, const imu::Preintegration& link, double g
   return s;
 }
 
-NavState navStateOf(const Frame& f) {
-  NavState s;
+State navStateOf(const Frame& f) {
+  State s;
   s.t = f.t;
   s.T_W_B = f.T_W_B();
   s.v = Vec3(f.speed_bias[0], f.speed_bias[1], f.speed_bias[2]);
@@ -69,7 +69,7 @@ NavState navStateOf(const Frame& f) {
 }
 
 struct ShortWindow::Impl : WindowState {
-  Frame& add(const NavState& s, const std::vector<vision::FeatureObservation>& features,
+  Frame& add(const State& s, const std::vector<vision::FeatureObservation>& features,
              bool standing) {
     auto f = std::make_unique<Frame>();
     f->t = s.t;
@@ -82,7 +82,7 @@ struct ShortWindow::Impl : WindowState {
     f->standing = standing;
     frames.push_back(std::move(f));
     for (const vision::FeatureObservation& o : features) {
-      Landmark& l = landmarks[o.id];
+      WindowLandmark& l = landmarks[o.id];
       LandmarkSight sight;
       sight.frame = frames.back().get();
       sight.sight.bearing = o.bearing;
@@ -142,7 +142,7 @@ void ShortWindow::clear() {
 bool ShortWindow::empty() const { return impl_->frames.empty(); }
 int ShortWindow::frames() const { return static_cast<int>(impl_->frames.size()); }
 
-void ShortWindow::start(const NavState& state, const StartPrior& p,
+void ShortWindow::start(const State& state, const StartPrior& p,
                         const std::vector<vision::FeatureObservation>& features, bool standing) {
   clear();
   Frame& f = impl_->add(state, features, standing);
@@ -173,7 +173,7 @@ void ShortWindow::start(const NavState& state, const StartPrior& p,
   prior.r0 = Eigen::VectorXd::Zero(prior.J.rows());
 }
 
-void ShortWindow::push(const NavState& predicted, imu::Preintegration link,
+void ShortWindow::push(const State& predicted, imu::Preintegration link,
                        const std::vector<vision::FeatureObservation>& features, bool standing) {
   if (!impl_->newest().keyframe && impl_->frames.size() > 1) dropNewestInto(*impl_, &link);
   Frame& f = impl_->add(predicted, features, standing);
@@ -203,7 +203,7 @@ void ShortWindow::slide(bool keyframe) {
   // Tracks that ended without ever getting a depth, or outside the window, are of no more use.
   const Frame* newest = impl_->frames.back().get();
   for (auto it = impl_->landmarks.begin(); it != impl_->landmarks.end();) {
-    const Landmark& l = it->second;
+    const WindowLandmark& l = it->second;
     const bool ended = l.sights.back().frame != newest;
     it =
         ended && (l.sights.size() < 2 || !l.has_depth) ? impl_->landmarks.erase(it) : std::next(it);
@@ -212,17 +212,17 @@ void ShortWindow::slide(bool keyframe) {
   if (static_cast<int>(impl_->frames.size()) > impl_->options.keyframes) marginalizeOldest(*impl_);
 }
 
-NavState ShortWindow::newest() const { return navStateOf(*impl_->frames.back()); }
-NavState ShortWindow::oldest() const { return navStateOf(*impl_->frames.front()); }
+State ShortWindow::newest() const { return navStateOf(*impl_->frames.back()); }
+State ShortWindow::oldest() const { return navStateOf(*impl_->frames.front()); }
 
-std::vector<NavState> ShortWindow::states() const {
-  std::vector<NavState> out;
+std::vector<State> ShortWindow::states() const {
+  std::vector<State> out;
   for (const auto& f : impl_->frames) out.push_back(navStateOf(*f));
   return out;
 }
 
-std::vector<WindowLandmark> ShortWindow::landmarks() const {
-  std::vector<WindowLandmark> out;
+std::vector<Landmark> ShortWindow::landmarks() const {
+  std::vector<Landmark> out;
   for (const auto& [id, l] : impl_->landmarks) {
     if (l.has_depth) out.push_back({id, landmarkInWorld(*impl_, l)});
   }
@@ -237,12 +237,6 @@ int ShortWindow::landmarksInNewest() const {
   return n;
 }
 
-int ShortWindow::activeLandmarks() const {
-  int n = 0;
-  for (const auto& [id, l] : impl_->landmarks) n += l.has_depth;
-  return n;
-}
-
 void ShortWindow::handOver() {
   if (!impl_->long_window || impl_->long_window->empty()) return;
   while (impl_->frames.size() > 1) {
@@ -251,7 +245,7 @@ void ShortWindow::handOver() {
   }
 }
 
-std::vector<WindowLandmark> ShortWindow::takeRetiredLandmarks() {
+std::vector<Landmark> ShortWindow::takeRetiredLandmarks() {
   return std::exchange(impl_->retired_landmarks, {});
 }
 
@@ -281,8 +275,6 @@ WindowAccuracy ShortWindow::accuracy() const {
   const Mat3 R = impl_->frames.back()->T_W_B().R();
   const Mat3 tilt = R * cov.block<3, 3>(last + 3, last + 3) * R.transpose();
   out.tilt_sigma_rad = std::sqrt(std::max(0.0, std::max(tilt(0, 0), tilt(1, 1))));
-  out.velocity_sigma_mps =
-      std::sqrt(std::max(0.0, cov.block<3, 3>(last + 6, last + 6).diagonal().maxCoeff()));
   return out;
 }
 

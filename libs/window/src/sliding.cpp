@@ -120,7 +120,7 @@ void marginalizeOldest(WindowState& w) {
   }
 
   for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
-    const Landmark& l = it->second;
+    const WindowLandmark& l = it->second;
     const bool ended = l.host() == &oldest && l.sights.back().frame != newest;
     if (ended && l.has_depth) w.retired_landmarks.push_back({it->first, landmarkInWorld(w, l)});
     it = ended ? w.landmarks.erase(it) : std::next(it);

@@ -36,7 +36,7 @@ void TermSet::addRest(Frame& a, Frame* before) {
   terms_.push_back({&g, {before->pose, a.pose}, 0, false, nullptr});
 }
 
-void TermSet::addLandmark(Landmark& l) {
+void TermSet::addLandmark(WindowLandmark& l) {
   Frame* host = l.host();
   const bool cauchy = w_.options.loss == "cauchy";
   host_sights_.emplace_back(l.ray, l.sights.front().sight.weight);
@@ -92,7 +92,7 @@ void TermSet::addRanges() {
   double* const host = w_.frames.front()->pose;
   for (auto& frame : w_.frames) {
     for (const HeldRange& r : frame->ranges) {
-      AnchorState* a = lw.anchor(r.anchor);
+      AnchorNode* a = lw.anchor(r.anchor);
       if (!a) continue;
       const factors::RangeTerm term = lw.termOf(r.anchor, r.range_m, r.sigma_m);
       const Vec3 offset = lw.options().ranges_at_own_time ? Vec3(r.motion + r.lever) : r.lever;

@@ -45,7 +45,7 @@ struct LandmarkSight {
   factors::Sight sight;
 };
 
-struct Landmark {
+struct WindowLandmark {
   std::vector<LandmarkSight> sights;  ///< oldest first; the first is the host's
   factors::HostRay ray;
   double x[3] = {0, 0, 0};  ///< u, v, inverse distance
@@ -69,7 +69,6 @@ struct Landmark {
 /// What the information of all terms of camera and IMU says at a keyframe. "Relative": against the
 /// position and yaw of the oldest frame, in O's axes.
 struct WindowCovariance {
-  bool valid = false;
   /// Newest frame relative to the oldest: position, rotation on the right.
   Eigen::Matrix<double, 6, 6> newest = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix4d edge = Eigen::Matrix4d::Identity();   ///< second frame relative to the oldest
@@ -92,10 +91,10 @@ struct WindowState {
   double extrinsic[7];
   double time_offset[1] = {0};
   std::deque<std::unique_ptr<Frame>> frames;
-  std::map<std::uint64_t, Landmark> landmarks;  ///< ordered by id: same sums in every run
+  std::map<std::uint64_t, WindowLandmark> landmarks;  ///< ordered by id: same sums in every run
   factors::LinearPrior prior;
   std::vector<double*> prior_blocks;
-  std::vector<WindowLandmark> retired_landmarks;
+  std::vector<Landmark> retired_landmarks;
   factors::PoseManifold pose_manifold;
   LongWindow* long_window = nullptr;  ///< not owned; nullptr: no ranges, no covariance in W
   WindowCovariance covariance;
@@ -132,7 +131,7 @@ class TermSet {
   void addRanges();
   void addLink(Frame& a, Frame& b);
   void addRest(Frame& a, Frame* before);
-  void addLandmark(Landmark& l);
+  void addLandmark(WindowLandmark& l);
   template <typename Factor, typename... Args>
   Factor& make(Args&&... args);
 
@@ -161,8 +160,8 @@ void handToLongWindow(WindowState& w);
 /// Moves the ranges of a frame that is dropped to another.
 void moveRanges(Frame* from, Frame* to);
 
-NavState navStateOf(const Frame& f);
-Vec3 landmarkInWorld(const WindowState& w, const Landmark& l);
+State navStateOf(const Frame& f);
+Vec3 landmarkInWorld(const WindowState& w, const WindowLandmark& l);
 
 int triangulateLandmarks(WindowState& w);
 std::vector<std::uint64_t> rejectOutlierSights(WindowState& w);

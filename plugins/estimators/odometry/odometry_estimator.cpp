@@ -1,81 +1,61 @@
 #include "odometry_estimator.h"
 
-#include <mrpt/obs/CObservationRobotPose.h>
-
-#include "ranges_of.h"
-#include "vir/rawlog/mrpt_pose.h"
-#include "vir/rawlog/mrpt_time.h"
+#include "bias_model_file.h"
+#include "vir/rawlog/convert.h"
 
 namespace vir {
+namespace {
 
-void OdometryEstimator::describe(OptionVisitor& v) {
+estimator::OdometryRangeConfig withFiles(estimator::OdometryRangeConfig config) {
+  loadBiasModel(&config.ranges);
+  return config;
+}
+
+}  // namespace
+
+void OdometrySettings::describe(OptionVisitor& v) {
   v.section("Estimator", "The estimator and which sensors of the recording it reads");
-  v.value("odometry_label", odometry_label_, "sensor label of the odometry's poses");
-  v.value("range_label", range_label_, "sensor label of the ranges to anchors");
-  v.value("use_ranges", config_.ranges.use, "use the ranges, if the recording has any");
-  window::describeMode(v, config_.long_window);
-  estimator::describe(v, config_);
+  v.value("odometry_label", odometry_label, "sensor label of the odometry's poses");
+  v.value("range_label", range_label, "sensor label of the ranges to anchors");
+  v.value("use_ranges", config.ranges.use, "use the ranges, if the recording has any");
+  window::describeMode(v, config.long_window);
+  estimator::describe(v, config);
 }
 
-void OdometryEstimator::start(const LogSink& log) {
-  loadBiasModel(&config_.ranges);
-  estimator_ = std::make_unique<estimator::OdometryRangeEstimator>(config_, log);
+std::vector<roles::EstimatorInput> OdometrySettings::inputs() const {
+  return {{roles::InputKind::pose, odometry_label, 1}, {roles::InputKind::ranges, range_label, 0}};
 }
 
-bool OdometryEstimator::reads(const mrpt::obs::CObservation& observation) const {
-  return observation.sensorLabel == odometry_label_ || observation.sensorLabel == range_label_ ||
-         anchorEventOf(observation).has_value();
+std::unique_ptr<roles::Estimator> OdometrySettings::create(
+    const LogSink& log, std::function<void()> /*on_estimates*/) const {
+  return std::make_unique<OdometryEstimator>(*this, log);
 }
+
+OdometryEstimator::OdometryEstimator(OdometrySettings settings, const LogSink& log)
+    : settings_(std::move(settings)), estimator_(withFiles(settings_.config), log) {}
 
 void OdometryEstimator::add(const mrpt::obs::CObservation& observation) {
-  if (observation.sensorLabel == odometry_label_) {
-    const auto* pose = dynamic_cast<const mrpt::obs::CObservationRobotPose*>(&observation);
-    if (pose)
-      estimator_->addOdometry(rawlog::fromMrptTime(pose->timestamp),
-                              rawlog::fromMrptPose(pose->pose.mean));
-  } else if (observation.sensorLabel == range_label_) {
-    for (const estimator::RangeMeasurement& r : rangesOf(observation)) estimator_->addRange(r);
-  } else if (const auto event = anchorEventOf(observation)) {
-    estimator_->anchorDropped(event->id, event->p_B, event->sigma_m);
+  if (observation.sensorLabel == settings_.odometry_label) {
+    if (const auto pose = rawlog::poseOf(observation)) {
+      estimator_.addOdometry(pose->t, pose->T_W_B);
+    }
+  } else if (observation.sensorLabel == settings_.range_label) {
+    for (const Range& r : rawlog::rangesOf(observation)) estimator_.addRange(r);
+  } else if (const auto anchor = rawlog::droppedAnchorOf(observation)) {
+    estimator_.anchorDropped(anchor->id, anchor->p_B, anchor->sigma_m);
   }
 }
 
-std::vector<roles::StateEstimate> OdometryEstimator::take() {
-  std::vector<roles::StateEstimate> out;
-  for (const estimator::OdometryEstimate& e : estimator_->take()) {
-    roles::StateEstimate s;
-    s.t = s.t_imu = e.t;
-    s.valid = e.valid;
-    s.T_W_B = e.T_W_B;
-    s.covariance = e.covariance;
-    s.segment = e.segment;
-    s.keyframe = e.keyframe;
-    s.health = e.health;
-    s.ms.optimise = e.ms_total;
-    s.ms.total = e.ms_total;
-    segments_ = e.segment;
-    out.push_back(s);
-  }
+roles::EstimatorOutput OdometryEstimator::take() {
+  roles::EstimatorOutput out{estimator_.take(), estimator_.takeRanges(), {}};
+  if (!out.states.empty()) segments_ = out.states.back().segment;
   return out;
-}
-
-std::vector<roles::KeyframeEstimate> OdometryEstimator::keyframes() const {
-  std::vector<roles::KeyframeEstimate> out;
-  for (const auto& [t, T_W_B] : estimator_->keyframes()) out.push_back({t, T_W_B});
-  return out;
-}
-
-std::vector<roles::AnchorEstimate> OdometryEstimator::anchors() const {
-  return toEstimates(estimator_->anchors());
-}
-std::vector<roles::RangeRecord> OdometryEstimator::takeRanges() {
-  return toRecords(estimator_->takeRanges());
 }
 
 roles::EstimatorReport OdometryEstimator::report() const {
   roles::EstimatorReport r;
-  r.counters = estimator_->counters();
-  r.warnings = estimator_->warnings();
+  r.counters = estimator_.counters();
+  r.warnings = estimator_.warnings();
   r.resets = segments_;
   return r;
 }

@@ -1,31 +1,39 @@
 #pragma once
-/// Estimator plugin `odometry`: poses of a device and ranges to the odometry-and-range estimator.
-#include <Eigen/Dense>
-
+/// Estimator plugin `odometry`: MRPT observations to the odometry + range estimator and back.
 #include "vir/estimator/odometry_range_estimator.h"
+#include "vir/rawlog/labels.h"
 #include "vir/roles/estimator.h"
 
 namespace vir {
 
-class OdometryEstimator final : public roles::Estimator {
+class OdometrySettings final : public roles::EstimatorSettings {
  public:
   void describe(OptionVisitor& v) override;
-  void start(const LogSink& log) override;
-  bool reads(const mrpt::obs::CObservation& observation) const override;
+  std::vector<roles::EstimatorInput> inputs() const override;
+  std::unique_ptr<roles::Estimator> create(const LogSink& log,
+                                           std::function<void()> on_estimates) const override;
+
+  estimator::OdometryRangeConfig config;
+  std::string odometry_label = rawlog::kOdometryLabel;
+  std::string range_label = rawlog::kRangeLabel;
+};
+
+class OdometryEstimator final : public roles::Estimator {
+ public:
+  /// Throws std::runtime_error if a file that the settings name cannot be read.
+  OdometryEstimator(OdometrySettings settings, const LogSink& log);
+
   void add(const mrpt::obs::CObservation& observation) override;
   void finish() override {}
-  std::vector<roles::StateEstimate> take() override;
-  std::vector<roles::LandmarkEstimate> landmarks() const override { return {}; }
-  std::vector<roles::KeyframeEstimate> keyframes() const override;
-  std::vector<roles::AnchorEstimate> anchors() const override;
-  std::vector<roles::RangeRecord> takeRanges() override;
+  roles::EstimatorOutput take() override;
+  std::vector<Landmark> landmarks() const override { return {}; }
+  std::vector<StampedPose> keyframes() const override { return estimator_.keyframes(); }
+  std::vector<Anchor> anchors() const override { return estimator_.anchors(); }
   roles::EstimatorReport report() const override;
 
  private:
-  estimator::OdometryRangeConfig config_;
-  std::string odometry_label_ = "ODOM";
-  std::string range_label_ = "UWB0";
-  std::unique_ptr<estimator::OdometryRangeEstimator> estimator_;
+  OdometrySettings settings_;
+  estimator::OdometryRangeEstimator estimator_;
   int segments_ = 0;
 };
 

@@ -2,6 +2,6 @@
 #include "vir/roles/estimator_registry.h"
 
 namespace vir {
-VIR_REGISTER_ESTIMATOR(OdometryEstimator, "odometry",
+VIR_REGISTER_ESTIMATOR(OdometrySettings, "odometry",
                        "odometry poses and ranges in the long window (tracking camera, wheels)");
 }  // namespace vir

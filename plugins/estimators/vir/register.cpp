@@ -2,5 +2,5 @@
 #include "vir_estimator.h"
 
 namespace vir {
-VIR_REGISTER_ESTIMATOR(VirEstimator, "vir", "camera, IMU and ranges in two sliding windows");
+VIR_REGISTER_ESTIMATOR(VirSettings, "vir", "camera, IMU and ranges in two sliding windows");
 }  // namespace vir

@@ -10,7 +10,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "ranges_of.h"
+#include "bias_model_file.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
@@ -54,33 +55,52 @@ cv::Mat grayOf(const mrpt::obs::CObservationImage& image) {
   return gray;
 }
 
+estimator::EstimatorConfig withFiles(estimator::EstimatorConfig config) {
+  loadBiasModel(&config.ranges);
+  return config;
+}
+
 }  // namespace
 
-void VirEstimator::describe(OptionVisitor& v) {
+void VirSettings::describe(OptionVisitor& v) {
   v.section("Estimator", "The estimator and which sensors of the recording it reads");
-  v.value("camera_label", camera_label_, "sensor label of the images");
-  v.value("tracks_label", tracks_label_,
+  v.value("camera_label", camera_label, "sensor label of the images");
+  v.value("tracks_label", tracks_label,
           "sensor label of feature tracks, for a recording without images");
-  v.value("imu_label", imu_label_, "sensor label of the IMU");
-  v.value("range_label", range_label_, "sensor label of the ranges to anchors");
-  v.value("use_ranges", config_.ranges.use, "use the ranges, if the recording has any");
-  v.value("pipelined", config_.pipelined,
+  v.value("imu_label", imu_label, "sensor label of the IMU");
+  v.value("range_label", range_label, "sensor label of the ranges to anchors");
+  v.value("use_ranges", config.ranges.use, "use the ranges, if the recording has any");
+  v.value("pipelined", config.pipelined,
           "the tracker hears of the state one image later, as it does with two threads in record");
-  window::describeMode(v, config_.long_window);
-  estimator::describe(v, config_);
+  window::describeMode(v, config.long_window);
+  estimator::describe(v, config);
 }
 
-void VirEstimator::start(const LogSink& log) {
-  log_ = log;
-  loadBiasModel(&config_.ranges);
-  estimator_ = std::make_unique<estimator::VisualInertialEstimator>(config_, log);
-  if (on_estimates_) estimator_->workBehind(on_estimates_);
+std::vector<roles::EstimatorInput> VirSettings::inputs() const {
+  using roles::InputKind;
+  return {{InputKind::image, camera_label, 1},
+          {InputKind::tracks, tracks_label, 1},
+          {InputKind::imu, imu_label, 2},
+          {InputKind::ranges, range_label, 0}};
 }
 
-bool VirEstimator::workBehind(std::function<void()> on_estimates) {
-  config_.pipelined = true;
-  on_estimates_ = std::move(on_estimates);
+bool VirSettings::workBehind() {
+  config.pipelined = true;
   return true;
+}
+
+std::unique_ptr<roles::Estimator> VirSettings::create(const LogSink& log,
+                                                      std::function<void()> on_estimates) const {
+  return std::make_unique<VirEstimator>(*this, log, std::move(on_estimates));
+}
+
+VirEstimator::VirEstimator(VirSettings settings, const LogSink& log,
+                           std::function<void()> on_estimates)
+    : settings_(std::move(settings)),
+      log_(log),
+      estimator_(
+          std::make_unique<estimator::VisualInertialEstimator>(withFiles(settings_.config), log)) {
+  if (on_estimates) estimator_->workBehind(std::move(on_estimates));
 }
 
 void VirEstimator::warnOnce(const std::string& key, const std::string& text) {
@@ -90,47 +110,34 @@ void VirEstimator::warnOnce(const std::string& key, const std::string& text) {
   log(log_, LogLevel::warning, text);
 }
 
-bool VirEstimator::reads(const mrpt::obs::CObservation& observation) const {
-  const std::string& label = observation.sensorLabel;
-  return label == camera_label_ || label == tracks_label_ || label == imu_label_ ||
-         label == range_label_ || anchorEventOf(observation).has_value();
-}
-
 void VirEstimator::add(const mrpt::obs::CObservation& observation) {
-  if (observation.sensorLabel == camera_label_) {
+  if (observation.sensorLabel == settings_.camera_label) {
     if (const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation)) {
       addImage(*image);
     }
-  } else if (observation.sensorLabel == tracks_label_) {
+  } else if (observation.sensorLabel == settings_.tracks_label) {
     using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
     if (const auto* tracks = dynamic_cast<const Tracks*>(&observation)) addTracks(*tracks);
-  } else if (observation.sensorLabel == imu_label_) {
+  } else if (observation.sensorLabel == settings_.imu_label) {
     if (const auto* imu = dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation)) {
       addImu(*imu);
     }
-  } else if (observation.sensorLabel == range_label_) {
-    for (const estimator::RangeMeasurement& r : rangesOf(observation)) estimator_->addRange(r);
-  } else if (const auto event = anchorEventOf(observation)) {
-    estimator_->anchorDropped(event->id, event->p_B, event->sigma_m);
+  } else if (observation.sensorLabel == settings_.range_label) {
+    for (const Range& r : rawlog::rangesOf(observation)) estimator_->addRange(r);
+  } else if (const auto anchor = rawlog::droppedAnchorOf(observation)) {
+    estimator_->anchorDropped(anchor->id, anchor->p_B, anchor->sigma_m);
   }
 }
 
 void VirEstimator::addImu(const mrpt::obs::CObservationIMU& o) {
-  using namespace mrpt::obs;
-  for (const auto index : {IMU_X_ACC, IMU_Y_ACC, IMU_Z_ACC, IMU_WX, IMU_WY, IMU_WZ}) {
-    if (o.has(index)) continue;
-    ++imu_incomplete_;
-    warnOnce("imu",
-             "IMU readings without all six of acceleration and angular rate are skipped; "
-             "first at " +
-                 std::to_string(rawlog::fromMrptTime(o.timestamp)) + " ns");
+  if (const auto sample = rawlog::imuSampleOf(o)) {
+    estimator_->addImu(*sample);
     return;
   }
-  imu::ImuSample s;
-  s.t = rawlog::fromMrptTime(o.timestamp);
-  s.acc = Vec3(o.get(IMU_X_ACC), o.get(IMU_Y_ACC), o.get(IMU_Z_ACC));
-  s.gyro = Vec3(o.get(IMU_WX), o.get(IMU_WY), o.get(IMU_WZ));
-  estimator_->addImu(s);
+  ++imu_incomplete_;
+  warnOnce("imu",
+           "IMU readings without all six of acceleration and angular rate are skipped; first at " +
+               std::to_string(rawlog::fromMrptTime(o.timestamp)) + " ns");
 }
 
 bool VirEstimator::knowsCamera(const mrpt::img::TCamera& camera,
@@ -166,8 +173,9 @@ void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
 
 void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& o) {
   if (any_image_) {
-    warnOnce("tracks", "the recording holds images (" + camera_label_ + ") and feature tracks (" +
-                           tracks_label_ + "): the tracks are not used");
+    warnOnce("tracks", "the recording holds images (" + settings_.camera_label +
+                           ") and feature tracks (" + settings_.tracks_label +
+                           "): the tracks are not used");
     return;
   }
   if (!knowsCamera(o.cameraLeft, mrpt::poses::CPose3D(o.cameraPoseOnRobot))) return;
@@ -177,57 +185,22 @@ void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& 
 
 void VirEstimator::finish() { estimator_->finish(); }
 
-std::vector<roles::StateEstimate> VirEstimator::take() {
-  std::vector<roles::StateEstimate> out;
-  for (const estimator::FrameEstimate& f : estimator_->take()) {
-    roles::StateEstimate s;
-    s.t = f.t;
-    s.t_imu = f.valid ? f.state.t : f.t;
-    s.valid = f.valid;
-    s.T_W_B = f.state.T_W_B;
-    s.v_W_B = f.state.v;
-    s.bias_gyro = f.state.bg;
-    s.bias_acc = f.state.ba;
-    s.covariance = f.covariance;
-    s.segment = f.segment;
-    s.keyframe = f.keyframe;
-    s.tracks = f.tracks;
-    s.landmarks = f.landmarks;
-    s.health = f.health;
-    s.ms.pyramid = f.ms_pyramid;
-    s.ms.flow = f.ms_flow;
-    s.ms.detect = f.ms_detect;
-    s.ms.initialise = f.ms_start;
-    s.ms.optimise = f.ms_optimise;
-    s.ms.marginalise = f.ms_marginalise;
-    s.ms.total = f.ms_total;
-    out.push_back(s);
-  }
+roles::EstimatorOutput VirEstimator::take() {
+  return {estimator_->take(), estimator_->takeRanges(), {}};
+}
+
+std::vector<Landmark> VirEstimator::landmarks() const { return estimator_->landmarks(); }
+
+std::vector<StampedPose> VirEstimator::keyframes() const {
+  std::vector<StampedPose> out;
+  for (const State& s : estimator_->keyframes()) out.push_back({s.t, s.T_W_B});
   return out;
 }
 
-std::vector<roles::LandmarkEstimate> VirEstimator::landmarks() const {
-  std::vector<roles::LandmarkEstimate> out;
-  for (const window::WindowLandmark& l : estimator_->landmarks()) out.push_back({l.id, l.p_W});
-  return out;
-}
-
-std::vector<roles::KeyframeEstimate> VirEstimator::keyframes() const {
-  std::vector<roles::KeyframeEstimate> out;
-  for (const window::NavState& s : estimator_->keyframes()) out.push_back({s.t, s.T_W_B});
-  return out;
-}
-
-std::vector<roles::AnchorEstimate> VirEstimator::anchors() const {
-  return toEstimates(estimator_->anchors());
-}
-
-std::vector<roles::RangeRecord> VirEstimator::takeRanges() {
-  return toRecords(estimator_->takeRanges());
-}
+std::vector<Anchor> VirEstimator::anchors() const { return estimator_->anchors(); }
 
 std::vector<Eigen::Vector2f> VirEstimator::trackedPixels() const {
-  return estimator_ ? estimator_->trackedPixels() : std::vector<Eigen::Vector2f>();
+  return estimator_->trackedPixels();
 }
 
 roles::EstimatorReport VirEstimator::report() const {
@@ -248,7 +221,7 @@ roles::EstimatorReport VirEstimator::report() const {
                 {"imu_incomplete", imu_incomplete_},
                 {"imu_gaps", c.imu_gaps},
                 {"clock_steps", c.clock_steps}};
-  for (const auto& c : estimator_->rangeCounters()) r.counters.push_back(c);
+  for (const auto& counter : estimator_->rangeCounters()) r.counters.push_back(counter);
   r.warnings = warnings_;
   for (const std::string& w : estimator_->warnings()) r.warnings.push_back(w);
   r.resets = estimator_->resets();

@@ -2,6 +2,7 @@
 /// Estimator plugin `vir`: MRPT observations to the visual-inertial estimator and back.
 #include "tracks_of.h"
 #include "vir/estimator/visual_inertial_estimator.h"
+#include "vir/rawlog/labels.h"
 #include "vir/roles/estimator.h"
 
 namespace mrpt::img {
@@ -18,19 +19,34 @@ class CObservationStereoImagesFeatures;
 
 namespace vir {
 
-class VirEstimator final : public roles::Estimator {
+class VirSettings final : public roles::EstimatorSettings {
  public:
   void describe(OptionVisitor& v) override;
-  bool workBehind(std::function<void()> on_estimates) override;
-  void start(const LogSink& log) override;
-  bool reads(const mrpt::obs::CObservation& observation) const override;
+  std::vector<roles::EstimatorInput> inputs() const override;
+  double gravity() const override { return config.imu.gravity_mps2; }
+  bool workBehind() override;
+  std::unique_ptr<roles::Estimator> create(const LogSink& log,
+                                           std::function<void()> on_estimates) const override;
+
+  estimator::EstimatorConfig config;
+  std::string camera_label = rawlog::kCameraLabel;
+  std::string tracks_label = rawlog::kTracksLabel;
+  std::string imu_label = rawlog::kImuLabel;
+  std::string range_label = rawlog::kRangeLabel;
+};
+
+class VirEstimator final : public roles::Estimator {
+ public:
+  /// With `on_estimates` it works on in a thread of its own. Throws std::runtime_error if a file
+  /// that the settings name cannot be read.
+  VirEstimator(VirSettings settings, const LogSink& log, std::function<void()> on_estimates);
+
   void add(const mrpt::obs::CObservation& observation) override;
   void finish() override;
-  std::vector<roles::StateEstimate> take() override;
-  std::vector<roles::LandmarkEstimate> landmarks() const override;
-  std::vector<roles::KeyframeEstimate> keyframes() const override;
-  std::vector<roles::AnchorEstimate> anchors() const override;
-  std::vector<roles::RangeRecord> takeRanges() override;
+  roles::EstimatorOutput take() override;
+  std::vector<Landmark> landmarks() const override;
+  std::vector<StampedPose> keyframes() const override;
+  std::vector<Anchor> anchors() const override;
   std::vector<Eigen::Vector2f> trackedPixels() const override;
   roles::EstimatorReport report() const override;
 
@@ -41,13 +57,8 @@ class VirEstimator final : public roles::Estimator {
   void addImu(const mrpt::obs::CObservationIMU& imu);
   void warnOnce(const std::string& key, const std::string& text);
 
-  estimator::EstimatorConfig config_;
-  std::string camera_label_ = "CAM0";
-  std::string tracks_label_ = "TRACKS0";
-  std::string imu_label_ = "IMU0";
-  std::string range_label_ = "UWB0";
+  VirSettings settings_;
   LogSink log_;
-  std::function<void()> on_estimates_;
   std::unique_ptr<estimator::VisualInertialEstimator> estimator_;
   camera::CameraCalibration calibration_;
   std::shared_ptr<const camera::CameraModel> camera_;  ///< for tracks

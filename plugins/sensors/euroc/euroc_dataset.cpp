@@ -13,6 +13,7 @@
 #include "euroc_dataset.h"
 #include "input_error.h"
 #include "vir/live/grabber_settings.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
@@ -42,7 +43,7 @@ mrpt::img::TCamera mrptCamera(const euroc::CameraYaml& c, const std::string& nam
 mrpt::obs::CObservation::Ptr imuObservation(const euroc::ImuRow& row) {
   using namespace mrpt::obs;
   auto obs = std::make_shared<CObservationIMU>();
-  obs->sensorLabel = "IMU0";
+  obs->sensorLabel = rawlog::kImuLabel;
   obs->set(IMU_WX, row.gyro.x());
   obs->set(IMU_WY, row.gyro.y());
   obs->set(IMU_WZ, row.gyro.z());
@@ -55,7 +56,7 @@ mrpt::obs::CObservation::Ptr imuObservation(const euroc::ImuRow& row) {
 mrpt::obs::CObservation::Ptr rangeObservation(const euroc::RangeRow& row, const Vec3& antenna,
                                               double sigma) {
   auto obs = std::make_shared<mrpt::obs::CObservationBeaconRanges>();
-  obs->sensorLabel = "UWB0";
+  obs->sensorLabel = rawlog::kRangeLabel;
   obs->minSensorDistance = 0;
   obs->maxSensorDistance = 1000;
   obs->stdError = static_cast<float>(sigma);
@@ -69,7 +70,7 @@ mrpt::obs::CObservation::Ptr rangeObservation(const euroc::RangeRow& row, const 
 
 mrpt::obs::CObservation::Ptr truthObservation(const euroc::PoseRow& row) {
   auto obs = std::make_shared<mrpt::obs::CObservationRobotPose>();
-  obs->sensorLabel = "GT";
+  obs->sensorLabel = rawlog::kGroundTruthLabel;
   obs->pose.mean = rawlog::toMrptPose(row.T_W_B);
   obs->pose.cov.setZero();
   return obs;
@@ -109,10 +110,11 @@ void EurocDataset::initialize() {
       log_.note("images = " + options_.images +
                 ": no folder for images was given; they are embedded");
     }
-    store_ = std::make_unique<euroc::ImageStore>(mode, m_path_for_external_images, "CAM0",
-                                                 camera->width, camera->height, &log_);
+    store_ =
+        std::make_unique<euroc::ImageStore>(mode, m_path_for_external_images, rawlog::kCameraLabel,
+                                            camera->width, camera->height, &log_);
     auto obs = std::make_shared<mrpt::obs::CObservationImage>();
-    obs->sensorLabel = "CAM0";
+    obs->sensorLabel = rawlog::kCameraLabel;
     obs->cameraParams = mrptCamera(*camera, options_.camera);
     obs->cameraPose = rawlog::toMrptPose(camera->T_B_C);
     image_template_ = obs;

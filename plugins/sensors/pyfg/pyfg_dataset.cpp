@@ -7,6 +7,7 @@
 #include "input_error.h"
 #include "pyfg_dataset.h"
 #include "vir/live/grabber_settings.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
@@ -49,19 +50,19 @@ struct Converter {
 
   mrpt::obs::CObservation::Ptr operator()(const pyfg::TruePose& e) const {
     ++(*given)["ground_truth_poses"];
-    return poseObservation("GT", e.T_W_B, pyfg::Mat6::Zero());
+    return poseObservation(rawlog::kGroundTruthLabel, e.T_W_B, pyfg::Mat6::Zero());
   }
   mrpt::obs::CObservation::Ptr operator()(const pyfg::OdometryPose& e) const {
     ++(*given)["odometry_poses"];
-    return poseObservation("ODOM", e.T_O_B, e.step_covariance);
+    return poseObservation(rawlog::kOdometryLabel, e.T_O_B, e.step_covariance);
   }
   mrpt::obs::CObservation::Ptr operator()(const pyfg::AnchorRange& e) const {
     ++(*given)["ranges"];
-    return rangeObservation("UWB0", e.anchor, e.range_m, e.sigma_m);
+    return rangeObservation(rawlog::kRangeLabel, e.anchor, e.range_m, e.sigma_m);
   }
   mrpt::obs::CObservation::Ptr operator()(const pyfg::PeerRange& e) const {
     ++(*given)["peer_ranges"];
-    return rangeObservation("PEER", e.peer, e.range_m, e.sigma_m);
+    return rangeObservation(rawlog::kPeerLabel, e.peer, e.range_m, e.sigma_m);
   }
 };
 

@@ -26,7 +26,6 @@ class MavlinkParser : public ImuParser {
   /// Of the message in use: SCALED_IMU counts milliseconds in 32 bits.
   TimeNs clockWrap() const override;
   /// The message in use; 0 = none yet.
-  int messageInUse() const { return in_use_; }
 
  private:
   struct Frame {

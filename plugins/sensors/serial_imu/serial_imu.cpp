@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "vir/core/settings.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
@@ -20,7 +21,7 @@ constexpr TimeNs kTick = 100;  // of MRPT's clock
 
 }  // namespace
 
-SerialImu::SerialImu() : DeviceSensor("SerialImu", "IMU0") {}
+SerialImu::SerialImu() : DeviceSensor("SerialImu", rawlog::kImuLabel) {}
 SerialImu::~SerialImu() = default;
 
 void SerialImu::describe(OptionVisitor& v) { serial_imu::describe(v, options_); }

@@ -6,6 +6,7 @@
 #include <mrpt/obs/CObservationStereoImagesFeatures.h>
 
 #include "observations.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 
 namespace vir::simulator {
@@ -31,9 +32,9 @@ mrpt::img::TCamera mrptCamera(const camera::CameraCalibration& c) {
 
 }  // namespace
 
-CObservation::Ptr imuObservation(const imu::ImuSample& s) {
+CObservation::Ptr imuObservation(const ImuSample& s) {
   auto obs = std::make_shared<CObservationIMU>();
-  obs->sensorLabel = "IMU0";
+  obs->sensorLabel = rawlog::kImuLabel;
   obs->set(IMU_WX, s.gyro.x());
   obs->set(IMU_WY, s.gyro.y());
   obs->set(IMU_WZ, s.gyro.z());
@@ -68,7 +69,7 @@ CObservation::Ptr rangeObservation(const char* label, const simulation::Simulate
 
 CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told) {
   auto obs = std::make_shared<CObservationRobotPose>();
-  obs->sensorLabel = "PEER:" + std::to_string(peer);
+  obs->sensorLabel = std::string(rawlog::kPeerLabel) + ":" + std::to_string(peer);
   if (told.anchor >= 0) obs->sensorLabel += ":ANCHOR:" + std::to_string(told.anchor);
   obs->pose.mean = mrpt::poses::CPose3D(told.p_O.x(), told.p_O.y(), told.p_O.z(), 0, 0, 0);
   obs->pose.cov.setZero();
@@ -80,7 +81,7 @@ CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told
 
 CObservationImage::Ptr emptyImage(const camera::CameraCalibration& calibration, const Pose& T_B_C) {
   auto obs = std::make_shared<CObservationImage>();
-  obs->sensorLabel = "CAM0";
+  obs->sensorLabel = rawlog::kCameraLabel;
   obs->cameraParams = mrptCamera(calibration);
   obs->cameraPose = rawlog::toMrptPose(T_B_C);
   return obs;
@@ -90,7 +91,7 @@ CObservation::Ptr tracksObservation(const vision::TrackedFrame& frame,
                                     const camera::CameraCalibration& calibration,
                                     const Pose& T_B_C) {
   auto obs = std::make_shared<CObservationStereoImagesFeatures>();
-  obs->sensorLabel = "TRACKS0";
+  obs->sensorLabel = rawlog::kTracksLabel;
   obs->cameraLeft = obs->cameraRight = mrptCamera(calibration);
   obs->cameraPoseOnRobot = mrpt::poses::CPose3DQuat(rawlog::toMrptPose(T_B_C));
   for (const vision::FeatureObservation& f : frame.features) {

@@ -9,7 +9,7 @@
 
 namespace vir::simulator {
 
-mrpt::obs::CObservation::Ptr imuObservation(const imu::ImuSample& sample);
+mrpt::obs::CObservation::Ptr imuObservation(const ImuSample& sample);
 /// Label GT or ODOM.
 mrpt::obs::CObservation::Ptr poseObservation(const char* label, const Pose& pose);
 /// One range. Label UWB0 (to an anchor) or PEER.

@@ -13,6 +13,7 @@
 #include "simulator_sensor.h"
 #include "vir/core/settings.h"
 #include "vir/live/grabber_settings.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
@@ -100,15 +101,17 @@ void SimulatorSensor::emit(const Event& event) {
   if (const auto* imu = std::get_if<simulator::ImuReading>(&event.what)) {
     give(event.t, "imu_samples", simulator::imuObservation(imu->sample));
   } else if (const auto* truth = std::get_if<simulator::TruePose>(&event.what)) {
-    give(event.t, "ground_truth_poses", simulator::poseObservation("GT", truth->T_W_B));
+    give(event.t, "ground_truth_poses",
+         simulator::poseObservation(rawlog::kGroundTruthLabel, truth->T_W_B));
   } else if (const auto* odometry = std::get_if<simulator::OdometryPose>(&event.what)) {
-    give(event.t, "odometry_poses", simulator::poseObservation("ODOM", odometry->T_O_B));
+    give(event.t, "odometry_poses",
+         simulator::poseObservation(rawlog::kOdometryLabel, odometry->T_O_B));
   } else if (const auto* range = std::get_if<simulator::AnchorRange>(&event.what)) {
     give(event.t, "ranges",
-         simulator::rangeObservation("UWB0", range->range, world_->antenna(), sigma));
+         simulator::rangeObservation(rawlog::kRangeLabel, range->range, world_->antenna(), sigma));
   } else if (const auto* peer = std::get_if<simulation::PeerRange>(&event.what)) {
     give(event.t, "peer_ranges",
-         simulator::rangeObservation("PEER", peer->range, world_->antenna(), sigma));
+         simulator::rangeObservation(rawlog::kPeerLabel, peer->range, world_->antenna(), sigma));
     for (const simulation::ToldPosition& told : peer->told) {
       give(event.t, nullptr, simulator::toldObservation(peer->range.anchor, told));
     }

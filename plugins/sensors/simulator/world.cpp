@@ -18,22 +18,22 @@ constexpr double kPathRate_hz = 5;
 constexpr int kSeedsPerRobot = 1000;
 
 /// Poses moved by the robot's start: turned about the first and shifted.
-evaluation::Trajectory placed(evaluation::Trajectory poses, const RobotOptions& o) {
+Trajectory placed(Trajectory poses, const RobotOptions& o) {
   const Vec3 start(o.start_m[0], o.start_m[1], o.start_m[2]);
   const Vec3 first = poses.front().T_W_B.p;
   const Quat turn(rotZ(o.start_heading_deg * kPi / 180));
-  for (evaluation::StampedPose& s : poses) {
+  for (StampedPose& s : poses) {
     s.T_W_B.p = first + start + turn * (s.T_W_B.p - first);
     s.T_W_B.q = (turn * s.T_W_B.q).normalized();
   }
   return poses;
 }
 
-evaluation::Trajectory readPoses(const RobotOptions& o, const std::string& key) {
+Trajectory readPoses(const RobotOptions& o, const std::string& key) {
   std::ifstream in(o.trajectory);
   if (!in) throw InputError(key + " = " + o.trajectory + ": no such file");
   evaluation::ReadReport report;
-  evaluation::Trajectory poses = evaluation::readTrajectory(in, &report);
+  Trajectory poses = evaluation::readTrajectory(in, &report);
   if (poses.size() < 2) throw InputError(key + " = " + o.trajectory + " holds no poses");
   return placed(std::move(poses), o);
 }
@@ -41,7 +41,7 @@ evaluation::Trajectory readPoses(const RobotOptions& o, const std::string& key) 
 /// The motion with its begin at `begin`, cut after `duration_s` if that is not 0.
 simulation::Motion begunAt(const simulation::Motion& motion, TimeNs begin, double duration_s) {
   constexpr double kKnot_s = 0.05;
-  evaluation::Trajectory poses;
+  Trajectory poses;
   const double whole = motion.duration();
   const double duration = duration_s > 0 ? std::min(duration_s, whole) : whole;
   for (int k = 0; k * kKnot_s <= duration + 1e-9; ++k) {
@@ -144,8 +144,7 @@ void World::Impl::makeMotions() {
 void World::Impl::makeScene() {
   std::vector<Vec3> paths, anchors;
   for (const simulation::TeamRobot& r : robots) {
-    for (const evaluation::StampedPose& s : r.motion->sampled(kPathRate_hz))
-      paths.push_back(s.T_W_B.p);
+    for (const StampedPose& s : r.motion->sampled(kPathRate_hz)) paths.push_back(s.T_W_B.p);
   }
   const std::vector<double>& a = options.range_errors.anchor_m;
   for (std::size_t k = 0; options.ranges && k + 3 <= a.size(); k += 3) {
@@ -157,21 +156,21 @@ void World::Impl::makeScene() {
 
 void World::Impl::recordTruth() {
   if (options.read_gt) {
-    for (const evaluation::StampedPose& s : motion->sampled(options.gt_rate_hz)) {
+    for (const StampedPose& s : motion->sampled(options.gt_rate_hz)) {
       events.push_back({s.t, TruePose{s.T_W_B}});
     }
   }
   if (options.odometry) {
     simulation::OdometrySimulationOptions o = options.odometry_errors;
     o.seed += index;  // as the one it tells others of
-    for (const evaluation::StampedPose& s : simulation::simulateOdometry(*motion, o)) {
+    for (const StampedPose& s : simulation::simulateOdometry(*motion, o)) {
       events.push_back({s.t, OdometryPose{s.T_W_B}});
     }
   }
 }
 
 void World::Impl::recordImu() {
-  for (const imu::ImuSample& s : simulation::simulateImu(*motion, options.imu).samples) {
+  for (const ImuSample& s : simulation::simulateImu(*motion, options.imu).samples) {
     events.push_back({s.t, ImuReading{s}});
   }
 }

@@ -17,7 +17,7 @@ struct OdometryPose {
   Pose T_O_B;
 };
 struct ImuReading {
-  imu::ImuSample sample;
+  ImuSample sample;
 };
 struct AnchorRange {
   simulation::SimulatedRange range;

@@ -8,19 +8,16 @@
 #include <stdexcept>
 
 #include "vir/core/settings.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
 IMPLEMENTS_GENERIC_SENSOR(UwbSerial, vir)
 
-namespace {
+namespace {}  // namespace
 
-constexpr const char* kPeerLabel = "PEER";
-
-}  // namespace
-
-UwbSerial::UwbSerial() : DeviceSensor("UwbSerial", "UWB0") {}
+UwbSerial::UwbSerial() : DeviceSensor("UwbSerial", rawlog::kRangeLabel) {}
 UwbSerial::~UwbSerial() = default;
 
 void UwbSerial::describe(OptionVisitor& v) { uwb::describe(v, options_); }
@@ -119,7 +116,7 @@ std::optional<std::string> UwbSerial::labelOf(std::int64_t id) {
                   "id " + std::to_string(id) + " is too large for a beacon's number; dropped");
     return std::nullopt;
   }
-  if (peers_.count(id) > 0) return kPeerLabel;
+  if (peers_.count(id) > 0) return rawlog::kPeerLabel;
   const bool all_are_anchors = anchors_.empty() && peers_.empty();
   if (all_are_anchors || anchors_.count(id) > 0) return m_sensorLabel;
   const bool keep = options_.unknown_ids == "anchor";
@@ -168,7 +165,7 @@ void UwbSerial::emit(const uwb::RangeReading& reading, TimeNs arrival) {
   m.sensorLocationOnRobot =
       mrpt::poses::CPoint3D(options_.antenna_m[0], options_.antenna_m[1], options_.antenna_m[2]);
   obs->sensedData.push_back(m);
-  ++given_[*label == kPeerLabel ? "peer_ranges" : "ranges"];
+  ++given_[*label == rawlog::kPeerLabel ? "peer_ranges" : "ranges"];
   appendObservation(obs);
 }
 

@@ -15,21 +15,21 @@ using vir_test::kMs;
 constexpr TimeNs kStart = 1400000000000000000;  // a Unix stamp
 
 /// Every result is finite, in time order, and there is one per image that was taken.
-std::vector<FrameEstimate> expectSane(EstimatorDriver* d) {
+std::vector<StateEstimate> expectSane(EstimatorDriver* d) {
   d->estimator.finish();
-  std::vector<FrameEstimate> out = d->estimator.take();
+  std::vector<StateEstimate> out = d->estimator.take();
   for (std::size_t k = 0; k < out.size(); ++k) {
     EXPECT_TRUE(vir_test::finite(out[k])) << "image " << k << ": " << out[k].health;
     EXPECT_FALSE(out[k].health.empty()) << "image " << k;
   }
-  for (const window::NavState& s : d->estimator.keyframes()) EXPECT_TRUE(s.T_W_B.p.allFinite());
-  for (const window::WindowLandmark& l : d->estimator.landmarks()) EXPECT_TRUE(l.p_W.allFinite());
+  for (const State& s : d->estimator.keyframes()) EXPECT_TRUE(s.T_W_B.p.allFinite());
+  for (const Landmark& l : d->estimator.landmarks()) EXPECT_TRUE(l.p_W.allFinite());
   return out;
 }
 
-long count(const std::vector<FrameEstimate>& all, bool valid) {
+long count(const std::vector<StateEstimate>& all, bool valid) {
   return std::count_if(all.begin(), all.end(),
-                       [&](const FrameEstimate& e) { return e.valid == valid; });
+                       [&](const StateEstimate& e) { return e.valid == valid; });
 }
 
 TEST(EstimatorBadInput, StandingCleanRunIsTheYardstick) {

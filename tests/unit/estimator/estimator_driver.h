@@ -62,8 +62,8 @@ struct EstimatorDriver {
   cv::Mat image;
 };
 
-inline bool finite(const vir::estimator::FrameEstimate& e) {
-  const vir::window::NavState& s = e.state;
+inline bool finite(const vir::StateEstimate& e) {
+  const vir::State& s = e.state;
   return s.T_W_B.p.allFinite() && s.T_W_B.q.coeffs().allFinite() && s.v.allFinite() &&
          s.bg.allFinite() && s.ba.allFinite() && std::isfinite(e.reprojection_rms);
 }

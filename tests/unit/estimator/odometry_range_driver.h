@@ -14,12 +14,12 @@
 
 namespace vir_test {
 
+using vir::Anchor;
 using vir::Pose;
+using vir::Range;
+using vir::StateEstimate;
 using vir::TimeNs;
 using vir::Vec3;
-using vir::estimator::AnchorReport;
-using vir::estimator::OdometryEstimate;
-using vir::estimator::RangeMeasurement;
 
 /// A flight with everything that is measured on it. W is the odometry's frame at the start.
 struct RangeWorld {
@@ -35,8 +35,8 @@ struct RangeWorld {
     T_W_M = Pose(vir::Quat(vir::rotZ(-vir::yawOf(first.R()))), Vec3::Zero());
     T_W_M.p = -(T_W_M.q * first.p);
   }
-  RangeMeasurement measurement(const vir::simulation::SimulatedRange& s) const {
-    RangeMeasurement r;
+  Range measurement(const vir::simulation::SimulatedRange& s) const {
+    Range r;
     r.t = s.t;
     r.anchor = static_cast<std::uint64_t>(s.anchor);
     r.range_m = s.range_m;
@@ -54,15 +54,15 @@ struct RangeWorld {
 
   vir::simulation::Motion motion;
   vir::simulation::RangeSimulationOptions range_options;
-  vir::evaluation::Trajectory odometry;
-  std::vector<RangeMeasurement> ranges;
+  vir::Trajectory odometry;
+  std::vector<Range> ranges;
   Pose T_W_M;  ///< from the frame of the motion
 };
 
 struct RangeRun {
-  std::vector<OdometryEstimate> estimates;
-  std::vector<AnchorReport> anchors;
-  std::vector<vir::estimator::RangeDecision> decisions;
+  std::vector<StateEstimate> estimates;
+  std::vector<Anchor> anchors;
+  std::vector<vir::RangeRecord> decisions;
   std::vector<std::pair<std::string, long>> counters;
   std::vector<std::string> warnings;
 
@@ -72,8 +72,8 @@ struct RangeRun {
     }
     return 0;
   }
-  const AnchorReport* anchor(std::uint64_t id) const {
-    for (const AnchorReport& a : anchors) {
+  const Anchor* anchor(std::uint64_t id) const {
+    for (const Anchor& a : anchors) {
       if (a.id == id) return &a;
     }
     return nullptr;
@@ -86,20 +86,20 @@ struct RangeRun {
 
 /// Called after every pose.
 using AtPose =
-    std::function<void(const vir::estimator::OdometryRangeEstimator&, const OdometryEstimate&)>;
+    std::function<void(const vir::estimator::OdometryRangeEstimator&, const StateEstimate&)>;
 
 /// Ranges in the order of the list, each before the first pose that is not older than it.
 inline RangeRun fly(const RangeWorld& world, const vir::estimator::OdometryRangeConfig& config,
-                    const std::vector<RangeMeasurement>& ranges, const AtPose& at_pose = {}) {
+                    const std::vector<Range>& ranges, const AtPose& at_pose = {}) {
   vir::estimator::OdometryRangeEstimator estimator(config);
   RangeRun out;
   std::size_t next = 0;
-  for (const vir::evaluation::StampedPose& p : world.odometry) {
+  for (const vir::StampedPose& p : world.odometry) {
     for (; next < ranges.size() && !(ranges[next].t > p.t); ++next) {
       estimator.addRange(ranges[next]);
     }
     estimator.addOdometry(p.t, p.T_W_B);
-    for (const OdometryEstimate& e : estimator.take()) {
+    for (const StateEstimate& e : estimator.take()) {
       out.estimates.push_back(e);
       if (at_pose) at_pose(estimator, e);
     }
@@ -118,8 +118,8 @@ inline RangeRun fly(const RangeWorld& world, const vir::estimator::OdometryRange
 
 /// ATE (position and yaw aligned) of the causal trajectory [m].
 inline double ate(const RangeWorld& world, const RangeRun& run) {
-  vir::evaluation::Trajectory estimate;
-  for (const OdometryEstimate& e : run.estimates) estimate.push_back({e.t, e.T_W_B});
+  vir::Trajectory estimate;
+  for (const StateEstimate& e : run.estimates) estimate.push_back({e.t, e.T_W_B});
   return vir::evaluation::evaluate(world.motion.sampled(50), estimate, {}).ate_position_m.rmse;
 }
 

@@ -25,7 +25,7 @@ TEST(OdometryRange, RangesHalveTheDrift) {
   for (int seed : {1, 2, 3}) {
     const RangeWorld world(simulation::flight("eight", flightOf(120, seed)), drifting(seed),
                            rangesTo({kAnchor}, seed));
-    const double without = ate(world, fly(world, {}, std::vector<RangeMeasurement>()));
+    const double without = ate(world, fly(world, {}, std::vector<Range>()));
     const RangeRun run = fly(world);
     const double with = ate(world, run);
     std::printf("seed %d: ATE without ranges %.3f m, with %.3f m\n", seed, without, with);
@@ -64,9 +64,9 @@ TEST(OdometryRange, AMovedAnchorIsNoticedAndFoundAgain) {
   const RangeWorld world(simulation::flight("eight", flightOf(240)), drifting(), ranges);
   TimeNs lost = 0, found = 0;
   const RangeRun run =
-      fly(world, {}, [&](const OdometryRangeEstimator& e, const OdometryEstimate& now) {
+      fly(world, {}, [&](const OdometryRangeEstimator& e, const StateEstimate& now) {
         if (e.anchors().empty()) return;
-        const AnchorReport a = e.anchors().front();
+        const Anchor a = e.anchors().front();
         if (!lost && a.state == "moved") lost = now.t;
         if (lost && !found && a.has_position) found = now.t;
       });
@@ -112,7 +112,7 @@ TEST(OdometryRange, AnOutageCausesNoJump) {
     const RangeRun run = fly(world);
     double worst = 0, largest = 0, error = 0;
     for (std::size_t k = 1; k < run.estimates.size(); ++k) {
-      const OdometryEstimate &a = run.estimates[k - 1], &b = run.estimates[k];
+      const StateEstimate &a = run.estimates[k - 1], &b = run.estimates[k];
       if (a.t < world.time(45) || a.t > world.time(80)) continue;
       const Pose step = world.odometry[k - 1].T_W_B.inverse() * world.odometry[k].T_W_B;
       const Vec3 jump = b.T_W_B.p - (a.T_W_B * step).p;
@@ -120,7 +120,7 @@ TEST(OdometryRange, AnOutageCausesNoJump) {
       largest = std::max(largest, jump.norm());
       worst = std::max(worst, std::sqrt(jump.dot(P.ldlt().solve(jump))));
     }
-    for (const OdometryEstimate& e : run.estimates) {
+    for (const StateEstimate& e : run.estimates) {
       if (e.t > world.time(75)) {
         error = std::max(error, (e.T_W_B.p - world.truth(e.t).p).norm());
       }
@@ -165,7 +165,7 @@ TEST(OdometryRange, IsAsSureAsItMayBe) {
     double value = 0, sum = 0;
     long n = 0;
     for (std::size_t k = 0; k < run.estimates.size(); k += 20) {
-      const OdometryEstimate& e = run.estimates[k];
+      const StateEstimate& e = run.estimates[k];
       if (e.t < world.time(10)) continue;
       if (!evaluation::nees(e.T_W_B.p - world.truth(e.t).p, e.covariance.topLeftCorner<3, 3>(),
                             &value)) {
@@ -178,7 +178,7 @@ TEST(OdometryRange, IsAsSureAsItMayBe) {
     position += sum;
     positions += n;
     ASSERT_TRUE(run.anchor(0)) << seed;
-    const AnchorReport& a = *run.anchor(0);
+    const Anchor& a = *run.anchor(0);
     const bool known =
         a.has_position && evaluation::nees(a.p_W - world.anchor(0), a.covariance, &value);
     EXPECT_TRUE(known) << seed;
@@ -205,11 +205,11 @@ TEST(OdometryRange, ByteForByteTheSameTwice) {
     const RangeWorld world(simulation::flight("eight", flightOf(40)), drifting(),
                            rangesTo({kAnchor}));
     const RangeRun run = fly(world);
-    for (const OdometryEstimate& e : run.estimates) {
+    for (const StateEstimate& e : run.estimates) {
       for (int i = 0; i < 3; ++i) out.push_back(e.T_W_B.p[i]);
       out.insert(out.end(), e.covariance.data(), e.covariance.data() + 36);
     }
-    for (const AnchorReport& a : run.anchors) {
+    for (const Anchor& a : run.anchors) {
       for (int i = 0; i < 3; ++i) out.push_back(a.p_W[i]);
     }
   }
@@ -224,9 +224,9 @@ TEST(OdometryRange, BadOdometryIsCountedAndChangesNothing) {
   const RangeRun clean = fly(world);
   OdometryRangeEstimator e{OdometryRangeConfig()};
   std::size_t next = 0;
-  std::vector<OdometryEstimate> out;
+  std::vector<StateEstimate> out;
   for (std::size_t k = 0; k < world.odometry.size(); ++k) {
-    const evaluation::StampedPose& p = world.odometry[k];
+    const StampedPose& p = world.odometry[k];
     for (; next < world.ranges.size() && world.ranges[next].t <= p.t; ++next) {
       e.addRange(world.ranges[next]);
     }
@@ -235,7 +235,7 @@ TEST(OdometryRange, BadOdometryIsCountedAndChangesNothing) {
     e.addOdometry(p.t - 1, Pose(Quat::Identity(), Vec3(9, 9, 9)));    // out of order
     e.addOdometry(p.t + 1, Pose(Quat::Identity(), Vec3(NAN, 0, 0)));  // not finite
     e.addOdometry(p.t + 2, Pose(Quat(0, 0, 0, 0), Vec3(1, 0, 0)));    // no attitude
-    for (const OdometryEstimate& now : e.take()) out.push_back(now);
+    for (const StateEstimate& now : e.take()) out.push_back(now);
   }
   ASSERT_EQ(out.size(), clean.estimates.size());
   for (std::size_t k = 0; k < out.size(); ++k) {
@@ -260,7 +260,7 @@ TEST(OdometryRange, AJumpOfTheOdometryIsSurvived) {
   EXPECT_EQ(run.count("odometry_jumps"), 1);
   EXPECT_TRUE(run.warned("jumped"));
   EXPECT_EQ(run.estimates.back().segment, 1);
-  for (const OdometryEstimate& e : run.estimates) {
+  for (const StateEstimate& e : run.estimates) {
     ASSERT_TRUE(e.T_W_B.p.allFinite() && e.covariance.allFinite());
   }
   // It cannot know how far the jump was, and must say so.

@@ -23,7 +23,7 @@ const Vec3 kAnchor(4, 6, 2.5), kOther(-7, -4, 1.5);
 
 std::vector<double> numbersOf(const RangeRun& run) {
   std::vector<double> out;
-  for (const OdometryEstimate& e : run.estimates) {
+  for (const StateEstimate& e : run.estimates) {
     for (int i = 0; i < 3; ++i) out.push_back(e.T_W_B.p[i]);
     for (int i = 0; i < 4; ++i) out.push_back(e.T_W_B.q.coeffs()[i]);
     out.insert(out.end(), e.covariance.data(), e.covariance.data() + 36);
@@ -37,7 +37,7 @@ TEST(RangeLayer, BadRangesAreCountedByReason) {
   RangeLayer layer(RangeOptions(), &window, {});
   const auto offer = [&](TimeNs t, std::uint64_t id, double range_m, double sigma_m = 0.1,
                          const Vec3& lever = Vec3::Zero()) {
-    RangeMeasurement r;
+    Range r;
     r.t = t;
     r.anchor = id;
     r.range_m = range_m;
@@ -71,7 +71,7 @@ TEST(RangeLayer, BadRangesAreCountedByReason) {
   // The two good ones wait, in order of time.
   EXPECT_TRUE(layer.anyPending());
   EXPECT_EQ(layer.dueUntil(99).size(), 0u);
-  const std::vector<RangeMeasurement> due = layer.dueUntil(1000);
+  const std::vector<Range> due = layer.dueUntil(1000);
   ASSERT_EQ(due.size(), 2u);
   EXPECT_EQ(due[0].t, 100);
   EXPECT_EQ(due[1].t, 150);
@@ -86,14 +86,14 @@ TEST(RangeLayer, BadRangesAreCountedByReason) {
 TEST(RangeLayer, BadRangesChangeNothing) {
   const RangeWorld world(simulation::flight("eight", flightOf(40)), drifting(),
                          rangesTo({kAnchor}));
-  std::vector<RangeMeasurement> dirty;
-  RangeMeasurement early = world.ranges.front();
+  std::vector<Range> dirty;
+  Range early = world.ranges.front();
   early.t = world.motion.begin() - 50000000;
   early.anchor = 7;
   dirty.push_back(early);
   long n = 0;
   for (std::size_t k = 0; k < world.ranges.size(); ++k) {
-    RangeMeasurement r = world.ranges[k];
+    Range r = world.ranges[k];
     dirty.push_back(r);
     if (k % 3) continue;
     ++n;
@@ -131,8 +131,8 @@ TEST(RangeLayer, BadRangesChangeNothing) {
 TEST(RangeLayer, AnAnchorFoundLate) {
   const RangeWorld world(simulation::flight("eight", flightOf(120)), drifting(),
                          rangesTo({kAnchor}));
-  std::vector<RangeMeasurement> late;
-  for (const RangeMeasurement& r : world.ranges) {
+  std::vector<Range> late;
+  for (const Range& r : world.ranges) {
     if (r.t > world.time(50)) late.push_back(r);
   }
   const RangeRun run = fly(world, {}, late);
@@ -147,14 +147,14 @@ TEST(RangeLayer, AnAnchorFoundLate) {
 TEST(RangeLayer, TwoAnchorsOneAfterAnother) {
   const RangeWorld world(simulation::flight("eight", flightOf(120)), drifting(),
                          rangesTo({kAnchor, kOther}));
-  std::vector<RangeMeasurement> some;
-  for (const RangeMeasurement& r : world.ranges) {
+  std::vector<Range> some;
+  for (const Range& r : world.ranges) {
     if (r.anchor == 0 || r.t > world.time(40)) some.push_back(r);
   }
   TimeNs found[2] = {0, 0};
   const RangeRun run =
-      fly(world, {}, some, [&](const OdometryRangeEstimator& e, const OdometryEstimate& now) {
-        for (const AnchorReport& a : e.anchors()) {
+      fly(world, {}, some, [&](const OdometryRangeEstimator& e, const StateEstimate& now) {
+        for (const Anchor& a : e.anchors()) {
           if (a.has_position && !found[a.id]) found[a.id] = now.t;
         }
       });
@@ -192,10 +192,10 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
     bool seen = false;
     TimeNs found = 0;
     const RangeRun run =
-        fly(world, config, [&](const OdometryRangeEstimator& e, const OdometryEstimate& now) {
+        fly(world, config, [&](const OdometryRangeEstimator& e, const StateEstimate& now) {
           const Pose truth = world.truth(now.t);
           if (truth.p.z() > 0.02 || e.anchors().empty()) return;
-          const AnchorReport a = e.anchors().front();
+          const Anchor a = e.anchors().front();
           if (!a.has_position) return;
           if (!found) found = now.t;
           // The images are compared some keyframes after the first position only.
@@ -257,7 +257,7 @@ TEST(RangeLayer, ADroppedAnchorStartsFromItsPrior) {
   config.ranges.anchor_prior = {0, at.x(), at.y(), at.z(), 0.3};
   TimeNs with = 0, without = 0;
   const auto note = [](TimeNs* when) {
-    return [when](const OdometryRangeEstimator& e, const OdometryEstimate& now) {
+    return [when](const OdometryRangeEstimator& e, const StateEstimate& now) {
       if (!*when && !e.anchors().empty() && e.anchors()[0].has_position) *when = now.t;
     };
   };

@@ -35,9 +35,9 @@ std::vector<double> numbersOf(unsigned seed, bool pipelined = false,
   config.pipelined = pipelined;
   config.failure.max_blind_s = 0.5;
   EstimatorDriver d(seed, config);
-  std::vector<FrameEstimate> estimates;
+  std::vector<StateEstimate> estimates;
   const auto collect = [&] {
-    for (const FrameEstimate& e : d.estimator.take()) estimates.push_back(e);
+    for (const StateEstimate& e : d.estimator.take()) estimates.push_back(e);
   };
   if (threads == Threads::two) d.estimator.workBehind(collect);
   const TimeNs start = 1400000000000000000;
@@ -59,14 +59,14 @@ std::vector<double> numbersOf(unsigned seed, bool pipelined = false,
   EXPECT_GE(d.estimator.resets(), 2);
   EXPECT_TRUE(estimates.back().valid) << estimates.back().health;
   std::vector<double> out;
-  const auto add = [&](const window::NavState& s) {
+  const auto add = [&](const State& s) {
     out.push_back(static_cast<double>(s.t));
     for (const Vec3& v : {s.T_W_B.p, s.v, s.bg, s.ba}) {
       for (int i = 0; i < 3; ++i) out.push_back(v[i]);
     }
     for (int i = 0; i < 4; ++i) out.push_back(s.T_W_B.q.coeffs()[i]);
   };
-  for (const FrameEstimate& e : estimates) {
+  for (const StateEstimate& e : estimates) {
     EXPECT_TRUE(vir_test::finite(e));
     add(e.state);
     for (double x : {double(e.valid), double(e.segment), double(e.keyframe), double(e.standing),
@@ -74,8 +74,8 @@ std::vector<double> numbersOf(unsigned seed, bool pipelined = false,
       out.push_back(x);
     }
   }
-  for (const window::NavState& s : d.estimator.keyframes()) add(s);
-  for (const window::WindowLandmark& l : d.estimator.landmarks()) {
+  for (const State& s : d.estimator.keyframes()) add(s);
+  for (const Landmark& l : d.estimator.landmarks()) {
     out.push_back(static_cast<double>(l.id));
     for (int i = 0; i < 3; ++i) out.push_back(l.p_W[i]);
   }

@@ -18,8 +18,8 @@ imu::Preintegration turningLink(const Vec3& bg, const Vec3& ba) {
   imu::Preintegration p(imu::ImuNoise(), bg, ba);
   for (int k = 0; k < 40; ++k) {
     const auto at = [](int i) {
-      return imu::ImuSample{i * 5000000LL, Vec3(0.8 * std::sin(0.05 * i), 0.5, -0.7),
-                            Vec3(1 + 0.02 * i, -2, 9.81)};
+      return ImuSample{i * 5000000LL, Vec3(0.8 * std::sin(0.05 * i), 0.5, -0.7),
+                       Vec3(1 + 0.02 * i, -2, 9.81)};
     };
     p.integrate(at(k), at(k + 1));
   }
@@ -74,12 +74,12 @@ TEST(ImuFactor, ResidualByHand) {
                     {1, 0, 0.5, 0.001, 0, 0, 0, 0.02, 0}};
   const imu::Vec15 r = unweighted(f, link, x);
   // r_p = p_j - p_i - v dt - g dt^2/2 - dp = 0.3 - 0.2 along x; z: 0.1962 - 0.1962 = 0
-  EXPECT_LT((r.segment<3>(kP) - Vec3(0.1, 0, 0)).norm(), 1e-9);
-  EXPECT_LT((r.segment<3>(kTheta) - Vec3(0, 0, 0.1)).norm(), 1e-9);
+  EXPECT_LT((r.segment<3>(imu::kP) - Vec3(0.1, 0, 0)).norm(), 1e-9);
+  EXPECT_LT((r.segment<3>(imu::kTheta) - Vec3(0, 0, 0.1)).norm(), 1e-9);
   // r_v = v_j - v_i - g dt - dv = (0, 0, 0.5 + 1.962 - 1.962)
-  EXPECT_LT((r.segment<3>(kV) - Vec3(0, 0, 0.5)).norm(), 1e-9);
-  EXPECT_LT((r.segment<3>(kBg) - Vec3(0.001, 0, 0)).norm(), 1e-9);
-  EXPECT_LT((r.segment<3>(kBa) - Vec3(0, 0.02, 0)).norm(), 1e-9);
+  EXPECT_LT((r.segment<3>(imu::kV) - Vec3(0, 0, 0.5)).norm(), 1e-9);
+  EXPECT_LT((r.segment<3>(imu::kBg) - Vec3(0.001, 0, 0)).norm(), 1e-9);
+  EXPECT_LT((r.segment<3>(imu::kBa) - Vec3(0, 0.02, 0)).norm(), 1e-9);
 }
 
 TEST(ImuFactor, ResidualIsZeroWhereTheReadingsLead) {

@@ -22,13 +22,13 @@ struct AlignmentError {
 AlignmentError errorOf(const rendering::Scene& scene, const std::vector<AlignmentFrame>& frames,
                        const InertialAlignment& a) {
   AlignmentError e;
-  const window::NavState first = scene.truth(frames.front().t);
+  const State first = scene.truth(frames.front().t);
   const Quat to_b0 = first.T_W_B.q.conjugate();
   const Vec3 g = to_b0 * Vec3(0, 0, -rendering::Scene::kGravity);
   e.tilt = std::acos(std::min(1.0, g.normalized().dot(a.g_B0.normalized())));
   double length = 0, estimated = 0;
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    const window::NavState s = scene.truth(frames[k].t);
+    const State s = scene.truth(frames[k].t);
     const Vec3 p = to_b0 * (s.T_W_B.p - first.T_W_B.p);
     e.position = std::max(e.position, (p - a.p_B0[k]).norm());
     e.velocity = std::max(e.velocity, (to_b0 * s.v - a.v_B0[k]).norm());

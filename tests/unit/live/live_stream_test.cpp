@@ -29,8 +29,8 @@ PropagatedPose truth(double t) {
 
 const Vec3 kBiasGyro(0.01, -0.02, 0.03), kBiasAcc(0.1, 0.2, -0.3);
 
-imu::ImuSample reading(double t) {
-  imu::ImuSample s;
+ImuSample reading(double t) {
+  ImuSample s;
   s.t = fromSeconds(t);
   s.gyro = Vec3(0, 0, kRate) + kBiasGyro;
   s.acc = Vec3(0, kRadius * kRate * kRate, 9.81) + kBiasAcc;

@@ -10,8 +10,8 @@
 
 namespace {
 
+using vir::RangeDecision;
 using vir::TimeNs;
-using vir::ranging::GateDecision;
 using vir::ranging::RangeGate;
 constexpr TimeNs kStep = 50'000'000;  // 20 Hz
 
@@ -25,7 +25,7 @@ Outcome feed(RangeGate* gate, int from, int n, double sigma,
   Outcome o;
   for (int i = from; i < from + n; ++i) {
     const auto d = gate->check(i * kStep, residual(i), sigma * sigma, speed * i);
-    if (d == GateDecision::accepted) ++o.accepted;
+    if (d == RangeDecision::accepted) ++o.accepted;
     if (gate->suspicious() && o.suspicious_at < 0) o.suspicious_at = i - from;
   }
   return o;
@@ -42,9 +42,9 @@ TEST(RangeGate, GoodRangesPassAndAreNotSuspicious) {
 
 TEST(RangeGate, SaysOnWhichSide) {
   RangeGate gate;
-  EXPECT_EQ(gate.check(0, 1.0, 0.01), GateDecision::too_long);
-  EXPECT_EQ(gate.check(1, -1.0, 0.01), GateDecision::too_short);
-  EXPECT_EQ(gate.check(2, 0.3, 0.01), GateDecision::accepted);
+  EXPECT_EQ(gate.check(0, 1.0, 0.01), RangeDecision::too_long);
+  EXPECT_EQ(gate.check(1, -1.0, 0.01), RangeDecision::too_short);
+  EXPECT_EQ(gate.check(2, 0.3, 0.01), RangeDecision::accepted);
   EXPECT_EQ(gate.counters().too_long, 1);
   EXPECT_EQ(gate.counters().too_short, 1);
 }
@@ -56,7 +56,7 @@ TEST(RangeGate, ScatteredOutliersStayOut) {
   for (int i = 0; i < 4000; ++i) {
     const bool outlier = noise.uniform() < 0.3;
     const double r = 0.1 * noise.normal() + (outlier ? 0.6 + 1.2 * noise.uniform() : 0.0);
-    if (gate.check(i * kStep, r, 0.01) == GateDecision::accepted && outlier) ++let_in;
+    if (gate.check(i * kStep, r, 0.01) == RangeDecision::accepted && outlier) ++let_in;
     EXPECT_FALSE(gate.suspicious());
   }
   EXPECT_LT(let_in, 60);  // of 1200; those that are within 4 sigma by chance
@@ -114,7 +114,7 @@ TEST(RangeGate, AMovedAnchorIsNoticed) {
     }
     gate.reset();
     EXPECT_FALSE(gate.suspicious());
-    EXPECT_EQ(gate.check(1400 * kStep, 0.0, 0.01), GateDecision::accepted);
+    EXPECT_EQ(gate.check(1400 * kStep, 0.0, 0.01), RangeDecision::accepted);
   }
 }
 
@@ -146,14 +146,14 @@ TEST(RangeGate, NumbersThatAreNone) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
   RangeGate gate;
-  EXPECT_EQ(gate.check(0, nan, 0.01), GateDecision::invalid);
-  EXPECT_EQ(gate.check(1, inf, 0.01), GateDecision::invalid);
-  EXPECT_EQ(gate.check(2, 0.0, 0.0), GateDecision::accepted);  // standstill: 0/0
-  EXPECT_EQ(gate.check(3, 0.5, nan), GateDecision::accepted);
-  EXPECT_EQ(gate.check(4, 0.5, -1.0), GateDecision::accepted);
-  EXPECT_EQ(gate.check(5, 50.0, nan), GateDecision::too_long);
-  EXPECT_EQ(gate.check(6, 1e300, inf), GateDecision::accepted);
-  EXPECT_EQ(gate.check(7, 1e300, 1e-300), GateDecision::too_long);
+  EXPECT_EQ(gate.check(0, nan, 0.01), RangeDecision::invalid);
+  EXPECT_EQ(gate.check(1, inf, 0.01), RangeDecision::invalid);
+  EXPECT_EQ(gate.check(2, 0.0, 0.0), RangeDecision::accepted);  // standstill: 0/0
+  EXPECT_EQ(gate.check(3, 0.5, nan), RangeDecision::accepted);
+  EXPECT_EQ(gate.check(4, 0.5, -1.0), RangeDecision::accepted);
+  EXPECT_EQ(gate.check(5, 50.0, nan), RangeDecision::too_long);
+  EXPECT_EQ(gate.check(6, 1e300, inf), RangeDecision::accepted);
+  EXPECT_EQ(gate.check(7, 1e300, 1e-300), RangeDecision::too_long);
   EXPECT_EQ(gate.counters().invalid, 2);
   EXPECT_EQ(gate.counters().without_variance, 4);
   EXPECT_FALSE(gate.suspicious());
@@ -162,9 +162,9 @@ TEST(RangeGate, NumbersThatAreNone) {
 TEST(RangeGate, HolesAndStepsOfTheClock) {
   RangeGate gate;
   feed(&gate, 0, 300, 0.1, [](int i) { return i % 2 ? 1.0 : -1.0; });
-  EXPECT_EQ(gate.check(300 * kStep + 60'000'000'000, 0.1, 0.01), GateDecision::accepted);
+  EXPECT_EQ(gate.check(300 * kStep + 60'000'000'000, 0.1, 0.01), RangeDecision::accepted);
   EXPECT_FALSE(gate.suspicious());
-  EXPECT_EQ(gate.check(0, 0.1, 0.01), GateDecision::accepted);
+  EXPECT_EQ(gate.check(0, 0.1, 0.01), RangeDecision::accepted);
   EXPECT_EQ(gate.wideningShort(), 1);
 }
 

@@ -24,14 +24,14 @@ class Told : public roles::Estimator {
   void start(const LogSink&) override {}
   void add(const mrpt::obs::CObservation&) override {}
   void finish() override {}
-  std::vector<roles::StateEstimate> take() override { return {}; }
-  std::vector<roles::LandmarkEstimate> landmarks() const override { return {}; }
-  std::vector<roles::KeyframeEstimate> keyframes() const override { return keyframes_; }
-  std::vector<roles::AnchorEstimate> anchors() const override { return anchors_; }
+  std::vector<StateEstimate> take() override { return {}; }
+  std::vector<Landmark> landmarks() const override { return {}; }
+  std::vector<StampedPose> keyframes() const override { return keyframes_; }
+  std::vector<Anchor> anchors() const override { return anchors_; }
   roles::EstimatorReport report() const override { return {}; }
 
-  std::vector<roles::KeyframeEstimate> keyframes_;
-  std::vector<roles::AnchorEstimate> anchors_;
+  std::vector<StampedPose> keyframes_;
+  std::vector<Anchor> anchors_;
 };
 
 Vec3 path(double t) {
@@ -55,7 +55,7 @@ class Report : public testing::Test {
     for (int i = 0; i < 1200; ++i) {
       const double s = 0.05 * i;
       const TimeNs t = kStart + fromSeconds(s);
-      roles::StateEstimate e;
+      StateEstimate e;
       e.t = t;
       e.valid = i > 20;
       e.T_W_B.p = path(s) + 0.004 * s * Vec3(1, -0.5, 0.1);
@@ -70,9 +70,8 @@ class Report : public testing::Test {
     }
   }
 
-  roles::AnchorEstimate& anchor(std::uint64_t id, const char* state, const Vec3& p,
-                                const Vec3& sigma) {
-    roles::AnchorEstimate a;
+  Anchor& anchor(std::uint64_t id, const char* state, const Vec3& p, const Vec3& sigma) {
+    Anchor a;
     a.id = id;
     a.state = state;
     a.has_position = a.state != "collecting";
@@ -88,7 +87,7 @@ class Report : public testing::Test {
     const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
     for (int i = 0; i < 600; ++i) {
       const double s = 0.1 * i + 0.013;
-      roles::RangeRecord r;
+      RangeRecord r;
       r.t = kStart + fromSeconds(s);
       r.id = id;
       r.predicted_m = i < 60 ? 0 : (p - path(s)).norm();
@@ -199,8 +198,8 @@ TEST_F(Report, AbsurdAnchorsAndRangesStayOnTheSheet) {
   anchor(4, "estimated", {0, 0, 3}, {0, 0, 0}).covariance = -Mat3::Identity();
   ranges(0, {1, 1, 1}, 0);
   for (const double v : {1e9, -1e9, kNan, std::numeric_limits<double>::infinity()}) {
-    recorder_->add(roles::RangeRecord{kStart, 0, v, 3, v, 0.1, 1, "accepted, <b>"});
-    recorder_->add(roles::RangeRecord{kStart, 9, 3, 3, 0, v, 1, ""});
+    recorder_->add(RangeRecord{kStart, 0, v, 3, v, 0.1, 1, "accepted, <b>"});
+    recorder_->add(RangeRecord{kStart, 9, 3, 3, 0, v, 1, ""});
   }
   const std::string html = page();
   expectOnSheet(html);
@@ -213,7 +212,7 @@ TEST_F(Report, AbsurdAnchorsAndRangesStayOnTheSheet) {
 
 TEST_F(Report, ALongRunHasSmallPictures) {
   for (int i = 0; i < 72000; ++i) {  // an hour
-    roles::StateEstimate e;
+    StateEstimate e;
     e.t = kStart + fromSeconds(0.05 * i);
     e.valid = true;
     e.T_W_B.p = path(0.05 * i);
@@ -221,7 +220,7 @@ TEST_F(Report, ALongRunHasSmallPictures) {
     recorder_->add(e);
     recorder_->addGroundTruth(e.t,
                               {Quat::Identity(), path(0.05 * i) + Vec3(0.001 * (i % 11), 0, 0)});
-    roles::RangeRecord r{e.t, 0, 3, 3, 0.01, 0.1, 1, "accepted"};
+    RangeRecord r{e.t, 0, 3, 3, 0.01, 0.1, 1, "accepted"};
     recorder_->add(r);
   }
   page();

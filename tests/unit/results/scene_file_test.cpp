@@ -20,12 +20,12 @@ SceneRobot robot() {
   r.T.p = Vec3(100, 0, 0);
   for (int i = 0; i < 5; ++i) r.path.push_back({i, Pose(Quat::Identity(), Vec3(i, 0, 0))});
   r.path[2].T_W_B.p.y() = std::numeric_limits<double>::quiet_NaN();
-  roles::AnchorEstimate anchor;
+  Anchor anchor;
   anchor.id = 7;
   anchor.has_position = true;
   anchor.p_W = Vec3(1, 2, 3);
   anchor.covariance = Vec3(0, 1, 1e6).asDiagonal();  // exact, and not known at all
-  r.anchors = {anchor, roles::AnchorEstimate()};
+  r.anchors = {anchor, Anchor()};
   r.landmarks = {{1, Vec3(1, 1, 1)}, {2, Vec3::Constant(INFINITY)}, {3, Vec3(2, 2, 2)}};
   return r;
 }

@@ -22,7 +22,7 @@ TEST(SimulatedImu, WithoutErrorsReadsTheMotion) {
   const SimulatedImu imu = simulateImu(*motion, perfect());
   EXPECT_NEAR(static_cast<double>(imu.samples.size()), motion->duration() * 200, 2);
   for (std::size_t k = 0; k < imu.samples.size(); k += 37) {
-    const imu::ImuSample& s = imu.samples[k];
+    const ImuSample& s = imu.samples[k];
     const MotionState m = motion->at(s.t);
     EXPECT_LT((s.gyro - m.rate_B).norm(), 1e-12);
     const Vec3 a_W = m.T_W_B.q * s.acc + Vec3(0, 0, -9.81);
@@ -32,7 +32,7 @@ TEST(SimulatedImu, WithoutErrorsReadsTheMotion) {
 
 TEST(SimulatedImu, AtRestReadsUpwards) {
   const auto motion = vir_test::standing(2);
-  for (const imu::ImuSample& s : simulateImu(*motion, perfect()).samples) {
+  for (const ImuSample& s : simulateImu(*motion, perfect()).samples) {
     EXPECT_LT((motion->poseAt(s.t).q * s.acc - Vec3(0, 0, 9.81)).norm(), 1e-9);
   }
 }
@@ -60,7 +60,7 @@ TEST(SimulatedImu, AllanDeviationFitsTheDensities) {
   const SimulatedImu white = simulateImu(*motion, noise), walking = simulateImu(*motion, walk);
   const auto column = [](const SimulatedImu& imu, bool gyro, int axis) {
     std::vector<double> out;
-    for (const imu::ImuSample& s : imu.samples) out.push_back(gyro ? s.gyro[axis] : s.acc[axis]);
+    for (const ImuSample& s : imu.samples) out.push_back(gyro ? s.gyro[axis] : s.acc[axis]);
     return out;
   };
   for (int axis = 0; axis < 3; ++axis) {
@@ -112,7 +112,7 @@ TEST(SimulatedImu, ReadingsAreLostAndClippedAsAskedFor) {
   o.saturation_acc_mps2 = 5;
   const SimulatedImu imu = simulateImu(*motion, o);
   EXPECT_NEAR(static_cast<double>(imu.samples.size()), 0.8 * 50 * 200, 200);
-  for (const imu::ImuSample& s : imu.samples) EXPECT_LE(s.acc.cwiseAbs().maxCoeff(), 5);
+  for (const ImuSample& s : imu.samples) EXPECT_LE(s.acc.cwiseAbs().maxCoeff(), 5);
 }
 
 }  // namespace

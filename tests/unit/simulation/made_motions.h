@@ -15,7 +15,7 @@ inline std::shared_ptr<const vir::simulation::Motion> briskFlight() {
 }
 
 inline std::shared_ptr<const vir::simulation::Motion> standing(double seconds) {
-  vir::evaluation::Trajectory poses;
+  vir::Trajectory poses;
   const vir::Quat q = vir::expQuat(vir::Vec3(0.1, -0.2, 0.7));
   for (int k = 0; k <= static_cast<int>(std::lround(seconds)); ++k) {
     poses.push_back({1000000000LL * (k + 1), {q, vir::Vec3(1, 2, 3)}});

@@ -52,14 +52,14 @@ TEST(Motion, RatesAndAccelerationsLeadBackToThePoses) {
 
 TEST(Motion, FliesARecordingAgainNearby) {
   const auto motion = vir_test::briskFlight();
-  const evaluation::Trajectory recorded = motion->sampled(200);
+  const Trajectory recorded = motion->sampled(200);
   FlyAgainOptions o;
   o.from_s = 2;
   o.duration_s = 20;
   const Motion again = flyAgain(recorded, o);
   EXPECT_EQ(again.begin(), recorded.front().t + fromSeconds(2));
   EXPECT_NEAR(again.duration(), 20, 0.06);
-  for (const evaluation::StampedPose& s : again.sampled(33)) {
+  for (const StampedPose& s : again.sampled(33)) {
     const Pose truth = motion->poseAt(s.t);
     EXPECT_LT((s.T_W_B.p - truth.p).norm(), 5e-3);
     EXPECT_LT(logQuat(s.T_W_B.q.conjugate() * truth.q).norm(), 5e-3);
@@ -69,9 +69,9 @@ TEST(Motion, FliesARecordingAgainNearby) {
 TEST(Motion, NoiseOfARecordingIsSmoothedAway) {
   // 1 mm of white noise at 200 Hz; unsmoothed it would shake at 0.001 * sqrt(6) / 0.05^2 = 1 m/s^2.
   const auto motion = vir_test::standing(20);
-  evaluation::Trajectory recorded = motion->sampled(200);
+  Trajectory recorded = motion->sampled(200);
   unsigned x = 1;
-  for (evaluation::StampedPose& s : recorded) {
+  for (StampedPose& s : recorded) {
     for (int axis = 0; axis < 3; ++axis) {
       x = x * 1664525u + 1013904223u;
       s.T_W_B.p[axis] += 1e-3 * std::sqrt(3.0) * (x / 2147483648.0 - 1);
@@ -88,7 +88,7 @@ TEST(Motion, NoiseOfARecordingIsSmoothedAway) {
 
 TEST(Motion, RefusesWhatCannotBeFlown) {
   EXPECT_THROW(flyAgain({}, {}), std::invalid_argument);
-  const evaluation::Trajectory recorded = vir_test::standing(5)->sampled(20);
+  const Trajectory recorded = vir_test::standing(5)->sampled(20);
   FlyAgainOptions o;
   o.from_s = 4.8;
   EXPECT_THROW(flyAgain(recorded, o), std::invalid_argument);
@@ -167,7 +167,7 @@ TEST(Flights, HelixAndLettersHaveTheirShapes) {
   o.length_m = 75;  // four turns
   const Motion helix = flight("helix", o);
   EXPECT_NEAR(helix.poseAt(helix.end()).p.z(), 4.8, 0.2);
-  for (const evaluation::StampedPose& s : helix.sampled(5)) {
+  for (const StampedPose& s : helix.sampled(5)) {
     EXPECT_LT((s.T_W_B.p - Vec3(0, 3, 0)).head<2>().norm(), 3.05);
   }
   o.length_m = 16;
@@ -177,7 +177,7 @@ TEST(Flights, HelixAndLettersHaveTheirShapes) {
   // Along y before the turn, along -x after it.
   EXPECT_LT((letter.poseAt(letter.begin()).p - Vec3(10, -5, 2)).norm(), 0.01);
   double farthest = 0;
-  for (const evaluation::StampedPose& s : letter.sampled(10)) {
+  for (const StampedPose& s : letter.sampled(10)) {
     EXPECT_NEAR(s.T_W_B.p.y(), -5, 0.01);
     farthest = std::min(farthest, s.T_W_B.p.x() - 10);
   }

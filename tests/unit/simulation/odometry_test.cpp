@@ -17,10 +17,10 @@ OdometrySimulationOptions perfect() {
 
 TEST(SimulatedOdometry, WithoutErrorsIsTheMotionFromItsStart) {
   const auto motion = vir_test::briskFlight();
-  const evaluation::Trajectory odometry = simulateOdometry(*motion, perfect());
+  const Trajectory odometry = simulateOdometry(*motion, perfect());
   const Pose first = motion->poseAt(motion->begin());
   EXPECT_NEAR(yawOf(odometry.front().T_W_B.R()), 0, 1e-12);
-  for (const evaluation::StampedPose& s : odometry) {
+  for (const StampedPose& s : odometry) {
     const Pose truth = first.inverse() * motion->poseAt(s.t);
     const Pose got = odometry.front().T_W_B.inverse() * s.T_W_B;
     EXPECT_LT((got.p - truth.p).norm(), 1e-9);
@@ -32,13 +32,13 @@ TEST(SimulatedOdometry, ScaleAndYawDrift) {
   const auto motion = vir_test::briskFlight();
   OdometrySimulationOptions o = perfect();
   o.scale_error = 0.15;
-  const evaluation::Trajectory longer = simulateOdometry(*motion, o);
+  const Trajectory longer = simulateOdometry(*motion, o);
   const Vec3 truth = motion->poseAt(longer.back().t).p - motion->poseAt(motion->begin()).p;
   EXPECT_NEAR(longer.back().T_W_B.p.norm(), 1.15 * truth.norm(), 1e-9);
 
   o = perfect();
   o.yaw_drift_radps = 0.01;
-  const evaluation::Trajectory turned = simulateOdometry(*motion, o);
+  const Trajectory turned = simulateOdometry(*motion, o);
   const Mat3 R = turned.back().T_W_B.R() * motion->poseAt(turned.back().t).R().transpose();
   const double drift = std::remainder(
       std::atan2(R(1, 0), R(0, 0)) + yawOf(motion->poseAt(motion->begin()).R()), 2 * M_PI);
@@ -53,7 +53,7 @@ TEST(SimulatedOdometry, ScaleWandersAboutItsMean) {
   constexpr int n = 40;
   for (int seed = 1; seed <= n; ++seed) {
     o.seed = seed;
-    const evaluation::Trajectory t = simulateOdometry(*motion, o);
+    const Trajectory t = simulateOdometry(*motion, o);
     // Over one second in full flight, far less than the time constant.
     const std::size_t k = t.size() / 2;
     const double got = (t[k + 20].T_W_B.p - t[k].T_W_B.p).norm();
@@ -67,7 +67,7 @@ TEST(SimulatedOdometry, ScaleWandersAboutItsMean) {
 
 TEST(SimulatedOdometry, SameSeedSamePoses) {
   const auto motion = vir_test::standing(5);
-  const evaluation::Trajectory a = simulateOdometry(*motion, {}), b = simulateOdometry(*motion, {});
+  const Trajectory a = simulateOdometry(*motion, {}), b = simulateOdometry(*motion, {});
   for (std::size_t k = 0; k < a.size(); ++k) EXPECT_EQ(a[k].T_W_B.p, b[k].T_W_B.p);
 }
 

@@ -244,7 +244,7 @@ TEST(SimulatedTracks, RefusesWhatCannotBe) {
 TEST(SimulatedTracks, HideBehindTheScenesBoxes) {
   const auto motion = vir_test::briskFlight();
   std::vector<Vec3> path;
-  for (const evaluation::StampedPose& p : motion->sampled(4)) path.push_back(p.T_W_B.p);
+  for (const StampedPose& p : motion->sampled(4)) path.push_back(p.T_W_B.p);
   const auto scene = std::make_shared<rendering::Scene>(rendering::makeScene({}, path, {}));
   const auto camera = camera::makeCamera(calibration());
   TrackSimulator s(perfect(), motion, camera, forward(), scene);

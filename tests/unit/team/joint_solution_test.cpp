@@ -14,8 +14,8 @@ namespace {
 struct Made {
   std::vector<JointRobot> robots;
   std::vector<JointMutualRange> mutual;
-  std::vector<std::vector<TimedPose>> truth;  // per robot, in the world of robot 0's start
-  WorldTransform T_0_1;                       // between the two odometry worlds
+  std::vector<std::vector<StampedPose>> truth;  // per robot, in the world of robot 0's start
+  WorldTransform T_0_1;                         // between the two odometry worlds
   Vec3 anchor = Vec3(-1, 3, 1);
 };
 
@@ -42,7 +42,7 @@ Made make(const Setting& s, std::uint64_t seed) {
     const WorldTransform T_W_O{headingOf(robot, 0), first.p};
     T_O_W.push_back(T_W_O.inverse());
     JointRobot r;
-    std::vector<TimedPose> truth;
+    std::vector<StampedPose> truth;
     Vec3 p_O = Vec3::Zero(), last = first.p;
     double turned = 0;
     for (int k = 0; k <= 1000; ++k) {
@@ -74,15 +74,15 @@ Made make(const Setting& s, std::uint64_t seed) {
   // As found beforehand: roughly.
   out.robots[1].T_C_W = {out.T_0_1.yaw_rad + 0.1, out.T_0_1.t_m + Vec3(0.3, -0.2, 0)};
   for (auto& list : out.truth) {
-    for (TimedPose& p : list) p.pose = T_O_W[0].pose() * p.pose;
+    for (StampedPose& p : list) p.T_W_B = T_O_W[0].pose() * p.T_W_B;
   }
   out.anchor = T_O_W[0] * out.anchor;
   return out;
 }
 
-double rmse(const std::vector<TimedPose>& a, const std::vector<TimedPose>& b) {
+double rmse(const std::vector<StampedPose>& a, const std::vector<StampedPose>& b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i].pose.p - b[i].pose.p).squaredNorm();
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i].T_W_B.p - b[i].T_W_B.p).squaredNorm();
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
@@ -132,7 +132,7 @@ TEST(JointSolution, LevelRobotsKeepTheirHeight) {
   const JointSolution s = solveJointly(made.robots, made.mutual, {});
   ASSERT_TRUE(s.solved) << s.problem;
   for (const auto& list : s.trajectories) {
-    for (const TimedPose& p : list) ASSERT_NEAR(p.pose.p.z(), 0, 0.02);
+    for (const StampedPose& p : list) ASSERT_NEAR(p.T_W_B.p.z(), 0, 0.02);
   }
 }
 
@@ -163,7 +163,7 @@ TEST(JointSolution, SameTwice) {
   const JointSolution a = solveJointly(made.robots, made.mutual, {});
   const JointSolution b = solveJointly(made.robots, made.mutual, {});
   EXPECT_EQ(a.T_C_W[1].t_m, b.T_C_W[1].t_m);
-  EXPECT_EQ(a.trajectories[1].back().pose.p, b.trajectories[1].back().pose.p);
+  EXPECT_EQ(a.trajectories[1].back().T_W_B.p, b.trajectories[1].back().T_W_B.p);
 }
 
 }  // namespace

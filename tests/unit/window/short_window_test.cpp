@@ -34,7 +34,7 @@ TEST(ShortWindow, ConvergesToTheTruthFromDisturbedPredictions) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     WindowDriver d(vir_test::circling, seed, WindowOptions(), 0.8 * seed);
     d.scene.bias_gyro = Vec3(0.01, -0.005, 0.008);
-    NavState s = d.scene.truth(d.t);
+    State s = d.scene.truth(d.t);
     s.bg.setZero();
     s.v += Vec3(0.05, -0.04, 0.03);
     s.T_W_B.q = (expQuat(Vec3(0.005, -0.005, 0)) * s.T_W_B.q).normalized();  // tilt only
@@ -44,15 +44,15 @@ TEST(ShortWindow, ConvergesToTheTruthFromDisturbedPredictions) {
     refine(&d, 5);
     ASSERT_TRUE(d.last.usable);
     EXPECT_GT(d.window.landmarksInNewest(), 15);
-    for (const NavState& e : d.window.states()) {
-      const NavState truth = d.scene.truth(e.t);
+    for (const State& e : d.window.states()) {
+      const State truth = d.scene.truth(e.t);
       EXPECT_LT((e.T_W_B.p - truth.T_W_B.p).norm(), 0.01) << "seed " << seed;
       EXPECT_LT(e.T_W_B.q.angularDistance(truth.T_W_B.q), 0.002) << "seed " << seed;
       EXPECT_LT((e.v - truth.v).norm(), 0.01) << "seed " << seed;
       EXPECT_LT((e.bg - truth.bg).norm(), 5e-4) << "seed " << seed;
     }
     EXPECT_LT(d.last.reprojection_rms, 0.1);
-    for (const WindowLandmark& l : d.window.landmarks()) {
+    for (const Landmark& l : d.window.landmarks()) {
       const double distance = (d.scene.point(l.id) - d.window.newest().T_W_B.p).norm();
       EXPECT_LT((l.p_W - d.scene.point(l.id)).norm(), 0.05 * distance) << "landmark " << l.id;
     }
@@ -65,7 +65,7 @@ TEST(ShortWindow, AWrongMatchIsRejectedAndNothingElse) {
   fill(&d, 0);
   refine(&d, 2);
   std::set<std::uint64_t> known;
-  for (const WindowLandmark& l : d.window.landmarks()) known.insert(l.id);
+  for (const Landmark& l : d.window.landmarks()) known.insert(l.id);
   std::uint64_t wrong = 0;
   d.spoil = [&](std::vector<vision::FeatureObservation>* features) {
     for (vision::FeatureObservation& o : *features) {
@@ -80,7 +80,7 @@ TEST(ShortWindow, AWrongMatchIsRejectedAndNothingElse) {
   d.window.triangulate();
   EXPECT_TRUE(d.window.optimise(5).usable);
   EXPECT_EQ(d.window.rejectOutliers(), std::vector<std::uint64_t>{wrong});
-  for (const WindowLandmark& l : d.window.landmarks()) EXPECT_NE(l.id, wrong);
+  for (const Landmark& l : d.window.landmarks()) EXPECT_NE(l.id, wrong);
   EXPECT_LT(d.positionError(), 0.005);
 }
 
@@ -148,7 +148,7 @@ TEST(ShortWindow, FeaturesThatAreNotFiniteDoNotSpoilTheState) {
   d.push(0.1);
   d.window.triangulate();
   EXPECT_FALSE(d.window.optimise(3).usable) << "the estimator restarts on this";
-  for (const NavState& e : d.window.states()) {
+  for (const State& e : d.window.states()) {
     EXPECT_TRUE(e.T_W_B.p.allFinite() && e.v.allFinite() && e.T_W_B.q.coeffs().allFinite());
   }
 }
@@ -170,9 +170,9 @@ TEST(Predict, FallsFreelyWithoutSpecificForce) {
   // 0.1 s from v = (1, 0, 0): p = (0.1, 0, -9.81 * 0.005), v_z = -0.981.
   imu::Preintegration link(imu::ImuNoise(), Vec3::Zero(), Vec3::Zero());
   link.integrate({0, Vec3::Zero(), Vec3::Zero()}, {100000000, Vec3::Zero(), Vec3::Zero()});
-  NavState s;
+  State s;
   s.v = Vec3(1, 0, 0);
-  const NavState e = predict(s, link, 9.81, 77);
+  const State e = predict(s, link, 9.81, 77);
   EXPECT_EQ(e.t, 77);
   EXPECT_LT((e.T_W_B.p - Vec3(0.1, 0, -0.04905)).norm(), 1e-12);
   EXPECT_LT((e.v - Vec3(1, 0, -0.981)).norm(), 1e-12);

@@ -31,8 +31,7 @@ struct WindowDriver {
     }
   }
 
-  void start(const vir::window::NavState& state, const vir::window::StartPrior& prior,
-             bool standing = false) {
+  void start(const vir::State& state, const vir::window::StartPrior& prior, bool standing = false) {
     feedImu();
     window.start(state, prior, scene.observe(t), standing);
     long_window.start(state.t, state.T_W_B, state.T_W_B, 1e-3, 1e-3);
@@ -40,11 +39,11 @@ struct WindowDriver {
 
   /// Adds the next image with its prediction, optionally disturbed.
   void push(double period_s, double disturb = 0, bool standing = false) {
-    const vir::window::NavState from = window.newest();
+    const vir::State from = window.newest();
     t += vir::fromSeconds(period_s);
     feedImu();
     vir::imu::Preintegration link = imu.integrate(from.t, t, noise, from.bg, from.ba);
-    vir::window::NavState s = predict(from, link, noise.gravity_mps2, t);
+    vir::State s = predict(from, link, noise.gravity_mps2, t);
     if (disturb > 0) {
       s.T_W_B.p += scene.normal3(disturb);
       s.T_W_B.q = (s.T_W_B.q * vir::expQuat(scene.normal3(0.3 * disturb))).normalized();

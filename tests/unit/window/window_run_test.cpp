@@ -22,7 +22,7 @@ void startNoisy(WindowDriver* d) {
   p.velocity_mps = 0.02;
   p.bias_gyro = 0.002;
   p.bias_acc = 0.03;
-  NavState s = d->scene.truth(d->t);
+  State s = d->scene.truth(d->t);
   s.T_W_B.p += d->scene.normal3(p.position_m);
   const Vec3 turn = d->scene.normal3(1).cwiseProduct(Vec3(p.tilt_rad, p.tilt_rad, p.yaw_rad));
   s.T_W_B.q = (expQuat(turn) * s.T_W_B.q).normalized();
@@ -85,7 +85,7 @@ TEST(WindowRun, StandingKeepsThePose) {
   d.scene.noise_px = 0.3;
   d.scene.noise_gyro = d.noise.gyro_noise_density;
   d.scene.noise_acc = d.noise.acc_noise_density;
-  NavState s = d.scene.truth(d.t);
+  State s = d.scene.truth(d.t);
   // As a start at rest sees it: what the accelerometer shows is up, and as long as gravity.
   const Vec3 acc = s.T_W_B.q.conjugate() * Vec3(0, 0, 9.81) + d.scene.bias_acc;
   s.T_W_B.q = gravityAlignedAttitude(acc);
@@ -114,7 +114,7 @@ TEST(WindowRun, TwoRunsGiveTheSameBits) {
     std::vector<double> out;
     for (int k = 0; k < 40; ++k) {
       d.step(0.1);
-      const NavState s = d.window.newest();
+      const State s = d.window.newest();
       for (const Vec3& v : {s.T_W_B.p, s.v, s.bg, s.ba}) {
         for (int i = 0; i < 3; ++i) out.push_back(v[i]);
       }

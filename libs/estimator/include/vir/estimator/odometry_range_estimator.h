@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "vir/estimator/range_layer.h"
+#include "vir/types/state.h"
 
 namespace vir::estimator {
 
@@ -40,19 +41,6 @@ struct OdometryRangeConfig {
 /// All sections.
 void describe(OptionVisitor& v, OdometryRangeConfig& o);
 
-/// What is known when one odometry pose has been processed.
-struct OdometryEstimate {
-  TimeNs t = 0;
-  bool valid = false;
-  Pose T_W_B;
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  bool keyframe = false;
-  int segment = 0;
-  double scale = 1;  ///< of the odometry: its metres per true metre
-  std::string health;
-  double ms_total = 0;  ///< CPU time, reporting only
-};
-
 class OdometryRangeEstimator {
  public:
   explicit OdometryRangeEstimator(const OdometryRangeConfig& config, LogSink log = {});
@@ -60,13 +48,13 @@ class OdometryRangeEstimator {
 
   /// Pose of the body in the odometry's frame O, z up, in time order.
   void addOdometry(TimeNs t, const Pose& T_O_B);
-  void addRange(const RangeMeasurement& range);
+  void addRange(const Range& range);
   void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
-  std::vector<OdometryEstimate> take();
-  std::vector<RangeDecision> takeRanges();
-  std::vector<AnchorReport> anchors() const;
+  std::vector<StateEstimate> take();
+  std::vector<RangeRecord> takeRanges();
+  std::vector<Anchor> anchors() const;
   /// Nodes as last seen, in W.
-  std::vector<std::pair<TimeNs, Pose>> keyframes() const;
+  std::vector<StampedPose> keyframes() const;
   std::vector<std::pair<std::string, long>> counters() const;
   const std::vector<std::string>& warnings() const;
 

@@ -9,6 +9,8 @@
 #include "vir/core/log.h"
 #include "vir/core/options.h"
 #include "vir/ranging/range_bias_model.h"
+#include "vir/types/anchor.h"
+#include "vir/types/range.h"
 #include "vir/window/long_window.h"
 
 namespace vir::estimator {
@@ -33,35 +35,6 @@ struct RangeOptions {
 /// Section [Ranges].
 void describe(OptionVisitor& v, RangeOptions& o);
 
-/// A range as it comes from the radio.
-struct RangeMeasurement {
-  TimeNs t = 0;  ///< its own time, on the clock of the IMU (or odometry)
-  std::uint64_t anchor = 0;
-  double range_m = 0;
-  double sigma_m = 0;         ///< <= 0: not known, the setting is used
-  Vec3 p_B_U = Vec3::Zero();  ///< antenna in the body [m]
-};
-
-/// What became of one range when it was processed.
-struct RangeDecision {
-  TimeNs t = 0;
-  std::uint64_t anchor = 0;
-  double measured_m = 0, predicted_m = 0, residual_m = 0, sigma_m = 0, weight = 0;
-  std::string decision;
-};
-
-/// An anchor as now known.
-struct AnchorReport {
-  std::uint64_t id = 0;
-  bool has_position = false;
-  Vec3 p_W = Vec3::Zero();
-  Mat3 covariance = Mat3::Zero();
-  double bias_m = 0, bias_sigma_m = 0;
-  std::string state, advice;
-  Vec3 mirror_p_W = Vec3::Zero();
-  long used = 0, rejected = 0;
-};
-
 /// Where the antenna was when a range was measured.
 struct AntennaPrediction {
   Vec3 p_W = Vec3::Zero();
@@ -74,16 +47,15 @@ class RangeLayer {
   ~RangeLayer();
 
   /// Takes a range; what cannot be used at all is recorded with its reason.
-  void offer(const RangeMeasurement& range);
+  void offer(const Range& range);
   /// Ranges up to `t`, oldest first, taken out of the queue.
-  std::vector<RangeMeasurement> dueUntil(TimeNs t);
+  std::vector<Range> dueUntil(TimeNs t);
   /// Records ranges that came when there was no pose to hang them on.
-  void discard(const std::vector<RangeMeasurement>& ranges, const std::string& why);
+  void discard(const std::vector<Range>& ranges, RangeDecision why);
 
   /// Decides on a range and records it. True: it is to be held by a keyframe; `held` has all but
   /// the two vectors filled in.
-  bool judge(const RangeMeasurement& range, const AntennaPrediction& antenna,
-             window::HeldRange* held);
+  bool judge(const Range& range, const AntennaPrediction& antenna, window::HeldRange* held);
 
   /// All held ranges of an anchor, the antenna's position in W in `motion`.
   using Held = std::function<std::vector<window::HeldRange>(std::uint64_t key)>;
@@ -96,8 +68,8 @@ class RangeLayer {
   /// The robot says that it dropped an anchor at `p_W` (standard deviation `sigma_m`).
   void dropped(std::uint64_t id, const Vec3& p_W, double sigma_m);
 
-  std::vector<AnchorReport> anchors() const;
-  std::vector<RangeDecision> take();
+  std::vector<Anchor> anchors() const;
+  std::vector<RangeRecord> take();
   std::vector<std::pair<std::string, long>> counters() const;
   std::vector<std::string> takeWarnings();
   bool anyPending() const;

@@ -13,6 +13,7 @@
 #include "vir/estimator/range_layer.h"
 #include "vir/estimator/startup.h"
 #include "vir/imu/imu_buffer.h"
+#include "vir/types/state.h"
 #include "vir/vision/feature_tracker.h"
 #include "vir/window/short_window.h"
 
@@ -44,24 +45,6 @@ struct EstimatorConfig {
 /// All sections.
 void describe(OptionVisitor& v, EstimatorConfig& o);
 
-/// What is known when one image has been processed.
-struct FrameEstimate {
-  TimeNs t = 0;            ///< stamp of the image (its own clock)
-  bool valid = false;      ///< false before initialisation or when lost
-  window::NavState state;  ///< in W
-  /// Of (position in W, rotation on the right), as of the last keyframe.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  int segment = 0;
-  bool keyframe = false;
-  bool standing = false;
-  int tracks = 0;
-  int landmarks = 0;
-  double reprojection_rms = 0;  ///< in sigma_px
-  std::string health;
-  double ms_pyramid = 0, ms_flow = 0, ms_detect = 0, ms_start = 0, ms_optimise = 0,
-         ms_marginalise = 0, ms_total = 0;  ///< CPU time, reporting only
-};
-
 struct EstimatorCounters {
   long images = 0, images_unusable = 0, images_out_of_order = 0, images_without_imu = 0;
   long imu_gaps = 0, image_gaps = 0, clock_steps = 0;
@@ -81,27 +64,27 @@ class VisualInertialEstimator {
   /// Must be called before the first image. `T_B_C`: camera in body (= IMU) frame.
   void setCamera(const camera::CameraCalibration& calibration, const Pose& T_B_C);
   bool hasCamera() const;
-  void addImu(const imu::ImuSample& sample);
+  void addImu(const ImuSample& sample);
   /// Images in time order; copied if it has to wait for readings. Readings up to its time make it
   /// processed; else it waits.
   void addImage(TimeNs t, const cv::Mat& gray);
   /// Tracks found by someone else instead of an image: the same for all that follows.
   void addTracks(const vision::TrackedFrame& tracks);
   /// Ranges in any order; each is used with the first image at or after its time.
-  void addRange(const RangeMeasurement& range);
+  void addRange(const Range& range);
   /// The robot has just put down an anchor at `p_B` in its body frame.
   void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
   /// The input has ended: images that wait are worked on with the readings there are. Nothing is
   /// done in the background afterwards, also if it throws.
   void finish();
-  std::vector<FrameEstimate> take();
-  std::vector<RangeDecision> takeRanges();
-  std::vector<AnchorReport> anchors() const;
+  std::vector<StateEstimate> take();
+  std::vector<RangeRecord> takeRanges();
+  std::vector<Anchor> anchors() const;
   std::vector<std::pair<std::string, long>> rangeCounters() const;
 
   /// Keyframes that left the long window, then those in it and in the short one; in W.
-  std::vector<window::NavState> keyframes() const;
-  std::vector<window::WindowLandmark> landmarks() const;
+  std::vector<State> keyframes() const;
+  std::vector<Landmark> landmarks() const;
   /// Where features were seen in the last image [px].
   const std::vector<Eigen::Vector2f>& trackedPixels() const;
   EstimatorCounters counters() const;

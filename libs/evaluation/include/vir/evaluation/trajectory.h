@@ -1,22 +1,15 @@
 #pragma once
-/// Timed poses and their text formats. Readers never throw on bad content: a line that cannot be
-/// used is skipped, counted and described with its line number.
+/// Trajectories (types/state.h) and their text formats. Readers never throw on bad content: a line
+/// that cannot be used is skipped, counted and described with its line number.
 #include <iosfwd>
 #include <string>
 #include <vector>
 
 #include "vir/core/time.h"
 #include "vir/geometry/pose.h"
+#include "vir/types/state.h"
 
 namespace vir::evaluation {
-
-struct StampedPose {
-  TimeNs t = 0;
-  Pose T_W_B;
-};
-
-/// Stamps strictly increasing (what the readers return; everything in this library asks for it).
-using Trajectory = std::vector<StampedPose>;
 
 /// What a reader found besides good poses.
 struct ReadReport {

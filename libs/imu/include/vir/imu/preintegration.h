@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "vir/core/options.h"
-#include "vir/imu/imu_sample.h"
+#include "vir/types/imu_sample.h"
 
 namespace vir::imu {
 

@@ -3,6 +3,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -26,10 +27,10 @@ struct LiveEstimationOptions {
 
 struct LiveEstimationHooks {
   LogSink log;
-  /// After every image, in the thread that made the estimate.
-  std::function<void(const roles::StateEstimate&, const roles::Estimator&)> on_estimate;
   /// Per reading of the IMU, in the thread that calls add().
-  std::function<void(const PropagatedPose&)> on_pose;
+  std::function<void(const State&)> on_pose;
+  /// Not owned. onOutput() comes from the thread that made the estimates; no two calls at a time.
+  std::vector<results::RunObserver*> observers;
 };
 
 /// From the arrival of an image to its pose.
@@ -42,8 +43,8 @@ struct Latency {
 /// run.
 class LiveEstimation {
  public:
-  /// `estimator` has read its settings. Throws like RunRecorder.
-  LiveEstimation(roles::Estimator& estimator, const results::ResultsFolder& folder,
+  /// `settings` have been read. Throws like RunRecorder and EstimatorSettings::create().
+  LiveEstimation(roles::EstimatorSettings& settings, const results::ResultsFolder& folder,
                  const LiveEstimationOptions& options, LiveEstimationHooks hooks);
   ~LiveEstimation();
 
@@ -61,13 +62,16 @@ class LiveEstimation {
   std::string problem() const;
 
  private:
+  /// By the estimator or by an observer.
+  bool followed(const mrpt::obs::CObservation& observation) const;
   void work();
   void handle(const Arrival& arrival);
   void collect();
   void propagate(const Arrival& arrival);
   void fail(const std::exception& e);
 
-  roles::Estimator& estimator_;
+  std::vector<roles::EstimatorInput> inputs_;
+  std::unique_ptr<roles::Estimator> estimator_;
   LiveEstimationOptions options_;
   LiveEstimationHooks hooks_;
   results::RunRecorder recorder_;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "vir/core/time.h"
+#include "vir/types/range.h"
 
 namespace vir::ranging {
 
@@ -14,25 +15,10 @@ struct RangeCheckOptions {
   int max_anchors = 256;     ///< a broken stream of random ids must not fill the memory
 };
 
-enum class RangeProblem {
-  none,
-  not_finite,
-  negative,
-  zero,
-  too_far,
-  repeated,      ///< stamp and anchor as before
-  out_of_order,  ///< older than the anchor's newest
-  stuck,         ///< the same value over and over
-  too_many_anchors,
-};
-
-/// One word for files, e.g. "out_of_order"; "ok" for none.
-const char* name(RangeProblem problem);
-
 struct RangeCheckCounters {
   long ok = 0;
-  std::map<RangeProblem, long> problems;  ///< never holds `none`
-  long clock_restarts = 0;                ///< the clock was taken as set back
+  std::map<RangeDecision, long> problems;  ///< never holds `accepted`
+  long clock_restarts = 0;                 ///< the clock was taken as set back
   long rejected() const;
   /// "3 negative, 1 repeated"; empty if there was nothing.
   std::string text() const;
@@ -42,8 +28,9 @@ class RangeCheck {
  public:
   explicit RangeCheck(const RangeCheckOptions& options = {}) : options_(options) {}
 
-  /// Judges a range of `anchor` and counts it. Costs one map look-up.
-  RangeProblem check(int anchor, TimeNs t, double range_m);
+  /// Judges a range of `anchor` and counts it: `accepted`, or what is wrong with it. Costs one map
+  /// look-up.
+  RangeDecision check(int anchor, TimeNs t, double range_m);
   const RangeCheckCounters& counters() const { return counters_; }
   /// Of one anchor; zeros for one never seen.
   RangeCheckCounters counters(int anchor) const;
@@ -57,8 +44,8 @@ class RangeCheck {
     int equal = 0;
     RangeCheckCounters counters;
   };
-  RangeProblem judge(State* state, TimeNs t, double range_m);
-  RangeProblem judgeTime(State* state, TimeNs t);
+  RangeDecision judge(State* state, TimeNs t, double range_m);
+  RangeDecision judgeTime(State* state, TimeNs t);
 
   RangeCheckOptions options_;
   std::map<int, State> anchors_;

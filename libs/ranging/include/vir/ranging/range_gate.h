@@ -3,6 +3,7 @@
 #include <deque>
 
 #include "vir/core/time.h"
+#include "vir/types/range.h"
 
 namespace vir::ranging {
 
@@ -26,10 +27,6 @@ struct GateOptions {
   double fallback_sigma_m = 1;     ///< used when the variance is no positive number
 };
 
-/// What became of a range: the sign is that of the residual measured - predicted.
-enum class GateDecision { accepted, too_long, too_short, invalid };
-const char* name(GateDecision decision);
-
 struct GateCounters {
   long accepted = 0, too_long = 0, too_short = 0;
   long invalid = 0;           ///< residual not finite: rejected
@@ -42,9 +39,11 @@ class RangeGate {
   explicit RangeGate(const GateOptions& options = {}) : options_(options) {}
 
   /// Judges a residual measured - predicted [m] against its variance [m^2] (prediction and noise
-  /// together). `travelled_m` is the length of the antenna's path so far, any start; leave it out
-  /// where it is not known: then the antenna counts as moving. Bounded cost and memory.
-  GateDecision check(TimeNs t, double residual_m, double variance_m2, double travelled_m = kMoving);
+  /// together): accepted, too_long, too_short or invalid. `travelled_m` is the length of the
+  /// antenna's path so far, any start; leave it out where it is not known: then the antenna counts
+  /// as moving. Bounded cost and memory.
+  RangeDecision check(TimeNs t, double residual_m, double variance_m2,
+                      double travelled_m = kMoving);
 
   /// Nearly everything has been rejected for long, by residuals that follow one another smoothly,
   /// while the antenna moved: the anchor has been moved, its start was wrong, or we are lost.

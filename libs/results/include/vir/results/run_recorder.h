@@ -8,7 +8,9 @@
 #include "vir/evaluation/evaluate.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/results/results_folder.h"
+#include "vir/results/run_observer.h"
 #include "vir/roles/estimator.h"
+#include "vir/roles/peer_result.h"
 
 namespace vir::results {
 
@@ -16,7 +18,7 @@ class RangeRecorder;
 
 /// An anchor at the end of a run.
 struct AnchorResult {
-  roles::AnchorEstimate estimate;
+  Anchor estimate;
   /// Distance to where it truly is, by the alignment of the causal trajectory to the ground truth;
   /// empty where either is not known. `horizontal`: without the height.
   std::optional<double> error_m, error_horizontal_m;
@@ -58,40 +60,42 @@ struct RunSummary {
 std::string toJson(const RunSummary& summary);
 
 /// Writes the result files of an estimator as it goes.
-class RunRecorder {
+class RunRecorder final : public RunObserver {
  public:
   /// Throws std::runtime_error if a file cannot be created.
   RunRecorder(const ResultsFolder& folder, LogSink log);
-  ~RunRecorder();
+  ~RunRecorder() override;
 
-  void add(const roles::StateEstimate& estimate);
-  /// In time order.
-  void add(const roles::RangeRecord& range);
+  void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override;
   /// A pose of the reference trajectory, in time order.
   void addGroundTruth(TimeNs t, const Pose& T_W_B);
   /// Where anchors truly are, in the world of the ground truth; compared with at the end only.
   void setTrueAnchors(std::map<std::uint64_t, Vec3> anchors) { true_anchors_ = std::move(anchors); }
+  /// Stamp of the first image (or odometry pose): what `init_time_s` and pictures count from.
+  void setFirstFrame(TimeNs t) { first_frame_ = t; }
   /// Writes what only the end of the run knows, closes the files and fills in the summary's poses,
   /// path, ate_*, anchors, ranges_* and counters of its own. The pictures and report.html show the
-  /// summary as it is then. Throws std::runtime_error if anything
-  /// could not be written.
-  void finish(const roles::Estimator& estimator, TimeNs first_frame, RunSummary* summary);
+  /// summary as it is then. Throws std::runtime_error if anything could not be written.
+  void onEnd(const roles::Estimator& estimator, RunSummary* summary) override;
 
  private:
-  void writePose(const roles::StateEstimate& estimate);
-  void writeKeyframes(const std::vector<roles::KeyframeEstimate>& keyframes);
-  void writeLandmarks(const std::vector<roles::LandmarkEstimate>& landmarks);
+  void add(const StateEstimate& estimate);
+  void add(const Revision& revision);
+  void writePose(const StateEstimate& estimate);
+  void writeKeyframes(const std::vector<StampedPose>& keyframes);
+  void writeLandmarks(const std::vector<Landmark>& landmarks);
   void evaluateInto(RunSummary* summary);
   std::optional<double> positionNees() const;
-  void writePictures(TimeNs first_frame, const std::vector<roles::AnchorEstimate>& anchors,
-                     const RunSummary& summary) const;
+  void writePictures(const std::vector<Anchor>& anchors, const RunSummary& summary) const;
   void summariseRanges(RunSummary* summary) const;
 
   const ResultsFolder& folder_;
   LogSink log_;
   OutputFile trajectory_file_, covariance_file_, frames_file_;
   std::unique_ptr<RangeRecorder> ranges_;
-  evaluation::Trajectory trajectory_, smoothed_, truth_;
+  TimeNs first_frame_ = 0;
+  std::map<TimeNs, Pose> revised_;  // keyframes as they were last told of
+  Trajectory trajectory_, smoothed_, truth_;
   std::map<std::uint64_t, Vec3> true_anchors_;
   std::optional<evaluation::EvaluationResult> evaluation_;  // of the causal trajectory
   std::vector<double> position_sigma_m_;                    // per pose of it

@@ -14,9 +14,9 @@ struct SceneRobot {
   std::string name;  ///< shown at its path's beginning; may be empty
   evaluation::Color color;
   Pose T;
-  evaluation::Trajectory path;
-  std::vector<roles::AnchorEstimate> anchors;  ///< with ellipsoids of two standard deviations
-  std::vector<roles::LandmarkEstimate> landmarks;
+  Trajectory path;
+  std::vector<Anchor> anchors;  ///< with ellipsoids of two standard deviations
+  std::vector<Landmark> landmarks;
 };
 
 /// Writes a .3Dscene file (MRPT's serialised COpenGLScene, compressed). What is not finite is left

@@ -8,7 +8,7 @@
 
 namespace vir::roles {
 
-using EstimatorFactory = std::function<std::unique_ptr<Estimator>()>;
+using EstimatorFactory = std::function<std::unique_ptr<EstimatorSettings>()>;
 
 struct EstimatorEntry {
   std::string name;         ///< `driver =` in [Estimator]
@@ -24,19 +24,21 @@ void registerEstimator(const std::string& name, EstimatorFactory factory,
 /// All estimators registered so far, ordered by name.
 std::vector<EstimatorEntry> registeredEstimators();
 
-/// Throws PluginError (plugin_loader.h) that lists what is available.
-std::unique_ptr<Estimator> createEstimator(const std::string& name);
+/// The settings of the estimator `name`, all at their defaults. Throws PluginError
+/// (plugin_loader.h) that lists what is available.
+std::unique_ptr<EstimatorSettings> estimatorSettings(const std::string& name);
 
 }  // namespace vir::roles
 
-/// In a plugin's register.cpp: VIR_REGISTER_ESTIMATOR(VirEstimator, "vir", "what it is")
-/// `Class` is written without namespace and has a default constructor.
-#define VIR_REGISTER_ESTIMATOR(Class, name, description)                                   \
-  namespace {                                                                              \
-  const bool vir_estimator_registered_##Class = [] {                                       \
-    ::vir::registerEstimator(                                                              \
-        name, [] { return std::unique_ptr<::vir::Estimator>(new Class()); }, description); \
-    return true;                                                                           \
-  }();                                                                                     \
-  }                                                                                        \
+/// In a plugin's register.cpp: VIR_REGISTER_ESTIMATOR(VirSettings, "vir", "what it is")
+/// `Class` is an EstimatorSettings, written without namespace, with a default constructor.
+#define VIR_REGISTER_ESTIMATOR(Class, name, description)                                    \
+  namespace {                                                                               \
+  const bool vir_estimator_registered_##Class = [] {                                        \
+    ::vir::roles::registerEstimator(                                                        \
+        name, [] { return std::unique_ptr<::vir::roles::EstimatorSettings>(new Class()); }, \
+        description);                                                                       \
+    return true;                                                                            \
+  }();                                                                                      \
+  }                                                                                         \
   static_assert(true, "")

@@ -2,8 +2,10 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "vir/results/results_folder.h"
+#include "vir/results/run_observer.h"
 #include "vir/results/run_recorder.h"
 #include "vir/roles/estimator.h"
 
@@ -22,9 +24,10 @@ struct OfflineRunHooks {
   LogSink log;
   std::function<void(double)> progress;  ///< part done, 0..1; may be empty
   std::function<bool()> stop;            ///< true: end here with what there is; may be empty
+  std::vector<results::RunObserver*> observers;  ///< not owned; told in this order
 };
 
-/// Plays a rawlog to an estimator whose settings have been read, and writes trajectory.tum,
+/// Plays a rawlog to an estimator, and writes trajectory.tum,
 /// trajectory_covariance.csv, trajectory_smoothed.tum, frames.csv, anchors.csv, ranges.csv,
 /// landmarks.ply, map.svg, ranges.svg, scene.3Dscene and report.html; the caller writes
 /// summary.json. Ground truth (label `GT`) is kept from the estimator and used for ate_* only. If

@@ -19,7 +19,7 @@ class Motion {
  public:
   /// Through pose k (T_W_B) at `begin + k * interval_s`. At least 2 poses; neighbours less than pi
   /// apart. Throws std::invalid_argument.
-  Motion(TimeNs begin, double interval_s, const evaluation::Trajectory& poses);
+  Motion(TimeNs begin, double interval_s, const Trajectory& poses);
 
   TimeNs begin() const { return begin_; }
   TimeNs end() const { return end_; }
@@ -28,7 +28,7 @@ class Motion {
   MotionState at(TimeNs t) const;
   Pose poseAt(TimeNs t) const { return at(t).T_W_B; }
   /// Poses from begin() to end() at a rate [Hz].
-  evaluation::Trajectory sampled(double rate_hz) const;
+  Trajectory sampled(double rate_hz) const;
   /// Length of the path [m], measured at 50 Hz.
   double pathLength() const;
 
@@ -50,6 +50,6 @@ struct FlyAgainOptions {
 /// Flies a recorded trajectory (T_W_B, W with z up). Gaps are filled by interpolation. The result
 /// is near the recording, not on it: it is the truth of the simulation. Throws
 /// std::invalid_argument when the recording has fewer than 2 poses or less than 0.5 s is left.
-Motion flyAgain(const evaluation::Trajectory& recorded, const FlyAgainOptions& options);
+Motion flyAgain(const Trajectory& recorded, const FlyAgainOptions& options);
 
 }  // namespace vir::simulation

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "vir/core/options.h"
-#include "vir/imu/imu_sample.h"
 #include "vir/simulation/motion.h"
+#include "vir/types/imu_sample.h"
 
 namespace vir::simulation {
 
@@ -28,7 +28,7 @@ struct ImuSimulationOptions {
 void describe(OptionVisitor& v, ImuSimulationOptions& o);
 
 struct SimulatedImu {
-  std::vector<imu::ImuSample> samples;
+  std::vector<ImuSample> samples;
   /// True biases, one per sample.
   std::vector<Vec3> bias_gyro, bias_acc;
 };

@@ -22,7 +22,6 @@ void describe(OptionVisitor& v, OdometrySimulationOptions& o);
 
 /// Poses T_O_B; O has z up, and its origin and heading are those of the first pose. Roll and pitch
 /// do not drift.
-evaluation::Trajectory simulateOdometry(const Motion& motion,
-                                        const OdometrySimulationOptions& options);
+Trajectory simulateOdometry(const Motion& motion, const OdometrySimulationOptions& options);
 
 }  // namespace vir::simulation

@@ -10,13 +10,9 @@
 #include "vir/core/options.h"
 #include "vir/ranging/robust_range.h"
 #include "vir/team/world_transform.h"
+#include "vir/types/state.h"
 
 namespace vir::team {
-
-struct TimedPose {
-  TimeNs t = 0;
-  Pose pose;
-};
 
 struct JointAnchorRange {
   TimeNs t = 0;
@@ -26,8 +22,8 @@ struct JointAnchorRange {
 };
 
 struct JointRobot {
-  std::vector<TimedPose> odometry;  ///< T_O_B, z up, in order of time
-  std::vector<TimedPose> estimate;  ///< T_W_B as estimated alone: where to start, and its world
+  std::vector<StampedPose> odometry;  ///< T_O_B, z up, in order of time
+  std::vector<StampedPose> estimate;  ///< T_W_B as estimated alone: where to start, and its world
   std::vector<JointAnchorRange> anchor_ranges;
   WorldTransform T_C_W;  ///< from its world to the common one, as found from the mutual ranges
 };
@@ -62,7 +58,7 @@ struct JointSolution {
   bool solved = false;
   std::string problem;  ///< why not
   /// Per robot, in the common world, at every odometry stamp.
-  std::vector<std::vector<TimedPose>> trajectories;
+  std::vector<std::vector<StampedPose>> trajectories;
   /// Per robot, between its own estimated world and the common one: lays its estimate onto its
   /// trajectory here.
   std::vector<WorldTransform> T_C_W;

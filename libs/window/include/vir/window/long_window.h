@@ -65,7 +65,7 @@ struct HeldRange {
 void mergeRanges(std::vector<HeldRange>* ranges, std::size_t limit);
 
 /// An anchor's state: position in W and the constant bias of its ranges.
-struct AnchorState {
+struct AnchorNode {
   std::uint64_t id = 0;
   double x[4] = {0, 0, 0, 0};
   Eigen::Vector4d prior_mean = Eigen::Vector4d::Zero();
@@ -136,11 +136,11 @@ class LongWindow {
   Vec3 turnToWorld(const Vec3& v_O) const;
 
   // Anchors, ordered by id.
-  AnchorState& addAnchor(std::uint64_t id, const Eigen::Vector4d& mean,
-                         const Eigen::Matrix4d& covariance);
+  AnchorNode& addAnchor(std::uint64_t id, const Eigen::Vector4d& mean,
+                        const Eigen::Matrix4d& covariance);
   void removeAnchor(std::uint64_t id);
-  AnchorState* anchor(std::uint64_t id);
-  const std::map<std::uint64_t, AnchorState>& anchors() const;
+  AnchorNode* anchor(std::uint64_t id);
+  const std::map<std::uint64_t, AnchorNode>& anchors() const;
 
   double* frontParameters();
   /// Entries of a node that the options hold fixed (yaw, scale).

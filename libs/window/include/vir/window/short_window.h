@@ -9,6 +9,7 @@
 
 #include "vir/geometry/pose.h"
 #include "vir/imu/preintegration.h"
+#include "vir/types/state.h"
 #include "vir/vision/feature_tracker.h"
 #include "vir/window/long_window.h"
 
@@ -41,17 +42,8 @@ struct WindowOptions {
 /// Section [Window].
 void describe(OptionVisitor& v, WindowOptions& o);
 
-/// Position, attitude, velocity and biases of the body at a time.
-struct NavState {
-  TimeNs t = 0;
-  Pose T_W_B;
-  Vec3 v = Vec3::Zero();   ///< v_W_B [m/s]
-  Vec3 bg = Vec3::Zero();  ///< [rad/s]
-  Vec3 ba = Vec3::Zero();  ///< [m/s^2]
-};
-
 /// The state that the readings of `link` lead to from `from`; gravity [m/s^2] along -z of W.
-NavState predict(const NavState& from, const imu::Preintegration& link, double gravity, TimeNs t);
+State predict(const State& from, const imu::Preintegration& link, double gravity, TimeNs t);
 
 /// Standard deviations of what is assumed known about the first frame.
 struct StartPrior {
@@ -71,17 +63,11 @@ struct SolveSummary {
   double reprojection_rms = 0;  ///< whitened, per coordinate, after the solution
 };
 
-struct WindowLandmark {
-  std::uint64_t id = 0;
-  Vec3 p_W = Vec3::Zero();
-};
-
 /// Accuracy of the motion inside the window, from the information of all its terms.
 struct WindowAccuracy {
   double baseline_m = 0;        ///< largest distance between two frames
   double baseline_sigma_m = 0;  ///< standard deviation of that distance
   double tilt_sigma_rad = 0;    ///< of the newest frame's roll and pitch
-  double velocity_sigma_mps = 0;
 };
 
 class ShortWindow {
@@ -95,11 +81,11 @@ class ShortWindow {
   int frames() const;
 
   /// First frame, with what is known about it.
-  void start(const NavState& state, const StartPrior& prior,
+  void start(const State& state, const StartPrior& prior,
              const std::vector<vision::FeatureObservation>& features, bool standing);
   /// Next frame; `link` leads to it from the newest. `standing`: the body has not moved since the
   /// newest frame, which was standing too.
-  void push(const NavState& predicted, imu::Preintegration link,
+  void push(const State& predicted, imu::Preintegration link,
             const std::vector<vision::FeatureObservation>& features, bool standing);
   /// Keeps the newest frame as a keyframe whatever the policy says (while an initialisation fills
   /// the window).
@@ -122,17 +108,16 @@ class ShortWindow {
   /// when the window is full), or marks it to be replaced.
   void slide(bool keyframe);
 
-  NavState newest() const;
-  NavState oldest() const;
-  std::vector<NavState> states() const;
-  std::vector<WindowLandmark> landmarks() const;
+  State newest() const;
+  State oldest() const;
+  std::vector<State> states() const;
+  std::vector<Landmark> landmarks() const;
   /// Landmarks that newest sees and that have a depth.
   int landmarksInNewest() const;
-  int activeLandmarks() const;
   /// Everything goes to the long window as it is (before clear(), when the odometry is lost).
   void handOver();
   /// Landmarks that left the window since the last call, as last estimated, in O.
-  std::vector<WindowLandmark> takeRetiredLandmarks();
+  std::vector<Landmark> takeRetiredLandmarks();
   WindowAccuracy accuracy() const;
   /// Ties the window to the long one (not owned, must outlive this): keyframes that leave become
   /// its nodes, and its ranges and anchors are part of every full solve.

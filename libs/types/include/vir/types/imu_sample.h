@@ -2,7 +2,8 @@
 #include "vir/core/time.h"
 #include "vir/geometry/so3.h"
 
-namespace vir::imu {
+namespace vir {
+inline namespace types {
 
 /// One IMU reading in the body frame.
 struct ImuSample {
@@ -11,4 +12,5 @@ struct ImuSample {
   Vec3 acc = Vec3::Zero();   ///< specific force [m/s^2]: at rest it points up
 };
 
-}  // namespace vir::imu
+}  // namespace types
+}  // namespace vir

@@ -1,0 +1,52 @@
+#pragma once
+/// Between MRPT observations and the project's own types.
+#include <mrpt/obs/CObservation.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vir/types/imu_sample.h"
+#include "vir/types/range.h"
+#include "vir/types/state.h"
+
+namespace mrpt::obs {
+class CObservationBeaconRanges;
+class CObservationIMU;
+class CObservationRobotPose;
+}  // namespace mrpt::obs
+
+namespace vir::rawlog {
+
+/// Empty for other classes, and where one of the six values is missing.
+std::optional<ImuSample> imuSampleOf(const mrpt::obs::CObservation& observation);
+/// Labelled `label`.
+std::shared_ptr<mrpt::obs::CObservationIMU> toObservation(const ImuSample& sample,
+                                                          const std::string& label);
+
+/// The ranges of a CObservationBeaconRanges, a negative id of the radio as one above 2^31; none for
+/// any other class.
+std::vector<Range> rangesOf(const mrpt::obs::CObservation& observation);
+/// One observation for one range, since MRPT keeps one standard deviation for all of them.
+std::shared_ptr<mrpt::obs::CObservationBeaconRanges> toObservation(const Range& range,
+                                                                   const std::string& label);
+
+/// The mean of a CObservationRobotPose; empty for any other class.
+std::optional<StampedPose> poseOf(const mrpt::obs::CObservation& observation);
+std::shared_ptr<mrpt::obs::CObservationRobotPose> toObservation(const StampedPose& pose,
+                                                                const std::string& label);
+
+/// "The robot has just put down this anchor": a CObservationRobotPose labelled `ANCHOR:<id>` whose
+/// pose is the anchor's in the body frame, with the covariance of its position.
+struct DroppedAnchor {
+  std::uint64_t id = 0;
+  Vec3 p_B = Vec3::Zero();  ///< [m]
+  double sigma_m = 0.2;
+};
+std::optional<DroppedAnchor> droppedAnchorOf(const mrpt::obs::CObservation& observation);
+
+/// An image, or the feature tracks that stand for one.
+bool isImage(const mrpt::obs::CObservation& observation);
+
+}  // namespace vir::rawlog

@@ -1,0 +1,111 @@
+#include "vir/rawlog/convert.h"
+
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+#include <mrpt/obs/CObservationStereoImagesFeatures.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
+
+namespace vir::rawlog {
+
+using namespace mrpt::obs;
+
+std::optional<ImuSample> imuSampleOf(const CObservation& observation) {
+  const auto* imu = dynamic_cast<const CObservationIMU*>(&observation);
+  if (imu == nullptr) return std::nullopt;
+  for (const auto index : {IMU_X_ACC, IMU_Y_ACC, IMU_Z_ACC, IMU_WX, IMU_WY, IMU_WZ}) {
+    if (!imu->has(index)) return std::nullopt;
+  }
+  ImuSample s;
+  s.t = fromMrptTime(imu->timestamp);
+  s.acc = Vec3(imu->get(IMU_X_ACC), imu->get(IMU_Y_ACC), imu->get(IMU_Z_ACC));
+  s.gyro = Vec3(imu->get(IMU_WX), imu->get(IMU_WY), imu->get(IMU_WZ));
+  return s;
+}
+
+CObservationIMU::Ptr toObservation(const ImuSample& sample, const std::string& label) {
+  auto o = CObservationIMU::Create();
+  o->sensorLabel = label;
+  o->timestamp = toMrptTime(sample.t);
+  o->set(IMU_X_ACC, sample.acc.x());
+  o->set(IMU_Y_ACC, sample.acc.y());
+  o->set(IMU_Z_ACC, sample.acc.z());
+  o->set(IMU_WX, sample.gyro.x());
+  o->set(IMU_WY, sample.gyro.y());
+  o->set(IMU_WZ, sample.gyro.z());
+  return o;
+}
+
+std::vector<Range> rangesOf(const CObservation& observation) {
+  std::vector<Range> out;
+  const auto* o = dynamic_cast<const CObservationBeaconRanges*>(&observation);
+  if (o == nullptr) return out;
+  for (const auto& m : o->sensedData) {
+    const auto& p = m.sensorLocationOnRobot;
+    Range r;
+    r.t = fromMrptTime(o->timestamp);
+    r.anchor = static_cast<std::uint32_t>(m.beaconID);
+    r.range_m = static_cast<double>(m.sensedDistance);
+    r.sigma_m = static_cast<double>(o->stdError);
+    r.p_B_U = Vec3(p.x(), p.y(), p.z());
+    out.push_back(r);
+  }
+  return out;
+}
+
+CObservationBeaconRanges::Ptr toObservation(const Range& range, const std::string& label) {
+  auto o = CObservationBeaconRanges::Create();
+  o->sensorLabel = label;
+  o->timestamp = toMrptTime(range.t);
+  o->stdError = static_cast<float>(range.sigma_m);
+  CObservationBeaconRanges::TMeasurement m;
+  m.beaconID = static_cast<std::int32_t>(range.anchor);
+  m.sensedDistance = static_cast<float>(range.range_m);
+  m.sensorLocationOnRobot =
+      mrpt::poses::CPoint3D(range.p_B_U.x(), range.p_B_U.y(), range.p_B_U.z());
+  o->sensedData.push_back(m);
+  return o;
+}
+
+std::optional<StampedPose> poseOf(const CObservation& observation) {
+  const auto* o = dynamic_cast<const CObservationRobotPose*>(&observation);
+  if (o == nullptr) return std::nullopt;
+  return StampedPose{fromMrptTime(o->timestamp), fromMrptPose(o->pose.mean)};
+}
+
+CObservationRobotPose::Ptr toObservation(const StampedPose& pose, const std::string& label) {
+  auto o = CObservationRobotPose::Create();
+  o->sensorLabel = label;
+  o->timestamp = toMrptTime(pose.t);
+  o->pose.mean = toMrptPose(pose.T_W_B);
+  return o;
+}
+
+std::optional<DroppedAnchor> droppedAnchorOf(const CObservation& observation) {
+  const auto id = droppedAnchorOf(observation.sensorLabel);
+  const auto* o = dynamic_cast<const CObservationRobotPose*>(&observation);
+  if (!id || o == nullptr) return std::nullopt;
+  DroppedAnchor out;
+  out.id = *id;
+  const auto& mean = o->pose.mean;
+  out.p_B = Vec3(mean.x(), mean.y(), mean.z());
+  double variance = 0;
+  for (int i = 0; i < 3; ++i) variance = std::max(variance, o->pose.cov(i, i));
+  if (variance > 0 && std::isfinite(variance)) out.sigma_m = std::sqrt(variance);
+  if (!out.p_B.allFinite()) return std::nullopt;
+  return out;
+}
+
+bool isImage(const CObservation& observation) {
+  return dynamic_cast<const CObservationImage*>(&observation) != nullptr ||
+         dynamic_cast<const CObservationStereoImagesFeatures*>(&observation) != nullptr;
+}
+
+}  // namespace vir::rawlog
