@@ -4,6 +4,7 @@
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -121,7 +122,8 @@ TEST(AnchorKnowledge, ABiasModelTakesTheBiasOut) {
   const test::Outcome missing = test::virSlam(
       "run " + quoted(VIR_SOURCE_DIR "/ini/odometry_range.ini") + " --rawlog " + quoted(rawlog) +
       " --out " + quoted((folder / "x").string()) + " --set Ranges.bias_model=/no/such/file.csv");
-  EXPECT_NE(missing.code, 0);
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_FALSE(std::filesystem::exists(folder / "x")) << "nothing has been run";
   EXPECT_TRUE(test::contains(missing.text, "calibrate uwb")) << missing.text;
 }
 

@@ -127,6 +127,15 @@ TEST_F(EvaluateCli, WrongUseIsCodeTwo) {
   EXPECT_NE(folder.text.find("folder"), std::string::npos) << folder.text;
 }
 
+TEST_F(EvaluateCli, APlotInAnotherFormatIsRefused) {
+  for (const char* file : {"o.pdf", "o", "o.svgz", ".png"}) {
+    const Outcome o =
+        call("--reference " + path("ref.tum") + " " + path("est.tum") + " --plot " + path(file));
+    EXPECT_EQ(o.code, 2) << file;
+    EXPECT_NE(o.text.find(".svg or .png"), std::string::npos) << o.text;
+  }
+}
+
 TEST_F(EvaluateCli, AFileThatCannotBeWrittenIsCodeOne) {
   const std::string good = "--reference " + path("ref.tum") + " " + path("est.tum");
   for (const char* option : {"--json", "--plot"}) {

@@ -84,6 +84,18 @@ TEST_F(RunCli, UsedIniRunsAgainToTheSameResult) {
   EXPECT_EQ(test::readText(path("out2/trajectory.tum")), first);
 }
 
+TEST_F(RunCli, UsedIniRunsAgainWhereverTheRawlogWasNamedFrom) {
+  const std::string program = quoted(VIR_BINARY_DIR "/bin/vir-slam") + kPlugins;
+  const Outcome first = test::shell("cd " + quoted(path("")) + " && " + program +
+                                    "run c.ini --rawlog 'a b.rawlog' --out out");
+  ASSERT_EQ(first.code, 0) << first.text;
+  const Outcome again =
+      virSlam(kPlugins + "run " + quoted(path("out/used.ini")) + " --out " + quoted(path("out2")));
+  EXPECT_EQ(again.code, 0) << again.text;
+  EXPECT_EQ(test::readText(path("out2/trajectory.tum")),
+            test::readText(path("out/trajectory.tum")));
+}
+
 TEST_F(RunCli, RawlogInTheIniIsRelativeToTheIni) {
   test::writeText(path("d.ini"), "[Estimator]\ndriver = counting\nrawlog = a b.rawlog\n");
   const Outcome outcome =
@@ -114,6 +126,7 @@ TEST_F(RunCli, WrongUseIsTwoAndLeavesNoFolder) {
       {withRawlog() + "--set Estimator.first_pose", "not of the form"},
       {withRawlog() + "--set Estimator.driver=nope", "unknown estimator 'nope'"},
       {withRawlog() + "--set Estimator.start_offset_s=-1", "out of bounds"},
+      {withRawlog() + "--set Estimator.create=false", "told not to be made; set create = true"},
       {withRawlog() + "--nonsense", "--nonsense"},
   };
   for (const auto& [arguments, message] : cases) {

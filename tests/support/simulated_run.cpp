@@ -77,13 +77,13 @@ class Feeder {
 PoseError errorOf(const StateEstimate& f, const Pose& truth, const Pose& T_R_E) {
   const Pose e = T_R_E * f.state.T_W_B;
   PoseError out;
-  out.t = f.t;
+  out.t = f.state.t;
   out.position = e.p - truth.p;
   out.rotation_rad = logQuat(truth.q.conjugate() * e.q).norm();
   out.yaw_rad = nearestYaw(e.R() * truth.R().transpose());
   out.tracks = f.tracks;
   out.landmarks = f.landmarks;
-  out.health = f.health;
+  out.health = healthText(f);
   const Mat3 P = T_R_E.R() * f.covariance.topLeftCorner<3, 3>() * T_R_E.R().transpose();
   out.sigma = P.diagonal().cwiseMax(0).cwiseSqrt();
   double value = 0;
@@ -95,7 +95,7 @@ AnchorError errorOf(const Anchor& a, const simulation::RangeSimulationOptions& r
                     const Pose& T_R_E, const Pose& aligned) {
   AnchorError out;
   out.id = static_cast<int>(a.id);
-  out.state = a.state;
+  out.state = name(a.state);
   std::size_t index = a.id;
   for (std::size_t k = 0; k < ranges.anchor_id.size(); ++k) {
     if (ranges.anchor_id[k] == static_cast<double>(a.id)) index = k;
@@ -135,11 +135,11 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
   out.ranges = feeder.ranges();
   double ms = 0, tracks = 0;
   for (const StateEstimate& f : feeder.frames()) {
-    ms += f.ms_total;
+    ms += f.ms.total;
     tracks += f.tracks;
     if (!f.valid) continue;
-    out.estimate.push_back({f.t, f.state.T_W_B});
-    out.truth.push_back({f.t, motion->poseAt(f.t)});
+    out.estimate.push_back({f.state.t, f.state.T_W_B});
+    out.truth.push_back({f.state.t, motion->poseAt(f.state.t)});
   }
   const double n = std::max<double>(1, static_cast<double>(feeder.frames().size()));
   out.ms_per_frame = ms / n;
@@ -149,7 +149,7 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
     return out;
   }
   out.valid = true;
-  out.init_s = toSeconds(out.estimate.front().t - feeder.frames().front().t);
+  out.init_s = toSeconds(out.estimate.front().t - feeder.frames().front().state.t);
   out.evaluation = evaluation::evaluate(out.truth, out.estimate, {});
   const State first = feeder.estimator().keyframes().front();
   const Pose T_R_E = evaluation::gaugeAt(motion->poseAt(first.t), first.T_W_B);
@@ -157,7 +157,7 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
   long count = 0;
   for (const StateEstimate& f : feeder.frames()) {
     if (!f.valid) continue;
-    const PoseError e = errorOf(f, motion->poseAt(f.t), T_R_E);
+    const PoseError e = errorOf(f, motion->poseAt(f.state.t), T_R_E);
     if (!out.errors.empty()) {
       const Vec3 change = e.position - out.errors.back().position;
       out.largest_jump_m = std::max(out.largest_jump_m, change.norm());
@@ -172,7 +172,7 @@ RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s
         errorOf(a, s.ranges, motion->duration(), T_R_E, out.evaluation.transform.T_R_E));
   }
   out.smoothed_ate_m = smoothedError(*motion, feeder.estimator().keyframes());
-  for (const RangeRecord& d : feeder.decisions()) ++out.decisions[d.decision];
+  for (const RangeRecord& d : feeder.decisions()) ++out.decisions[name(d.decision)];
   if (count > 0) out.mean_nees = nees / static_cast<double>(count);
   out.end_error_m = out.errors.back().position.norm();
   return out;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -84,6 +85,14 @@ void writeText(const std::string& path, const std::string& text, const char* wha
   if (!out) throw std::runtime_error(std::string("cannot write ") + what + " to " + path);
 }
 
+bool isPng(const std::string& path) { return std::filesystem::path(path).extension() == ".png"; }
+
+/// A plot under the name of another format would be opened by nothing.
+void requirePicture(const std::string& path) {
+  if (isPng(path) || std::filesystem::path(path).extension() == ".svg") return;
+  throw UsageError("--plot " + path + ": a picture is written as .svg or .png; name one of these");
+}
+
 void writePlot(const std::string& path, const Trajectory& reference,
                const std::vector<Evaluated>& estimates, const std::string& subtitle) {
   std::vector<evaluation::NamedResult> results;
@@ -95,8 +104,7 @@ void writePlot(const std::string& path, const Trajectory& reference,
     return;
   }
   const evaluation::Figure figure = evaluation::comparisonFigure(reference, results, subtitle);
-  const bool png = path.size() > 4 && path.compare(path.size() - 4, 4, ".png") == 0;
-  if (png) {
+  if (isPng(path)) {
     writePng(figure, path);
   } else {
     writeText(path, evaluation::toSvg(figure), "the plot");
@@ -135,6 +143,7 @@ std::vector<Evaluated> evaluateAll(const Arguments& args,
 int run(const Arguments& args) {
   evaluation::EvaluationOptions options;
   evaluation::parseAlignment(args.align, &options.alignment);
+  if (!args.plot.empty()) requirePicture(args.plot);
   if (!std::isfinite(args.max_gap_s)) throw UsageError("--max-gap-s must be a finite number");
   options.association.max_gap = fromSeconds(args.max_gap_s);
   evaluation::ReadReport read;

@@ -12,7 +12,6 @@
 #include <optional>
 #include <thread>
 
-#include "sensor_section.h"
 #include "vir/core/device_clock.h"
 #include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_time.h"
@@ -20,6 +19,7 @@
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/recorded_source.h"
 #include "vir/roles/sensor_registry.h"
+#include "vir/roles/sensor_section.h"
 
 namespace vir::live {
 namespace {
@@ -57,11 +57,6 @@ SteadyClock::duration seconds(double s) {
 
 }  // namespace
 
-TimeNs hostNow() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
-}
-
 std::vector<std::string> sensorSections(const Settings& settings) {
   std::vector<std::string> names;
   for (const std::string& section : settings.sections()) {
@@ -80,7 +75,7 @@ class Acquisition::Sensor {
          const std::string& section, std::string image_folder)
       : owner_(owner),
         index_(index),
-        section_(readSensorSection(settings, section)),
+        section_(roles::readSensorSection(settings, section)),
         config_(configOf(settings)),
         image_folder_(std::move(image_folder)) {
     status_.name = section;
@@ -237,7 +232,7 @@ class Acquisition::Sensor {
     try {
       // From here on nobody changes it.
       if (image != nullptr && image->image.isExternallyStored()) image->image.forceLoad();
-      complete(section_, observation);
+      roles::complete(section_, observation);
     } catch (const std::exception& e) {
       warn("an image cannot be read: " + rawlog::shortReason(e));
     }
@@ -272,11 +267,15 @@ class Acquisition::Sensor {
   }
 
   void setState(const char* state) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (status_.state == state) return;
-    const bool back = status_.state != "starting" && std::string(state) == "running";
-    status_.state = state;
-    said_ = false;
+    bool back = false;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (status_.state == state) return;
+      back = status_.state != "starting" && std::string(state) == "running";
+      status_.state = state;
+      said_ = false;
+    }
+    // Not under the mutex: who hears it may ask for status().
     if (back) say(LogLevel::info, "works again");
   }
   void warn(const std::string& text) { say(LogLevel::warning, text); }
@@ -297,7 +296,7 @@ class Acquisition::Sensor {
 
   Acquisition* owner_;
   std::size_t index_;
-  SensorSection section_;
+  roles::SensorSection section_;
   mrpt::config::CConfigFileMemory config_;
   std::string image_folder_;
   CGenericSensor::Ptr device_;

@@ -11,7 +11,6 @@
 namespace vir::ranging {
 namespace {
 
-
 /// Squared Mahalanobis distance of the solution from the prior at which they contradict.
 constexpr double kPriorContradicted = 25;
 /// A position that explains fewer of the newest ranges is of no use now.

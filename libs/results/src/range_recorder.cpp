@@ -36,8 +36,9 @@ std::string anchorLine(const Anchor& a) {
   const bool known = a.has_position && a.p_W.allFinite();
   std::string line = std::to_string(a.id) + vectorOrNothing(a.p_W, known);
   for (int r = 0; r < 3; ++r) line += vectorOrNothing(a.covariance.row(r), known);
-  line += "," + name(a.state) + "," + csvNumber(a.bias_m) + "," + csvNumber(a.bias_sigma_m) + "," +
-          std::to_string(a.ranges_used) + "," + std::to_string(a.ranges_rejected);
+  line += std::string(",") + name(a.state) + "," + csvNumber(a.bias_m) + "," +
+          csvNumber(a.bias_sigma_m) + "," + std::to_string(a.ranges_used) + "," +
+          std::to_string(a.ranges_rejected);
   line += vectorOrNothing(a.mirror_p_W, a.state == AnchorState::mirror_open);
   return line + "," + csvWord(a.advice);
 }

@@ -21,23 +21,23 @@ constexpr double kPi = 3.14159265358979323846;
 class Sway {
  public:
   Sway(Random* random, double low_hz, double high_hz) {
-    for (window::Term& t : terms_) {
+    for (Term& t : terms_) {
       t.omega = 2 * kPi * random->uniform(low_hz, high_hz);
       t.phase = random->uniform(0, 2 * kPi);
     }
   }
   double at(double t_s) const {
     double sum = 0;
-    for (const window::Term& t : terms_) sum += std::sin(t.omega * t_s + t.phase);
+    for (const Term& t : terms_) sum += std::sin(t.omega * t_s + t.phase);
     return sum * std::sqrt(2.0 / kTerms);
   }
 
  private:
   static constexpr int kTerms = 3;
-  struct window::Term {
+  struct Term {
     double omega = 0, phase = 0;
   };
-  window::Term terms_[kTerms];
+  Term terms_[kTerms];
 };
 
 /// 0 while standing, 1 in between, smooth.

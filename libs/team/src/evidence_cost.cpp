@@ -8,8 +8,8 @@
 namespace vir::team {
 namespace {
 
-constexpr double kMinVariance = 1e-12;          // [m^2], of an anchor that is said to be exact
-constexpr double kMinDistance = 1e-9;  // closer than this a range has no direction
+constexpr double kMinVariance = 1e-12;  // [m^2], of an anchor that is said to be exact
+constexpr double kMinDistance = 1e-9;   // closer than this a range has no direction
 
 /// L^T u with L L^T = C, for any symmetric C without negative eigenvalues, up to rounding.
 Vec3 rootTimes(const Mat3& C, const Vec3& u) {

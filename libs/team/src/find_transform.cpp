@@ -15,7 +15,6 @@
 namespace vir::team {
 namespace {
 
-
 constexpr double kRidge = 9;  // rise of the cost between two solutions that are not told apart
 /// Distance of the mean from the minimum, as a share of sigma, that makes the mean the answer.
 constexpr double kLopsided = 0.2;
@@ -107,18 +106,16 @@ class Finder {
         C(0, 0) * lever * lever < kLookedAt * kLookedAt) {
       return C;
     }
-    const std::vector<MutualRange> few =
-        thinned(evidence_.ranges, options_.max_search_ranges);
+    const std::vector<MutualRange> few = thinned(evidence_.ranges, options_.max_search_ranges);
     return exploredCovariance(EvidenceCost(few, evidence_.anchors, measured_), x, C,
-                                         evidence_.middleOfB(), lever);
+                              evidence_.middleOfB(), lever);
   }
 
   /// A height that is hardly known is told by its mean, not by the end of a ridge.
   void averageHeight(const Vec4& x, TransformSolution* s) {
     const double sigma = std::sqrt(s->covariance(3, 3));
     if (!(sigma > kLookedAt)) return;
-    const std::vector<MutualRange> few =
-        thinned(evidence_.ranges, options_.max_search_ranges);
+    const std::vector<MutualRange> few = thinned(evidence_.ranges, options_.max_search_ranges);
     const EvidenceCost cost(few, evidence_.anchors, measured_);
     const HeightMean mean = heightMean(cost, x, sigma);
     const double moved = mean.x[3] - x[3];
@@ -290,8 +287,7 @@ class Finder {
                list.end());
   }
 
-  GeometryProblem geometryOf(const TransformSolution& best,
-                                        const EvidenceCost& cost) const {
+  GeometryProblem geometryOf(const TransformSolution& best, const EvidenceCost& cost) const {
     if (best.anchors_used > 1) return {};  // a baseline of their own
     GeometryProblem problem;
     for (const SharedAnchor& a : evidence_.anchors) {

@@ -10,7 +10,6 @@
 namespace vir::team {
 namespace {
 
-
 constexpr double kLoopChi2 = 23.5;  // 1 - 1e-4 of four degrees of freedom
 
 /// x = (yaw, t) of T_A_C = T_A_B T_B_C: d x / d (T_A_B), d x / d (T_B_C).

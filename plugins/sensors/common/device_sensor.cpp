@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "live_logger.h"
-#include "vir/live/grabber_settings.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/grabber_settings.h"
 
 namespace vir {
 namespace {
@@ -36,7 +36,7 @@ DeviceSensor::DeviceSensor(const std::string& driver, std::string label)
 
 void DeviceSensor::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
-  live::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
   setLoggerName(section);
   // MRPT's word for a label that is not set.
   const bool unset = m_sensorLabel.empty() || m_sensorLabel == "UNNAMED_SENSOR";

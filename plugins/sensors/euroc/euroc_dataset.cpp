@@ -12,10 +12,10 @@
 
 #include "euroc_dataset.h"
 #include "input_error.h"
-#include "vir/live/grabber_settings.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/grabber_settings.h"
 
 namespace vir {
 
@@ -90,7 +90,7 @@ void EurocDataset::describe(OptionVisitor& v) { euroc::describe(v, options_); }
 
 void EurocDataset::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
-  live::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
 }
 
 void EurocDataset::setPathForExternalImages(const std::string& directory) {

@@ -6,10 +6,10 @@
 
 #include "input_error.h"
 #include "pyfg_dataset.h"
-#include "vir/live/grabber_settings.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/grabber_settings.h"
 
 namespace vir {
 
@@ -75,7 +75,7 @@ void PyfgDataset::describe(OptionVisitor& v) { pyfg::describe(v, options_); }
 
 void PyfgDataset::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                             const std::string& section) {
-  live::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
 }
 
 void PyfgDataset::initialize() {

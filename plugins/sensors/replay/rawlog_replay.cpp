@@ -6,9 +6,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "vir/live/acquisition.h"
-#include "vir/live/grabber_settings.h"
+#include "vir/core/host_clock.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/grabber_settings.h"
 
 namespace vir {
 
@@ -32,7 +32,7 @@ struct RawlogReplay::Start {
     const std::lock_guard<std::mutex> lock(mutex);
     if (first) return;
     first = t;
-    const TimeNs now = live::hostNow();
+    const TimeNs now = hostNow();
     host = wanted > 0 ? wanted : now;
     at = SteadyClock::now() + std::chrono::nanoseconds(host - now);
   }
@@ -64,7 +64,7 @@ void RawlogReplay::describe(OptionVisitor& v) { vir::describe(v, options_); }
 
 void RawlogReplay::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
-  live::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
 }
 
 void RawlogReplay::initialize() {

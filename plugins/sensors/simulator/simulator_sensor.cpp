@@ -12,9 +12,9 @@
 #include "observations.h"
 #include "simulator_sensor.h"
 #include "vir/core/settings.h"
-#include "vir/live/grabber_settings.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/grabber_settings.h"
 
 namespace vir {
 
@@ -47,7 +47,7 @@ void SimulatorSensor::describe(OptionVisitor& v) { simulator::describe(v, option
 void SimulatorSensor::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                                 const std::string& section) {
   GrabberKeys keys;
-  live::readGrabberSection(config, section, [&keys](OptionVisitor& v) { describeKeys(v, keys); });
+  roles::readGrabberSection(config, section, [&keys](OptionVisitor& v) { describeKeys(v, keys); });
   Settings settings = keys.ini.empty() ? Settings() : Settings::fromFile(keys.ini);
   if (!keys.robot.empty()) settings.set("simulator.robot=" + keys.robot);
   SettingsReader reader(settings);

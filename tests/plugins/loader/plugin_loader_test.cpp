@@ -45,7 +45,7 @@ TEST(PluginLoader, LoadsAndCreditsWhatAPluginRegisters) {
   ASSERT_EQ(roles::registeredSensors().size(), 1u);
   EXPECT_EQ(roles::registeredSensors()[0].alias, "ticking");
   EXPECT_EQ(roles::registeredSensors()[0].class_name, "TickingSensor");
-  EXPECT_NE(roles::createEstimator("counting"), nullptr);
+  EXPECT_NE(roles::estimatorSettings("counting"), nullptr);
   EXPECT_NE(roles::createSensor("ticking"), nullptr);
   EXPECT_NE(roles::createSensor("TickingSensor"), nullptr);
 }
@@ -87,7 +87,7 @@ TEST(PluginLoader, DuplicateNameNamesBothPlugins) {
   EXPECT_TRUE(has(text, "estimator 'Counting' is registered twice")) << text;
   EXPECT_TRUE(has(text, "libfixture_estimator.so")) << text;
   EXPECT_TRUE(has(text, "libfixture_twin.so")) << text;
-  EXPECT_NE(roles::createEstimator("counting"), nullptr);  // the first one stays
+  EXPECT_NE(roles::estimatorSettings("counting"), nullptr);  // the first one stays
 }
 
 TEST(PluginLoader, ClassThatMrptHasAlready) {
@@ -102,10 +102,10 @@ TEST(PluginLoader, PluginThatRegistersNothing) {
 
 TEST(PluginLoader, UnknownNamesListWhatThereIs) {
   if (roles::registeredEstimators().empty()) {  // ctest runs each case in a process of its own
-    EXPECT_TRUE(has(errorOf([] { roles::createEstimator("nope"); }), "none (no plugin loaded)"));
+    EXPECT_TRUE(has(errorOf([] { roles::estimatorSettings("nope"); }), "none (no plugin loaded)"));
   }
   roles::loadPluginFolder(std::string(VIR_FIXTURES) + "/good");
-  EXPECT_EQ(errorOf([] { roles::createEstimator("nope"); }),
+  EXPECT_EQ(errorOf([] { roles::estimatorSettings("nope"); }),
             "unknown estimator 'nope'; available: counting");
   EXPECT_EQ(errorOf([] { roles::createSensor("nope"); }),
             "unknown sensor driver 'nope'; available: ticking");

@@ -66,6 +66,11 @@ struct RangeRun {
   std::vector<std::pair<std::string, long>> counters;
   std::vector<std::string> warnings;
 
+  long count(RangeDecision decision) const {
+    long n = 0;
+    for (const RangeRecord& d : decisions) n += d.decision == decision;
+    return n;
+  }
   long count(const std::string& name) const {
     for (const auto& [n, value] : counters) {
       if (n == name) return value;
@@ -119,7 +124,7 @@ inline RangeRun fly(const RangeWorld& world, const vir::estimator::OdometryRange
 /// ATE (position and yaw aligned) of the causal trajectory [m].
 inline double ate(const RangeWorld& world, const RangeRun& run) {
   vir::Trajectory estimate;
-  for (const StateEstimate& e : run.estimates) estimate.push_back({e.t, e.T_W_B});
+  for (const StateEstimate& e : run.estimates) estimate.push_back({e.state.t, e.state.T_W_B});
   return vir::evaluation::evaluate(world.motion.sampled(50), estimate, {}).ate_position_m.rmse;
 }
 

@@ -67,8 +67,8 @@ TEST(OdometryRange, AMovedAnchorIsNoticedAndFoundAgain) {
       fly(world, {}, [&](const OdometryRangeEstimator& e, const StateEstimate& now) {
         if (e.anchors().empty()) return;
         const Anchor a = e.anchors().front();
-        if (!lost && a.state == "moved") lost = now.t;
-        if (lost && !found && a.has_position) found = now.t;
+        if (!lost && a.state == AnchorState::moved) lost = now.state.t;
+        if (lost && !found && a.has_position) found = now.state.t;
       });
   EXPECT_TRUE(run.warned("moved"));
   EXPECT_EQ(run.count("anchors_found_anew"), 1);
@@ -82,7 +82,7 @@ TEST(OdometryRange, AMovedAnchorIsNoticedAndFoundAgain) {
   ASSERT_TRUE(run.anchor(0) && run.anchor(0)->has_position);
   EXPECT_LT((run.anchor(0)->p_W - world.anchor(0, 200)).norm(), 0.6);
   // What the wrong ranges did before they were noticed has been taken back.
-  const Pose truth = world.truth(run.estimates.back().t);
+  const Pose truth = world.truth(run.estimates.back().state.t);
   EXPECT_LT((run.estimates.back().T_W_B.p - truth.p).norm(), 0.6);
 }
 
@@ -121,8 +121,8 @@ TEST(OdometryRange, AnOutageCausesNoJump) {
       worst = std::max(worst, std::sqrt(jump.dot(P.ldlt().solve(jump))));
     }
     for (const StateEstimate& e : run.estimates) {
-      if (e.t > world.time(75)) {
-        error = std::max(error, (e.T_W_B.p - world.truth(e.t).p).norm());
+      if (e.state.t > world.time(75)) {
+        error = std::max(error, (e.state.T_W_B.p - world.truth(e.state.t).p).norm());
       }
     }
     std::printf("seed %d: largest correction %.3f m, %.2f sigma; after it %.2f m off at most\n",
@@ -166,10 +166,10 @@ TEST(OdometryRange, IsAsSureAsItMayBe) {
     long n = 0;
     for (std::size_t k = 0; k < run.estimates.size(); k += 20) {
       const StateEstimate& e = run.estimates[k];
-      if (e.t < world.time(10)) continue;
-      if (!evaluation::nees(e.T_W_B.p - world.truth(e.t).p, e.covariance.topLeftCorner<3, 3>(),
-                            &value)) {
-        ADD_FAILURE() << "no covariance at " << e.t << ", seed " << seed;
+      if (e.state.t < world.time(10)) continue;
+      if (!evaluation::nees(e.state.T_W_B.p - world.truth(e.state.t).p,
+                            e.covariance.topLeftCorner<3, 3>(), &value)) {
+        ADD_FAILURE() << "no covariance at " << e.state.t << ", seed " << seed;
         continue;
       }
       sum += value;
@@ -206,7 +206,7 @@ TEST(OdometryRange, ByteForByteTheSameTwice) {
                            rangesTo({kAnchor}));
     const RangeRun run = fly(world);
     for (const StateEstimate& e : run.estimates) {
-      for (int i = 0; i < 3; ++i) out.push_back(e.T_W_B.p[i]);
+      for (int i = 0; i < 3; ++i) out.push_back(e.state.T_W_B.p[i]);
       out.insert(out.end(), e.covariance.data(), e.covariance.data() + 36);
     }
     for (const Anchor& a : run.anchors) {
@@ -261,7 +261,7 @@ TEST(OdometryRange, AJumpOfTheOdometryIsSurvived) {
   EXPECT_TRUE(run.warned("jumped"));
   EXPECT_EQ(run.estimates.back().segment, 1);
   for (const StateEstimate& e : run.estimates) {
-    ASSERT_TRUE(e.T_W_B.p.allFinite() && e.covariance.allFinite());
+    ASSERT_TRUE(e.state.T_W_B.p.allFinite() && e.covariance.allFinite());
   }
   // It cannot know how far the jump was, and must say so.
   const Mat3 before = run.estimates[at - 1].covariance.topLeftCorner<3, 3>();

@@ -24,8 +24,8 @@ const Vec3 kAnchor(4, 6, 2.5), kOther(-7, -4, 1.5);
 std::vector<double> numbersOf(const RangeRun& run) {
   std::vector<double> out;
   for (const StateEstimate& e : run.estimates) {
-    for (int i = 0; i < 3; ++i) out.push_back(e.T_W_B.p[i]);
-    for (int i = 0; i < 4; ++i) out.push_back(e.T_W_B.q.coeffs()[i]);
+    for (int i = 0; i < 3; ++i) out.push_back(e.state.T_W_B.p[i]);
+    for (int i = 0; i < 4; ++i) out.push_back(e.state.T_W_B.q.coeffs()[i]);
     out.insert(out.end(), e.covariance.data(), e.covariance.data() + 36);
     out.push_back(e.scale);
   }
@@ -58,16 +58,17 @@ TEST(RangeLayer, BadRangesAreCountedByReason) {
   offer(800, static_cast<std::uint64_t>(-1), 5);  // a broken id
   offer(900, 1ull << 32, 5);                      // must not be taken for anchor 0
   offer(150, 2, 6);
-  std::map<std::string, long> counts;
-  for (const auto& [name, n] : layer.counters()) counts[name] = n;
-  EXPECT_EQ(counts["ranges_negative"], 1);
-  EXPECT_EQ(counts["ranges_not_finite"], 4);
-  EXPECT_EQ(counts["ranges_zero"], 1);
-  EXPECT_EQ(counts["ranges_too_far"], 1);
-  EXPECT_EQ(counts["ranges_repeated"], 1);
-  EXPECT_EQ(counts["ranges_out_of_order"], 1);
-  EXPECT_EQ(counts["ranges_bad_id"], 2);
-  EXPECT_EQ(layer.take().size(), 11u) << "every one is recorded";
+  const auto records = layer.take();
+  std::map<RangeDecision, long> counts;
+  for (const RangeRecord& r : records) ++counts[r.decision];
+  EXPECT_EQ(counts[RangeDecision::negative], 1);
+  EXPECT_EQ(counts[RangeDecision::not_finite], 4);
+  EXPECT_EQ(counts[RangeDecision::zero], 1);
+  EXPECT_EQ(counts[RangeDecision::too_far], 1);
+  EXPECT_EQ(counts[RangeDecision::repeated], 1);
+  EXPECT_EQ(counts[RangeDecision::out_of_order], 1);
+  EXPECT_EQ(counts[RangeDecision::bad_id], 2);
+  EXPECT_EQ(records.size(), 11u) << "every one is recorded";
   // The two good ones wait, in order of time.
   EXPECT_TRUE(layer.anyPending());
   EXPECT_EQ(layer.dueUntil(99).size(), 0u);
@@ -76,10 +77,10 @@ TEST(RangeLayer, BadRangesAreCountedByReason) {
   EXPECT_EQ(due[0].t, 100);
   EXPECT_EQ(due[1].t, 150);
   EXPECT_FALSE(layer.anyPending());
-  layer.discard(due, "too_late");
+  layer.discard(due, RangeDecision::too_late);
   const auto decisions = layer.take();
   ASSERT_EQ(decisions.size(), 2u);
-  EXPECT_EQ(decisions[1].decision, "too_late");
+  EXPECT_EQ(decisions[1].decision, RangeDecision::too_late);
   EXPECT_EQ(decisions[1].anchor, 2u);
 }
 
@@ -113,16 +114,17 @@ TEST(RangeLayer, BadRangesChangeNothing) {
   }
   const RangeRun clean = fly(world), with = fly(world, {}, dirty);
   EXPECT_EQ(numbersOf(clean), numbersOf(with));
-  EXPECT_EQ(with.count("ranges_repeated"), n);
-  EXPECT_EQ(with.count("ranges_out_of_order"), n);
-  EXPECT_EQ(with.count("ranges_negative") + with.count("ranges_not_finite") +
-                with.count("ranges_zero") + with.count("ranges_too_far"),
+  EXPECT_EQ(with.count(RangeDecision::repeated), n);
+  EXPECT_EQ(with.count(RangeDecision::out_of_order), n);
+  EXPECT_EQ(with.count(RangeDecision::negative) + with.count(RangeDecision::not_finite) +
+                with.count(RangeDecision::zero) + with.count(RangeDecision::too_far),
             n);
-  EXPECT_EQ(with.count("ranges_before_the_start"), 1 + clean.count("ranges_before_the_start"));
+  EXPECT_EQ(with.count(RangeDecision::before_the_start),
+            1 + clean.count(RangeDecision::before_the_start));
   EXPECT_EQ(with.decisions.size(), dirty.size()) << "every range is accounted for";
   ASSERT_TRUE(with.anchor(4711));
   EXPECT_FALSE(with.anchor(4711)->has_position);
-  EXPECT_EQ(with.anchor(4711)->state, "collecting");
+  EXPECT_EQ(with.anchor(4711)->state, AnchorState::collecting);
   ASSERT_TRUE(with.anchor(0) && clean.anchor(0));
   EXPECT_TRUE(clean.anchor(0)->has_position);
   EXPECT_EQ(with.anchor(0)->p_W, clean.anchor(0)->p_W);
@@ -155,7 +157,7 @@ TEST(RangeLayer, TwoAnchorsOneAfterAnother) {
   const RangeRun run =
       fly(world, {}, some, [&](const OdometryRangeEstimator& e, const StateEstimate& now) {
         for (const Anchor& a : e.anchors()) {
-          if (a.has_position && !found[a.id]) found[a.id] = now.t;
+          if (a.has_position && !found[a.id]) found[a.id] = now.state.t;
         }
       });
   EXPECT_GT(found[0], 0);
@@ -164,7 +166,7 @@ TEST(RangeLayer, TwoAnchorsOneAfterAnother) {
   EXPECT_LT(found[1], world.time(70));
   ASSERT_EQ(run.anchors.size(), 2u);
   for (std::size_t a = 0; a < 2; ++a) {
-    EXPECT_EQ(run.anchors[a].state, "estimated") << a;
+    EXPECT_EQ(run.anchors[a].state, AnchorState::estimated) << a;
     EXPECT_LT((run.anchors[a].p_W - world.anchor(a)).norm(), 1.0) << a;
   }
 }
@@ -193,14 +195,15 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
     TimeNs found = 0;
     const RangeRun run =
         fly(world, config, [&](const OdometryRangeEstimator& e, const StateEstimate& now) {
-          const Pose truth = world.truth(now.t);
+          const Pose truth = world.truth(now.state.t);
           if (truth.p.z() > 0.02 || e.anchors().empty()) return;
           const Anchor a = e.anchors().front();
           if (!a.has_position) return;
-          if (!found) found = now.t;
+          if (!found) found = now.state.t;
           // The images are compared some keyframes after the first position only.
-          if (now.t < found + fromSeconds(5)) return;
-          ASSERT_EQ(a.state, "mirror_open") << toSeconds(now.t - world.motion.begin()) << " s";
+          if (now.state.t < found + fromSeconds(5)) return;
+          ASSERT_EQ(a.state, AnchorState::mirror_open)
+              << toSeconds(now.state.t - world.motion.begin()) << " s";
           EXPECT_NE(a.advice.find("height"), std::string::npos) << a.advice;
           EXPECT_GT(std::sqrt(a.covariance(2, 2)), 1.0);
           EXPECT_LT(std::sqrt(a.covariance(0, 0)), 2.0);
@@ -208,7 +211,7 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
         });
     EXPECT_TRUE(seen);
     ASSERT_EQ(run.anchors.size(), 1u);
-    EXPECT_EQ(run.anchors[0].state, "estimated") << "anchor at height " << z;
+    EXPECT_EQ(run.anchors[0].state, AnchorState::estimated) << "anchor at height " << z;
     EXPECT_LT((run.anchors[0].p_W - world.anchor(0)).norm(), 0.6) << "anchor at height " << z;
     EXPECT_LT(std::sqrt(run.anchors[0].covariance(2, 2)), 0.5);
   }
@@ -228,10 +231,10 @@ TEST(RangeLayer, AStraightLineAsksToMoveSideways) {
   const RangeRun run = fly(world, config);
   ASSERT_EQ(run.anchors.size(), 1u);
   EXPECT_FALSE(run.anchors[0].has_position);
-  EXPECT_EQ(run.anchors[0].state, "collecting");
+  EXPECT_EQ(run.anchors[0].state, AnchorState::collecting);
   EXPECT_NE(run.anchors[0].advice.find("move sideways"), std::string::npos)
       << run.anchors[0].advice;
-  EXPECT_GT(run.count("ranges_collected"), 50);
+  EXPECT_GT(run.count(RangeDecision::collected), 50);
 }
 
 /// So is a ring for a device of unknown scale, which takes an anchor known to a few metres.
@@ -258,7 +261,7 @@ TEST(RangeLayer, ADroppedAnchorStartsFromItsPrior) {
   TimeNs with = 0, without = 0;
   const auto note = [](TimeNs* when) {
     return [when](const OdometryRangeEstimator& e, const StateEstimate& now) {
-      if (!*when && !e.anchors().empty() && e.anchors()[0].has_position) *when = now.t;
+      if (!*when && !e.anchors().empty() && e.anchors()[0].has_position) *when = now.state.t;
     };
   };
   const RangeRun known = fly(world, config, note(&with));
@@ -266,7 +269,7 @@ TEST(RangeLayer, ADroppedAnchorStartsFromItsPrior) {
   ASSERT_GT(with, 0);
   EXPECT_LT(with, without);
   EXPECT_LT((known.anchors[0].p_W - world.anchor(0)).norm(), 0.3);
-  EXPECT_EQ(known.anchors[0].state, "estimated");
+  EXPECT_EQ(known.anchors[0].state, AnchorState::estimated);
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ std::vector<double> numbersOf(unsigned seed, bool pipelined = false,
   d.estimator.finish();
   collect();
   EXPECT_GE(d.estimator.resets(), 2);
-  EXPECT_TRUE(estimates.back().valid) << estimates.back().health;
+  EXPECT_TRUE(estimates.back().valid) << healthText(estimates.back());
   std::vector<double> out;
   const auto add = [&](const State& s) {
     out.push_back(static_cast<double>(s.t));
@@ -69,8 +69,9 @@ std::vector<double> numbersOf(unsigned seed, bool pipelined = false,
   for (const StateEstimate& e : estimates) {
     EXPECT_TRUE(vir_test::finite(e));
     add(e.state);
-    for (double x : {double(e.valid), double(e.segment), double(e.keyframe), double(e.standing),
-                     double(e.tracks), double(e.landmarks), e.reprojection_rms}) {
+    for (double x : {double(e.valid), double(e.segment), double(e.keyframe),
+                     double(static_cast<int>(e.health)), double(e.tracks), double(e.landmarks),
+                     e.reprojection_rms}) {
       out.push_back(x);
     }
   }

@@ -8,6 +8,7 @@
 #include <regex>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -81,6 +82,51 @@ TEST(Ladder, OnlyTheUpperRungsKnowMrptBeyondItsSettings) {
     if (header.rfind("mrpt/", 0) != 0 || rungs.at(library) >= rungs.at("rawlog")) return;
     EXPECT_TRUE(library == "core" && header.rfind("mrpt/config/", 0) == 0)
         << file << " includes " << header;
+  });
+}
+
+/// The text of every source below `folders` of the project.
+template <typename Visit>
+void forEachSource(const std::vector<std::string>& folders, Visit visit) {
+  for (const std::string& folder : folders) {
+    for (const auto& item : fs::recursive_directory_iterator(fs::path(VIR_SOURCE_DIR) / folder)) {
+      if (!item.is_regular_file() || !isSource(item.path())) continue;
+      std::ifstream in(item.path());
+      std::ostringstream text;
+      text << in.rdbuf();
+      visit(item.path(), text.str());
+    }
+  }
+}
+
+TEST(Ladder, EveryPublicHeaderIsInTheNamespaceOfItsLibrary) {
+  int checked = 0;
+  forEachSource({"libs"}, [&](const fs::path& file, const std::string& text) {
+    if (file.string().find("/include/vir/") == std::string::npos) return;
+    const std::string library = file.parent_path().filename().string();
+    ++checked;
+    // The vocabulary may be spoken without its library's name: geometry::Pose is vir::Pose.
+    const bool named = text.find("namespace vir::" + library) != std::string::npos ||
+                       text.find("inline namespace " + library + " {") != std::string::npos;
+    EXPECT_TRUE(named) << file;
+  });
+  EXPECT_GT(checked, 80);
+}
+
+TEST(Ladder, LabelsOfARecordingAreSpelledInOnePlace) {
+  const std::regex label("\"(CAM0|TRACKS0|IMU0|UWB0|ODOM|GT|PEER:?|ANCHOR:)\"");
+  forEachSource({"libs", "plugins", "apps"}, [&](const fs::path& file, const std::string& text) {
+    if (file.stem() == "labels") return;
+    EXPECT_FALSE(std::regex_search(text, label)) << file << ": use vir/rawlog/labels.h";
+  });
+}
+
+TEST(Ladder, TestsCompareExitCodesExactly) {
+  // "Not 0" is true of a crash as well.
+  const std::regex loose("code\\s*!=\\s*0|(EXPECT|ASSERT)_NE\\([^,;]*[cC]ode, *0\\)");
+  forEachSource({"tests"}, [&](const fs::path& file, const std::string& text) {
+    if (file.stem() == "ladder_test") return;
+    EXPECT_FALSE(std::regex_search(text, loose)) << file;
   });
 }
 

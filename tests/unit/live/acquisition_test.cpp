@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-#include "vir/live/grabber_settings.h"
+#include "vir/roles/grabber_settings.h"
 #include "vir_test_rawlog.h"
 
 namespace vir::test {
@@ -34,7 +34,7 @@ class MoodySensor : public mrpt::hwdrivers::CGenericSensor {
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                  const std::string& section) override {
-    readGrabberSection(config, section, [this](OptionVisitor& v) {
+    roles::readGrabberSection(config, section, [this](OptionVisitor& v) {
       v.section("moody", "");
       v.value("fail_at", fail_at_, {0, 1000000}, "");
       v.value("missing", missing_, "");
@@ -103,6 +103,25 @@ TEST(Acquisition, ASensorThatFailsIsStartedAgainWhileTheOthersGoOn) {
   EXPECT_EQ(static_cast<long>(got.by_sensor.at(0).size()), got.status[0].observations);
   ASSERT_FALSE(got.log.empty());
   EXPECT_NE(got.log[0].find("bad: the cable is out"), std::string::npos) << got.log[0];
+}
+
+TEST(Acquisition, WhoHearsTheLogMayAskForTheState) {
+  Acquisition* asked = nullptr;
+  std::atomic<int> heard{0};
+  AcquisitionOptions options;
+  options.first_retry_s = 0.05;
+  const Settings ini =
+      settings(kGood + "[bad]\ndriver = MoodySensor\nprocess_rate = 200\nfail_at = 10\n");
+  Acquisition acquisition(ini, "", options, [&](LogLevel, const std::string& text) {
+    if (text.find("works again") == std::string::npos) return;
+    heard += static_cast<int>(asked->sensors().size());
+  });
+  asked = &acquisition;
+  acquisition.start();
+  const TimeNs end = hostNow() + fromSeconds(20);
+  while (heard == 0 && hostNow() < end) acquisition.take(10 * kMs);
+  acquisition.stop();
+  EXPECT_GE(heard, 2) << "nobody said that it works again";
 }
 
 TEST(Acquisition, AMissingSensorEndsItAllUnlessItIsOptional) {

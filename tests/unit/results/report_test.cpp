@@ -20,11 +20,9 @@ constexpr TimeNs kStart = 1'700'000'000'000'000'000;
 /// Gives at the end what the test says.
 class Told : public roles::Estimator {
  public:
-  void describe(OptionVisitor&) override {}
-  void start(const LogSink&) override {}
   void add(const mrpt::obs::CObservation&) override {}
   void finish() override {}
-  std::vector<StateEstimate> take() override { return {}; }
+  roles::EstimatorOutput take() override { return {}; }
   std::vector<Landmark> landmarks() const override { return {}; }
   std::vector<StampedPose> keyframes() const override { return keyframes_; }
   std::vector<Anchor> anchors() const override { return anchors_; }
@@ -56,12 +54,12 @@ class Report : public testing::Test {
       const double s = 0.05 * i;
       const TimeNs t = kStart + fromSeconds(s);
       StateEstimate e;
-      e.t = t;
+      e.state.t = t;
       e.valid = i > 20;
-      e.T_W_B.p = path(s) + 0.004 * s * Vec3(1, -0.5, 0.1);
+      e.state.T_W_B.p = path(s) + 0.004 * s * Vec3(1, -0.5, 0.1);
       e.covariance.diagonal().head<3>().setConstant(1e-4 * (1 + 0.2 * s));
       e.ms.total = 8 + 4 * std::sin(s) + (i % 100 == 0 ? 30 : 0);
-      recorder_->add(e);
+      recorder_->onOutput({{e}, {}, {}}, estimator_);
       const Pose T_R_W(expQuat(Vec3(0, 0, 1)), Vec3(5, 6, 7));
       if (truth) recorder_->addGroundTruth(t, T_R_W * Pose(Quat::Identity(), path(s)));
       if (e.valid && i % 10 == 0) {
@@ -70,11 +68,11 @@ class Report : public testing::Test {
     }
   }
 
-  Anchor& anchor(std::uint64_t id, const char* state, const Vec3& p, const Vec3& sigma) {
+  Anchor& anchor(std::uint64_t id, AnchorState state, const Vec3& p, const Vec3& sigma) {
     Anchor a;
     a.id = id;
     a.state = state;
-    a.has_position = a.state != "collecting";
+    a.has_position = a.state != AnchorState::collecting;
     a.p_W = p;
     a.mirror_p_W = Vec3(p.x(), p.y(), -p.z());
     a.covariance = Vec3(sigma.cwiseProduct(sigma)).asDiagonal();
@@ -89,7 +87,7 @@ class Report : public testing::Test {
       const double s = 0.1 * i + 0.013;
       RangeRecord r;
       r.t = kStart + fromSeconds(s);
-      r.id = id;
+      r.anchor = id;
       r.predicted_m = i < 60 ? 0 : (p - path(s)).norm();
       r.sigma_m = i < 60 ? 0 : 0.05 + 0.1 * std::exp(-0.1 * s);
       const bool longer = uniform() < longer_share;
@@ -98,15 +96,18 @@ class Report : public testing::Test {
       if (i < 60) r.residual_m = 0;
       r.measured_m = r.predicted_m + r.residual_m;
       r.weight = longer ? 0.1 : 1;
-      r.decision = i < 60 ? "collected" : longer ? "gate" : "accepted";
-      if (i % 150 == 149) r.decision = "out of order";
-      recorder_->add(r);
+      r.decision = i < 60   ? RangeDecision::collected
+                   : longer ? RangeDecision::too_long
+                            : RangeDecision::accepted;
+      if (i % 150 == 149) r.decision = RangeDecision::out_of_order;
+      recorder_->onOutput({{}, {r}, {}}, estimator_);
     }
   }
 
   /// Writes all and returns the page.
   std::string page() {
-    recorder_->finish(estimator_, kStart, &summary_);
+    recorder_->setFirstFrame(kStart);
+    recorder_->onEnd(estimator_, &summary_);
     return read("report.html");
   }
   std::string read(const std::string& name) { return test::readText(results_->file(name)); }
@@ -143,9 +144,9 @@ class Report : public testing::Test {
 TEST_F(Report, AFullRun) {
   flight(true);
   const Vec3 first(3, -4, 2), second(-6, 1, 3);
-  anchor(0, "estimated", first, {0.1, 0.15, 0.5}).ranges_used = 512;
-  anchor(3, "mirror_open", second, {0.4, 0.2, 1.2}).advice = "change height";
-  anchor(7, "collecting", Vec3::Zero(), Vec3::Zero()).advice = "move sideways";
+  anchor(0, AnchorState::estimated, first, {0.1, 0.15, 0.5}).ranges_used = 512;
+  anchor(3, AnchorState::mirror_open, second, {0.4, 0.2, 1.2}).advice = "change height";
+  anchor(7, AnchorState::collecting, Vec3::Zero(), Vec3::Zero()).advice = "move sideways";
   ranges(0, first, 0.05);
   ranges(3, second, 0.1);
   recorder_->setTrueAnchors(
@@ -191,15 +192,16 @@ TEST_F(Report, NoPoseAtAll) {
 
 TEST_F(Report, AbsurdAnchorsAndRangesStayOnTheSheet) {
   flight(true);
-  anchor(0, "estimated", {1, 1, 1}, {1e6, 0.01, 1e9});
-  anchor(1, "estimated", {1e7, 0, 0}, {1, 1, 1});
-  anchor(2, "estimated", {kNan, 0, 0}, {1, 1, 1});
-  anchor(3, "mirror_open", {0, 0, 2}, {kNan, 1, 1}).mirror_p_W = Vec3(1e9, kNan, 0);
-  anchor(4, "estimated", {0, 0, 3}, {0, 0, 0}).covariance = -Mat3::Identity();
+  anchor(0, AnchorState::estimated, {1, 1, 1}, {1e6, 0.01, 1e9});
+  anchor(1, AnchorState::estimated, {1e7, 0, 0}, {1, 1, 1});
+  anchor(2, AnchorState::estimated, {kNan, 0, 0}, {1, 1, 1});
+  anchor(3, AnchorState::mirror_open, {0, 0, 2}, {kNan, 1, 1}).mirror_p_W = Vec3(1e9, kNan, 0);
+  anchor(4, AnchorState::estimated, {0, 0, 3}, {0, 0, 0}).covariance = -Mat3::Identity();
   ranges(0, {1, 1, 1}, 0);
   for (const double v : {1e9, -1e9, kNan, std::numeric_limits<double>::infinity()}) {
-    recorder_->add(RangeRecord{kStart, 0, v, 3, v, 0.1, 1, "accepted, <b>"});
-    recorder_->add(RangeRecord{kStart, 9, 3, 3, 0, v, 1, ""});
+    recorder_->onOutput({{}, {{kStart, 0, v, 3, v, 0.1, 1, RangeDecision::accepted}}, {}},
+                        estimator_);
+    recorder_->onOutput({{}, {{kStart, 9, 3, 3, 0, v, 1, RangeDecision::invalid}}, {}}, estimator_);
   }
   const std::string html = page();
   expectOnSheet(html);
@@ -213,15 +215,15 @@ TEST_F(Report, AbsurdAnchorsAndRangesStayOnTheSheet) {
 TEST_F(Report, ALongRunHasSmallPictures) {
   for (int i = 0; i < 72000; ++i) {  // an hour
     StateEstimate e;
-    e.t = kStart + fromSeconds(0.05 * i);
+    e.state.t = kStart + fromSeconds(0.05 * i);
     e.valid = true;
-    e.T_W_B.p = path(0.05 * i);
+    e.state.T_W_B.p = path(0.05 * i);
     e.ms.total = 10 + (i * 7919) % 13;
-    recorder_->add(e);
-    recorder_->addGroundTruth(e.t,
+    recorder_->onOutput({{e}, {}, {}}, estimator_);
+    recorder_->addGroundTruth(e.state.t,
                               {Quat::Identity(), path(0.05 * i) + Vec3(0.001 * (i % 11), 0, 0)});
-    RangeRecord r{e.t, 0, 3, 3, 0.01, 0.1, 1, "accepted"};
-    recorder_->add(r);
+    const RangeRecord r{e.state.t, 0, 3, 3, 0.01, 0.1, 1, RangeDecision::accepted};
+    recorder_->onOutput({{}, {r}, {}}, estimator_);
   }
   page();
   const auto size = std::filesystem::file_size(results_->file("report.html"));
@@ -231,7 +233,7 @@ TEST_F(Report, ALongRunHasSmallPictures) {
 
 TEST_F(Report, TwiceTheSameBytes) {
   flight(true);
-  anchor(0, "estimated", {3, -4, 2}, {0.1, 0.15, 0.5});
+  anchor(0, AnchorState::estimated, {3, -4, 2}, {0.1, 0.15, 0.5});
   ranges(0, {3, -4, 2}, 0.05);
   const RunSummary before = summary_;
   const std::string first = page();
@@ -239,7 +241,7 @@ TEST_F(Report, TwiceTheSameBytes) {
   estimator_ = {};
   summary_ = before;
   flight(true);
-  anchor(0, "estimated", {3, -4, 2}, {0.1, 0.15, 0.5});
+  anchor(0, AnchorState::estimated, {3, -4, 2}, {0.1, 0.15, 0.5});
   ranges(0, {3, -4, 2}, 0.05);
   EXPECT_EQ(page(), first);
 }

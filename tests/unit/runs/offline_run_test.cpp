@@ -26,7 +26,7 @@ class OfflineRunTest : public testing::Test {
 
   results::RunSummary run(const std::vector<std::string>& assignments = {},
                           double start_offset_s = 0) {
-    const auto estimator = roles::createEstimator("counting");
+    const auto estimator = roles::estimatorSettings("counting");
     Settings settings;
     for (const std::string& a : assignments) settings.set(a);
     SettingsReader reader(settings);
@@ -34,11 +34,12 @@ class OfflineRunTest : public testing::Test {
     const results::ResultsFolder results((folder_ / "out").string());
     OfflineRunHooks hooks;
     hooks.log = [&](LogLevel, const std::string& text) { log_ += text + "\n"; };
+    hooks.observers = observers_;
     hooks.stop = [&] { return stop_after_ >= 0 && polls_++ > stop_after_; };
     OfflineRunOptions options;
     options.rawlog = rawlog_;
     options.start_offset_s = start_offset_s;
-    return runOffline(*estimator, options, results, hooks);
+    return runOffline(*estimator->create(hooks.log), options, results, hooks);
   }
 
   std::string file(const std::string& name) { return test::readText(folder_ / ("out/" + name)); }
@@ -52,6 +53,7 @@ class OfflineRunTest : public testing::Test {
 
   test::TempFolder folder_;
   std::string rawlog_, log_;
+  std::vector<results::RunObserver*> observers_;
   long stop_after_ = -1, polls_ = 0;
 };
 
@@ -75,6 +77,57 @@ TEST_F(OfflineRunTest, WholeRecording) {
   EXPECT_EQ(lines(file("trajectory_smoothed.tum")), 5);  // images 5, 10, ... 25
   EXPECT_EQ(lines(file("frames.csv")), 31);
   EXPECT_NE(file("landmarks.ply").find("element vertex 1\n"), std::string::npos);
+}
+
+TEST_F(OfflineRunTest, ARevisedKeyframeIsWrittenAsItWasLastToldOf) {
+  test::writeRecording(rawlog_, 30);
+  EXPECT_EQ(run().error, "");
+  const std::string plain = file("trajectory_smoothed.tum"), causal = file("trajectory.tum");
+  EXPECT_EQ(run({"Estimator.revise_at=12"}).error, "");
+  const std::string revised = file("trajectory_smoothed.tum");
+  // The window let go of the first keyframe at image 12, 1 m higher than it was.
+  EXPECT_EQ(lines(revised), lines(plain));
+  EXPECT_EQ(revised.substr(0, revised.find('\n')),
+            plain.substr(0, plain.find(' ')) +
+                " 0.000000000 0.000000000 1.000000000 0.000000000 0.000000000 0.000000000 "
+                "1.000000000");
+  EXPECT_EQ(revised.substr(revised.find('\n')), plain.substr(plain.find('\n')));
+  EXPECT_EQ(file("trajectory.tum"), causal) << "the causal trajectory is never revised";
+}
+
+/// Notes what it is told.
+class Noting : public results::RunObserver {
+ public:
+  void onObservation(const mrpt::obs::CObservation& o) override {
+    ++observations;
+    truth += o.sensorLabel == "GT" ? 1 : 0;
+  }
+  void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& e) override {
+    states += static_cast<long>(output.states.size());
+    landmarks = e.landmarks().size();
+    EXPECT_FALSE(ended);
+  }
+  void onEnd(const roles::Estimator&, results::RunSummary* summary) override {
+    ended = true;
+    summary->warnings.push_back("noted");
+  }
+  long observations = 0, truth = 0, states = 0;
+  std::size_t landmarks = 0;
+  bool ended = false;
+};
+
+TEST_F(OfflineRunTest, ObserversAreToldOfEverythingButTheTruth) {
+  test::writeRecording(rawlog_, 30);
+  Noting noting;
+  observers_.push_back(&noting);
+  const results::RunSummary s = run();
+  EXPECT_EQ(noting.observations, 30 + 300);
+  EXPECT_EQ(noting.truth, 0);
+  EXPECT_EQ(noting.states, 30);
+  EXPECT_EQ(noting.landmarks, 1u);
+  EXPECT_TRUE(noting.ended);
+  EXPECT_EQ(s.warnings, std::vector<std::string>{"noted"});
+  EXPECT_NE(file("report.html").find("noted"), std::string::npos);
 }
 
 TEST_F(OfflineRunTest, SameInputSameBytes) {

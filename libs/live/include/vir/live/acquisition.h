@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "vir/core/host_clock.h"
 #include "vir/core/log.h"
 #include "vir/core/settings.h"
 #include "vir/core/time.h"
@@ -83,8 +84,5 @@ class Acquisition {
 
 /// Names of the sections of an ini that are sensors, in the order of the file.
 std::vector<std::string> sensorSections(const Settings& settings);
-
-/// The host's clock [ns since 1970].
-TimeNs hostNow();
 
 }  // namespace vir::live

@@ -31,12 +31,12 @@ std::unique_ptr<Rendezvous> createRendezvous(const std::string& name);
 
 /// In a plugin's register.cpp: VIR_REGISTER_RENDEZVOUS(NloptRendezvous, "nlopt", "what it is")
 /// `Class` is written without namespace and has a default constructor.
-#define VIR_REGISTER_RENDEZVOUS(Class, name, description)                                   \
-  namespace {                                                                               \
-  const bool vir_rendezvous_registered_##Class = [] {                                       \
-    ::vir::registerRendezvous(                                                              \
-        name, [] { return std::unique_ptr<::vir::Rendezvous>(new Class()); }, description); \
-    return true;                                                                            \
-  }();                                                                                      \
-  }                                                                                         \
+#define VIR_REGISTER_RENDEZVOUS(Class, name, description)                                          \
+  namespace {                                                                                      \
+  const bool vir_rendezvous_registered_##Class = [] {                                              \
+    ::vir::roles::registerRendezvous(                                                              \
+        name, [] { return std::unique_ptr<::vir::roles::Rendezvous>(new Class()); }, description); \
+    return true;                                                                                   \
+  }();                                                                                             \
+  }                                                                                                \
   static_assert(true, "")

@@ -31,11 +31,11 @@ mrpt::hwdrivers::CGenericSensor::Ptr createSensor(const std::string& name);
 
 /// In a plugin's register.cpp, inside the class's namespace (`Class` is written without it), once
 /// per sensor: VIR_REGISTER_SENSOR(EurocDataset, "euroc", "EuRoC / TUM-VI folder (mav0)")
-#define VIR_REGISTER_SENSOR(Class, alias, description)                 \
-  namespace {                                                          \
-  const bool vir_sensor_registered_##Class = [] {                      \
-    ::vir::registerSensor(SENSOR_CLASS_ID(Class), alias, description); \
-    return true;                                                       \
-  }();                                                                 \
-  }                                                                    \
+#define VIR_REGISTER_SENSOR(Class, alias, description)                        \
+  namespace {                                                                 \
+  const bool vir_sensor_registered_##Class = [] {                             \
+    ::vir::roles::registerSensor(SENSOR_CLASS_ID(Class), alias, description); \
+    return true;                                                              \
+  }();                                                                        \
+  }                                                                           \
   static_assert(true, "")

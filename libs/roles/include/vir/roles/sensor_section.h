@@ -8,7 +8,7 @@
 #include "vir/core/settings.h"
 #include "vir/core/time.h"
 
-namespace vir::live {
+namespace vir::roles {
 
 struct SensorSection {
   std::string name, driver;
@@ -32,4 +32,4 @@ SensorSection readSensorSection(const Settings& settings, const std::string& sec
 /// Fills in what the driver left empty and moves the stamp by stamp_offset_s.
 void complete(const SensorSection& section, mrpt::obs::CObservation* observation);
 
-}  // namespace vir::live
+}  // namespace vir::roles

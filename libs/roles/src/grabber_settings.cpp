@@ -1,9 +1,9 @@
-#include "vir/live/grabber_settings.h"
+#include "vir/roles/grabber_settings.h"
 
-#include "sensor_section.h"
 #include "vir/core/settings.h"
+#include "vir/roles/sensor_section.h"
 
-namespace vir::live {
+namespace vir::roles {
 namespace {
 
 /// Reads every declared section from the one the user named.
@@ -39,4 +39,4 @@ void readGrabberSection(const mrpt::config::CConfigFileBase& config, const std::
   reader.finish();
 }
 
-}  // namespace vir::live
+}  // namespace vir::roles

@@ -176,7 +176,7 @@ TEST(LiveRecording, AFullDiskIsToldAndLeavesASoundFile) {
   }
 }
 
-TEST(live::LiveRecorder, CountsWhatCannotBeWrittenAndGoesOnTakingIt) {
+TEST(LiveRecorder, CountsWhatCannotBeWrittenAndGoesOnTakingIt) {
   const test::TempFolder folder;
   const std::string path = (folder / "a.rawlog").string();
   const int code = withFileLimit(50000, [&] {
@@ -184,7 +184,7 @@ TEST(live::LiveRecorder, CountsWhatCannotBeWrittenAndGoesOnTakingIt) {
     options.flush_s = 0.01;
     live::LiveRecorder recorder(path, options, {}, 1);
     for (int i = 0; i < 3000; ++i) {
-      recorder.add({{0, imuAt(kStart + 5 * i * kMs), live::hostNow()}});
+      recorder.add({{0, imuAt(kStart + 5 * i * kMs), hostNow()}});
       if (i % 100 == 0) usleep(20000);
     }
     try {
@@ -201,7 +201,7 @@ TEST(live::LiveRecorder, CountsWhatCannotBeWrittenAndGoesOnTakingIt) {
   EXPECT_EQ(contentOf(path).damage, "");
 }
 
-TEST(live::LiveRecorder, WritesEverythingInOrder) {
+TEST(LiveRecorder, WritesEverythingInOrder) {
   const test::TempFolder folder;
   const std::string path = (folder / "a.rawlog").string();
   live::LiveMergerOptions merging;
@@ -209,10 +209,10 @@ TEST(live::LiveRecorder, WritesEverythingInOrder) {
   live::LiveRecorder recorder(path, {}, merging, 2);
   for (int i = 0; i < 200; ++i) {
     // The second sensor's come ten at a time.
-    recorder.add({{0, imuAt(kStart + 5 * i * kMs), live::hostNow()}});
+    recorder.add({{0, imuAt(kStart + 5 * i * kMs), hostNow()}});
     if (i % 10 != 9) continue;
     for (int k = i - 9; k <= i; ++k) {
-      recorder.add({{1, test::rangeAt(kStart + (5 * k + 2) * kMs, 1), live::hostNow()}});
+      recorder.add({{1, test::rangeAt(kStart + (5 * k + 2) * kMs, 1), hostNow()}});
     }
   }
   recorder.close();

@@ -8,7 +8,7 @@ namespace mrpt::config {
 class CConfigFileBase;
 }
 
-namespace vir::live {
+namespace vir::roles {
 
 /// For CGenericSensor::loadConfig_sensorSpecific(): reads what `describe` declares from section
 /// [section] of a rawlog-grabber ini, as strictly as our own command line does. The section may
@@ -17,4 +17,4 @@ namespace vir::live {
 void readGrabberSection(const mrpt::config::CConfigFileBase& config, const std::string& section,
                         const std::function<void(OptionVisitor&)>& describe);
 
-}  // namespace vir::live
+}  // namespace vir::roles

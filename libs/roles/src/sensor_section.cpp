@@ -1,4 +1,4 @@
-#include "sensor_section.h"
+#include "vir/roles/sensor_section.h"
 
 #include <mrpt/obs/CObservationImage.h>
 #include <mrpt/poses/CPose3D.h>
@@ -7,7 +7,7 @@
 
 #include "vir/rawlog/mrpt_time.h"
 
-namespace vir::live {
+namespace vir::roles {
 namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180;
@@ -87,4 +87,4 @@ void complete(const SensorSection& s, mrpt::obs::CObservation* observation) {
   }
 }
 
-}  // namespace vir::live
+}  // namespace vir::roles
