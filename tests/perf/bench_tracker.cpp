@@ -16,7 +16,7 @@ struct Views {
   std::vector<Mat3> R_C0_C1;
 
   Views() {
-    camera::CameraCalibration c = test::smallCamera();
+    CameraCalibration c = test::smallCamera();
     c.width *= 2;
     c.height *= 2;
     c.fx = c.fy = 458.0;

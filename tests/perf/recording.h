@@ -30,7 +30,7 @@ struct Recording {
   std::vector<Gyro> gyro;
   std::vector<StampedPose> truth;
   Pose T_B_C;
-  camera::CameraCalibration calibration;
+  CameraCalibration calibration;
 
   /// R_C0_C1 between two stamps from the gyro, `bias` [rad/s] taken off.
   Mat3 gyroRotation(TimeNs t0, TimeNs t1, const Vec3& bias) const {
@@ -134,8 +134,8 @@ inline Recording readRecording(const std::string& mav0, const std::string& truth
   std::stringstream all;
   all << in.rdbuf();
   r.calibration.distortion = all.str().find("equidistant") != std::string::npos
-                                 ? camera::Distortion::equidistant
-                                 : camera::Distortion::radtan;
+                                 ? Distortion::equidistant
+                                 : Distortion::radtan;
   return r;
 }
 

@@ -19,15 +19,15 @@ namespace {
 constexpr int kWrittenEvery = 8;
 
 /// EuRoC's left camera, looking along the body's x axis.
-camera::CameraCalibration calibration() {
-  camera::CameraCalibration c;
+CameraCalibration calibration() {
+  CameraCalibration c;
   c.width = 752;
   c.height = 480;
   c.fx = 458.654;
   c.fy = 457.296;
   c.cx = 367.215;
   c.cy = 248.375;
-  c.distortion = camera::Distortion::radtan;
+  c.distortion = Distortion::radtan;
   c.dist = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0};
   return c;
 }

@@ -101,7 +101,7 @@ void mountEuroc(RunSettings* s) {
   s->camera.fy = 457.296;
   s->camera.cx = 367.215;
   s->camera.cy = 248.375;
-  s->camera.distortion = camera::Distortion::radtan;
+  s->camera.distortion = Distortion::radtan;
   s->camera.dist = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0};
   Mat3 R;
   R << 0.0148655429818, -0.999880929698, 0.00414029679422, 0.999557249008, 0.0149672133247,

@@ -21,7 +21,7 @@ struct RunSettings {
   simulation::ImuSimulationOptions imu;
   simulation::TrackSimulationOptions tracks;
   simulation::RangeSimulationOptions ranges;
-  camera::CameraCalibration camera;
+  CameraCalibration camera;
   Pose T_B_C;
   bool use_ranges = false;
   std::FILE* log = nullptr;  ///< what the estimator says goes there

@@ -30,7 +30,7 @@ class SyntheticPlane {
   /// plane.
   cv::Mat render(const camera::CameraModel& camera, const Pose& T_W_C, double gain = 1.0,
                  double offset = 0.0) const {
-    const camera::CameraCalibration& c = camera.calibration();
+    const CameraCalibration& c = camera.calibration();
     cv::Mat image(c.height, c.width, CV_8UC1);
     for (int y = 0; y < c.height; ++y) {
       for (int x = 0; x < c.width; ++x) {
@@ -83,16 +83,16 @@ inline Pose lookingDown(const Vec3& position, const Vec3& theta = Vec3::Zero()) 
   return {down * expQuat(theta), position};
 }
 
-inline camera::CameraCalibration smallCamera(camera::Distortion kind = camera::Distortion::radtan) {
-  camera::CameraCalibration c;
+inline CameraCalibration smallCamera(Distortion kind = Distortion::radtan) {
+  CameraCalibration c;
   c.width = 376;
   c.height = 240;
   c.fx = c.fy = 229.0;
   c.cx = 183.6;
   c.cy = 124.2;
   c.distortion = kind;
-  if (kind == camera::Distortion::radtan) c.dist = {-0.28, 0.074, 2e-4, 2e-5, 0.0};
-  if (kind == camera::Distortion::equidistant) c.dist = {0.0035, 7e-4, -2e-3, 2e-4, 0.0};
+  if (kind == Distortion::radtan) c.dist = {-0.28, 0.074, 2e-4, 2e-5, 0.0};
+  if (kind == Distortion::equidistant) c.dist = {0.0035, 7e-4, -2e-3, 2e-4, 0.0};
   return c;
 }
 

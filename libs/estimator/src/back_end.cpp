@@ -15,7 +15,7 @@ constexpr const char* kClockSetBack = "the clock of the IMU was set back";
 
 }  // namespace
 
-void BackEnd::setCamera(const camera::CameraCalibration& calibration, const Pose& extrinsics) {
+void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrinsics) {
   T_B_C = extrinsics;
   const double focal = 0.5 * (calibration.fx + calibration.fy);
   startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focal);

@@ -17,7 +17,7 @@ struct BackEnd {
         long_window(c.long_window),
         ranges(c.ranges, &long_window, log_sink) {}
 
-  void setCamera(const camera::CameraCalibration& calibration, const Pose& extrinsics);
+  void setCamera(const CameraCalibration& calibration, const Pose& extrinsics);
   /// Packets in the order they were made.
   Feedback process(Packet packet);
 

@@ -26,7 +26,7 @@ FrontEnd::FrontEnd(const EstimatorConfig& config, std::function<Feedback(long*)>
                    std::function<void(Packet)> hand_over)
     : config_(config), ask_(std::move(ask)), hand_over_(std::move(hand_over)) {}
 
-void FrontEnd::setCamera(const camera::CameraCalibration& calibration, const Pose& T_B_C) {
+void FrontEnd::setCamera(const CameraCalibration& calibration, const Pose& T_B_C) {
   T_B_C_ = T_B_C;
   tracker_ =
       std::make_unique<vision::FeatureTracker>(config_.tracker, camera::makeCamera(calibration));

@@ -24,7 +24,7 @@ class FrontEnd {
   FrontEnd(const EstimatorConfig& config, std::function<Feedback(long* covered)> ask,
            std::function<void(Packet)> hand_over);
 
-  void setCamera(const camera::CameraCalibration& calibration, const Pose& T_B_C);
+  void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
   bool hasCamera() const { return tracker_ != nullptr; }
   void addImu(const ImuSample& sample);
   /// Pixels are copied if the image has to wait.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "vir/core/order_statistics.h"
+
 namespace vir::estimator {
 
 void describe(OptionVisitor& v, RestOptions& o) {
@@ -34,8 +36,7 @@ bool RestDetector::update(const vision::TrackedFrame& frame, const imu::ImuBuffe
     setReference(frame);
     return false;
   }
-  std::nth_element(flow.begin(), flow.begin() + flow.size() / 2, flow.end());
-  if (flow[flow.size() / 2] > options_.max_flow_px) {
+  if (medianInPlace(&flow) > options_.max_flow_px) {
     setReference(frame);
     return false;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/order_statistics.h"
 #include "vir/initialization/inertial_alignment.h"
 
 namespace vir::estimator {
@@ -53,8 +54,7 @@ Parallax parallaxBetween(const vision::TrackedFrame& a, const vision::TrackedFra
   }
   out.shared = static_cast<int>(d.size());
   if (d.empty()) return out;
-  std::nth_element(d.begin(), d.begin() + d.size() / 2, d.end());
-  out.median_px = d[d.size() / 2];
+  out.median_px = medianInPlace(&d);
   return out;
 }
 

@@ -54,8 +54,7 @@ void VisualInertialEstimator::workBehind(std::function<void()> on_estimates) {
   impl_->hand_over.startThread(std::move(on_estimates));
 }
 
-void VisualInertialEstimator::setCamera(const camera::CameraCalibration& calibration,
-                                        const Pose& T_B_C) {
+void VisualInertialEstimator::setCamera(const CameraCalibration& calibration, const Pose& T_B_C) {
   impl_->hand_over.drain();
   impl_->front.setCamera(calibration, T_B_C);
   impl_->back.setCamera(calibration, T_B_C);

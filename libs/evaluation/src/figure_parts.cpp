@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "vir/core/order_statistics.h"
+
 namespace vir::evaluation {
 
 Color figureColor(std::size_t i) {
@@ -21,9 +23,7 @@ TimeNs holeOf(const Trajectory& trajectory) {
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     steps.push_back(trajectory[i].t - trajectory[i - 1].t);
   }
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return std::max(kLeast, 5 * *middle);
+  return std::max(kLeast, 5 * medianInPlace(&steps));
 }
 
 std::vector<std::vector<Vec2>> pathStrokes(const Trajectory& trajectory, int a, int b,

@@ -4,6 +4,7 @@
 #include <ctime>
 #include <utility>
 
+#include "vir/core/order_statistics.h"
 #include "vir/core/resource_usage.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
@@ -184,6 +185,7 @@ results::RunSummary LiveEstimation::finish() {
   const roles::EstimatorReport report = estimator_->report();
   summary_.resets = report.resets;
   summary_.longest_wait_reason = report.longest_wait_reason;
+  summary_.calibration = report.calibration;
   summary_.counters = report.counters;
   summary_.warnings = report.warnings;
   summary_.counters.emplace_back("images_dropped_late", imagesDropped());
@@ -211,15 +213,11 @@ Latency LiveEstimation::latency() const {
   Latency out;
   out.count = static_cast<long>(all.size());
   if (all.empty()) return out;
-  std::sort(all.begin(), all.end());
-  const auto quantile = [&all](double p) {
-    return static_cast<double>(
-        all[static_cast<std::size_t>(p * static_cast<double>(all.size() - 1))]);
-  };
+  const auto quantile = [&all](double p) { return static_cast<double>(quantileInPlace(&all, p)); };
   out.median_ms = quantile(0.5);
   out.p95_ms = quantile(0.95);
   out.p99_ms = quantile(0.99);
-  out.max_ms = all.back();
+  out.max_ms = quantile(1);
   return out;
 }
 

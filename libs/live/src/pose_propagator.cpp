@@ -5,19 +5,6 @@
 #include "vir/geometry/so3.h"
 
 namespace vir::live {
-namespace {
-
-ImuSample between(const ImuSample& a, const ImuSample& b, TimeNs t) {
-  const double s = static_cast<double>(t - a.t) / static_cast<double>(b.t - a.t);
-  ImuSample out;
-  out.t = t;
-  out.gyro = a.gyro + s * (b.gyro - a.gyro);
-  out.acc = a.acc + s * (b.acc - a.acc);
-  return out;
-}
-
-}  // namespace
-
 void PosePropagator::step(const ImuSample& from, const ImuSample& to) {
   const double dt = toSeconds(to.t - from.t);
   const Vec3 w = 0.5 * (from.gyro + to.gyro) - at_.bg;
@@ -39,7 +26,7 @@ void PosePropagator::setState(const State& state) {
   for (std::size_t i = 1; i < samples_.size(); ++i) {
     if (samples_[i].t <= at_.t) continue;
     const bool inside = samples_[i - 1].t < at_.t;
-    step(inside ? between(samples_[i - 1], samples_[i], at_.t) : samples_[i - 1], samples_[i]);
+    step(inside ? interpolated(samples_[i - 1], samples_[i], at_.t) : samples_[i - 1], samples_[i]);
   }
 }
 
@@ -56,7 +43,7 @@ std::optional<State> PosePropagator::add(const ImuSample& sample) {
   if (!has_state_ || sample.t <= at_.t || sample.t - state_t_ > kLongest) return std::nullopt;
   if (samples_.size() > 1) {
     const ImuSample& before = samples_[samples_.size() - 2];
-    step(before.t < at_.t ? between(before, sample, at_.t) : before, sample);
+    step(before.t < at_.t ? interpolated(before, sample, at_.t) : before, sample);
   }
   return at_;
 }

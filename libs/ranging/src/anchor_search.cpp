@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/order_statistics.h"
 #include "vir/ranging/range_correlation.h"
 
 namespace vir::ranging {
@@ -15,13 +16,6 @@ constexpr double kInlierSigma = 3;
 constexpr double kSeparate = 4;
 /// An optimum so much worse on the few ranges looked at first is not followed up.
 constexpr double kHopeless = 30;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Robust standard deviation of whitened residuals; 1 where they agree with their sigma. Outliers
 /// are all on one side and would widen even a median, so they are cut off step by step.

@@ -7,6 +7,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "vir/core/order_statistics.h"
+
 namespace vir::ranging {
 namespace {
 
@@ -14,13 +16,6 @@ constexpr int kPasses = 4;
 constexpr std::size_t kStretches = 25;
 /// A series is set apart from the next by more than any gap within it.
 constexpr TimeNs kApart = 1'000'000'000'000;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Mean of the shortest interval that holds half of the values: outliers may be many as long as
 /// they scatter more than the rest.

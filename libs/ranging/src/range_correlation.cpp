@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/order_statistics.h"
+
 namespace vir::ranging {
 namespace {
 
@@ -13,13 +15,6 @@ struct Whitened {
   TimeNs t;
   double w;
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::vector<Whitened> whiten(const std::vector<RangeResidual>& residuals, double clip_sigma) {
   std::vector<Whitened> series;

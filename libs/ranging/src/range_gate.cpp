@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "vir/core/order_statistics.h"
+
 namespace vir::ranging {
 namespace {
 
@@ -13,12 +15,6 @@ constexpr double kExpectedMedian = 1.3233;
 constexpr std::size_t kMostEntries = 4000;
 /// A stamp this far back means another clock, not a late range.
 constexpr TimeNs kClockStep = 1'000'000'000;
-
-double median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -93,7 +89,7 @@ double RangeGate::widening(double span_s) const {
   std::size_t wanted = std::max<std::size_t>(static_cast<std::size_t>(nis.size() / covered),
                                              static_cast<std::size_t>(options_.max_consecutive));
   nis.resize(std::max(nis.size(), wanted), 0.0);
-  return std::max(1.0, std::sqrt(median(&nis) / kExpectedMedian));
+  return std::max(1.0, std::sqrt(medianInPlace(&nis) / kExpectedMedian));
 }
 
 /// Over the last `span_s` seconds at least four in five were rejected: by the gate as it was then,
@@ -140,10 +136,10 @@ void RangeGate::updateSuspicion() {
     travelled = entries_.back().travelled - it->travelled;
   }
   if (!moving && travelled < options_.min_travel_m) return;
-  const double offset = median(&size);
+  const double offset = medianInPlace(&size);
   if (offset < options_.min_offset_m) return;
   // A broken device jumps from range to range; a wrong position gives a smooth residual.
-  suspicious_ = step.empty() || median(&step) < 0.5 * offset;
+  suspicious_ = step.empty() || medianInPlace(&step) < 0.5 * offset;
 }
 
 }  // namespace vir::ranging

@@ -44,7 +44,7 @@ struct CameraSimulator::Impl {
   Impl(const CameraSimulationOptions& o, std::shared_ptr<const Scene> scene,
        const std::shared_ptr<const camera::CameraModel>& camera, int surface_seed)
       : options(o), renderer(std::move(scene), camera, surface_seed) {
-    const camera::CameraCalibration& c = camera->calibration();
+    const CameraCalibration& c = camera->calibration();
     image.width = light.width = c.width;
     image.height = light.height = c.height;
     const std::size_t n = static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);
@@ -58,7 +58,7 @@ struct CameraSimulator::Impl {
     }
   }
 
-  void makeVignetting(const camera::CameraCalibration& c) {
+  void makeVignetting(const CameraCalibration& c) {
     const double corner = 0.25 * (1.0 * c.width * c.width + 1.0 * c.height * c.height);
     for (int y = 0; y < c.height; ++y) {
       for (int x = 0; x < c.width; ++x) {
@@ -96,7 +96,7 @@ struct CameraSimulator::Impl {
 int CameraSimulator::Impl::blurSteps(const PoseAt& T_W_C) const {
   if (options.exposure_s <= 0) return 1;
   const Pose first = T_W_C(-0.5 * options.exposure_s), last = T_W_C(0.5 * options.exposure_s);
-  const camera::CameraCalibration& c = renderer.camera().calibration();
+  const CameraCalibration& c = renderer.camera().calibration();
   const double turn = logQuat(first.q.conjugate() * last.q).norm();
   const double moved = (last.p - first.p).norm() / kBlurDistance_m;
   const double px = std::max(c.fx, c.fy) * (turn + moved);

@@ -37,6 +37,17 @@ Json toJson(const AnchorResult& anchor) {
   return json;
 }
 
+Json toJson(const Calibration& c) {
+  Json json;
+  put(&json, "time_offset_s", c.time_offset_s);
+  const Mat3 R = c.T_B_C.R();
+  const Vec3& p = c.T_B_C.p;
+  if (!R.allFinite() || !p.allFinite()) return json;
+  json["T_B_C"] = {R(0, 0), R(0, 1), R(0, 2), p.x(), R(1, 0), R(1, 1), R(1, 2), p.y(),
+                   R(2, 0), R(2, 1), R(2, 2), p.z(), 0.0,     0.0,     0.0,     1.0};
+  return json;
+}
+
 /// Angles in rad, lengths in m; transforms.json says more.
 Json toJson(const roles::PeerResult& peer) {
   const team::TransformAnswer& a = peer.transform.answer;
@@ -84,6 +95,7 @@ std::string toJson(const RunSummary& s) {
                     {"rejected", s.ranges_rejected}};
   if (!s.peers.empty()) json["peers"] = Json::array();
   for (const roles::PeerResult& p : s.peers) json["peers"].push_back(toJson(p));
+  if (s.calibration) json["calibration"] = toJson(*s.calibration);
   json["resets"] = s.resets;
   json["longest_wait_reason"] = s.longest_wait_reason;
   json["interrupted"] = s.interrupted;

@@ -3,6 +3,7 @@
 
 #include "csv_text.h"
 #include "run_figures.h"
+#include "vir/core/order_statistics.h"
 #include "vir/evaluation/figure_parts.h"
 
 namespace vir::results {
@@ -70,12 +71,8 @@ void addBand(const std::vector<Vec2>& points, double low, double hole, evaluatio
   close();
 }
 
-double quantile(std::vector<double> v, double share) {
-  if (v.empty()) return 0;
-  const auto at =
-      v.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(v.size() - 1));
-  std::nth_element(v.begin(), at, v.end());
-  return *at;
+double quantile(std::vector<double> values, double share) {
+  return quantileInPlace(&values, share);
 }
 
 /// Colour of each decision: accepted first.

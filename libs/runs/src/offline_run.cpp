@@ -178,6 +178,7 @@ class OfflineRun {
     summary_.rawlog = options_.rawlog;
     summary_.resets = report.resets;
     summary_.longest_wait_reason = report.longest_wait_reason;
+    summary_.calibration = report.calibration;
     counters_["objects_read"] = static_cast<long>(reader_.objects());
     summary_.counters.assign(counters_.begin(), counters_.end());
     summary_.counters.insert(summary_.counters.end(), report.counters.begin(),

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "track_world.h"
+#include "vir/core/order_statistics.h"
 #include "vir/core/random.h"
 #include "vir/simulation/interval.h"
 
@@ -25,13 +26,6 @@ constexpr double kRim_px = 8;
 constexpr double kIntensity = 110;
 /// Share of the tracks that a wall without texture leaves.
 constexpr double kBlindShare = 0.05;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Vec2 normal2(Random* random) {
   const double x = random->normal(), y = random->normal();
@@ -110,7 +104,7 @@ struct TrackSimulator::Impl {
 
 /// Slopes x/z and y/z within which a point can show in the image.
 Vec2 TrackSimulator::Impl::widestSlopes() const {
-  const camera::CameraCalibration& c = camera->calibration();
+  const CameraCalibration& c = camera->calibration();
   Vec2 widest(0.1, 0.1);
   for (int k = 0; k <= 8; ++k) {
     const double s = k / 8.0;
@@ -134,7 +128,7 @@ bool TrackSimulator::Impl::see(std::size_t point, const View& view, Vec2* px) co
     return false;
   }
   if (!camera->project(p_C, px)) return false;
-  const camera::CameraCalibration& c = camera->calibration();
+  const CameraCalibration& c = camera->calibration();
   return px->x() > kRim_px && px->y() > kRim_px && px->x() < c.width - kRim_px &&
          px->y() < c.height - kRim_px;
 }
@@ -205,7 +199,7 @@ void TrackSimulator::Impl::follow(TimeNs t, const View& view, double survival_po
     }
     if (k.outlier && now.age > k.slides_from) k.offset += k.slide;
     const Vec2 px = k.clean + k.offset + white * white_noise;
-    const camera::CameraCalibration& c = camera->calibration();
+    const CameraCalibration& c = camera->calibration();
     const bool inside = px.x() > 1 && px.y() > 1 && px.x() < c.width - 2 && px.y() < c.height - 2;
     if (!inside || !observe(px, &now)) {
       ++frame->lost_flow;
@@ -247,7 +241,7 @@ std::vector<std::pair<std::size_t, Vec2>> TrackSimulator::Impl::candidates(const
     std::size_t point = 0;
     Vec2 px = Vec2::Zero();
   };
-  const camera::CameraCalibration& c = camera->calibration();
+  const CameraCalibration& c = camera->calibration();
   const double cell = options.min_distance_px;
   const auto columns = static_cast<std::size_t>(c.width / cell) + 1;
   std::vector<Best> cells(columns * (static_cast<std::size_t>(c.height / cell) + 1));

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "tracker_impl.h"
+#include "vir/core/order_statistics.h"
 
 namespace vir::vision {
 
@@ -37,13 +38,6 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-double median(std::vector<double>* values) {
-  if (values->empty()) return 0.0;
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 Brightness measure(const cv::Mat& image) {
   cv::Scalar mean, deviation;
   cv::meanStdDev(image, mean, deviation);
@@ -53,7 +47,7 @@ Brightness measure(const cv::Mat& image) {
 }  // namespace
 
 std::string FeatureTracker::Impl::refuse(const cv::Mat& gray) const {
-  const camera::CameraCalibration& c = camera->calibration();
+  const CameraCalibration& c = camera->calibration();
   if (gray.empty()) return "image is empty";
   if (gray.type() != CV_8UC1) return "image is not 8-bit with one channel";
   if (gray.cols != c.width || gray.rows != c.height) {
@@ -87,8 +81,8 @@ void FeatureTracker::Impl::summarise(const Mat3& R_C0_C1, TrackedFrame* frame) c
     parallax.push_back(
         (now.dpx_dbearing * (now.bearing - R_C0_C1.transpose() * before.bearing)).norm());
   }
-  frame->median_flow_px = median(&flow);
-  frame->median_parallax_px = median(&parallax);
+  frame->median_flow_px = medianInPlace(&flow);
+  frame->median_parallax_px = medianInPlace(&parallax);
 }
 
 bool FeatureTracker::Impl::tooDark(const Brightness& now, TimeNs t) const {

@@ -13,7 +13,7 @@ constexpr double kRotationRateSigma = 0.08;  // [rad/s]
 }  // namespace
 
 bool FeatureTracker::Impl::insideBorder(const Vec2& p) const {
-  const camera::CameraCalibration& c = camera->calibration();
+  const CameraCalibration& c = camera->calibration();
   return p.x() >= border && p.y() >= border && p.x() <= c.width - 1 - border &&
          p.y() <= c.height - 1 - border;
 }
@@ -26,7 +26,7 @@ bool FeatureTracker::Impl::observe(const Vec2& px, FeatureObservation* f) const 
 }
 
 void FeatureTracker::Impl::predict(const Mat3& R_C0_C1, int* lost) {
-  const camera::CameraCalibration& c = camera->calibration();
+  const CameraCalibration& c = camera->calibration();
   const Mat3 R_C1_C0 = R_C0_C1.transpose();
   followed.clear();
   start.clear();

@@ -17,7 +17,7 @@ constexpr double kIntensity = 128;
 }  // namespace
 
 bool TrackReader::observe(const camera::CameraModel& camera, vision::FeatureObservation* f) const {
-  const camera::CameraCalibration& c = camera.calibration();
+  const CameraCalibration& c = camera.calibration();
   // Not in the image: NaN neither.
   if (!(f->px.x() >= 0 && f->px.y() >= 0 && f->px.x() <= c.width && f->px.y() <= c.height)) {
     return false;

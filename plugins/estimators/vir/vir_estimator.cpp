@@ -23,8 +23,8 @@ Pose poseOf(const mrpt::poses::CPose3D& p) {
           Vec3(q.x(), q.y(), q.z())};
 }
 
-camera::CameraCalibration calibrationOf(const mrpt::img::TCamera& c) {
-  camera::CameraCalibration out;
+CameraCalibration calibrationOf(const mrpt::img::TCamera& c) {
+  CameraCalibration out;
   out.width = static_cast<int>(c.ncols);
   out.height = static_cast<int>(c.nrows);
   out.fx = c.fx();
@@ -33,15 +33,15 @@ camera::CameraCalibration calibrationOf(const mrpt::img::TCamera& c) {
   out.cy = c.cy();
   switch (c.distortion) {
     case mrpt::img::DistortionModel::kannala_brandt:
-      out.distortion = camera::Distortion::equidistant;
+      out.distortion = Distortion::equidistant;
       out.dist = {c.k1(), c.k2(), c.k3(), c.k4(), 0};
       break;
     case mrpt::img::DistortionModel::plumb_bob:
-      out.distortion = camera::Distortion::radtan;
+      out.distortion = Distortion::radtan;
       out.dist = {c.k1(), c.k2(), c.p1(), c.p2(), c.k3()};
       break;
     default:
-      out.distortion = camera::Distortion::none;
+      out.distortion = Distortion::none;
   }
   return out;
 }
@@ -226,6 +226,9 @@ roles::EstimatorReport VirEstimator::report() const {
   for (const std::string& w : estimator_->warnings()) r.warnings.push_back(w);
   r.resets = estimator_->resets();
   r.longest_wait_reason = estimator_->longestWaitReason();
+  if (estimator_->hasCamera()) {
+    r.calibration = Calibration{calibration_, estimator_->extrinsics(), estimator_->timeOffset()};
+  }
   return r;
 }
 

@@ -60,7 +60,7 @@ class VirEstimator final : public roles::Estimator {
   VirSettings settings_;
   LogSink log_;
   std::unique_ptr<estimator::VisualInertialEstimator> estimator_;
-  camera::CameraCalibration calibration_;
+  CameraCalibration calibration_;
   std::shared_ptr<const camera::CameraModel> camera_;  ///< for tracks
   TrackReader track_reader_;
   bool any_image_ = false;

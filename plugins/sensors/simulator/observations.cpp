@@ -15,16 +15,15 @@ using namespace mrpt::obs;
 
 namespace {
 
-mrpt::img::TCamera mrptCamera(const camera::CameraCalibration& c) {
+mrpt::img::TCamera mrptCamera(const CameraCalibration& c) {
   mrpt::img::TCamera out;
   out.ncols = static_cast<uint32_t>(c.width);
   out.nrows = static_cast<uint32_t>(c.height);
   out.cameraName = "cam0";
   out.setIntrinsicParamsFromValues(c.fx, c.fy, c.cx, c.cy);
   const auto& d = c.dist;
-  if (c.distortion == camera::Distortion::radtan)
-    out.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
-  if (c.distortion == camera::Distortion::equidistant) {
+  if (c.distortion == Distortion::radtan) out.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
+  if (c.distortion == Distortion::equidistant) {
     out.setDistortionKannalaBrandt(d[0], d[1], d[2], d[3]);
   }
   return out;
@@ -79,7 +78,7 @@ CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told
   return obs;
 }
 
-CObservationImage::Ptr emptyImage(const camera::CameraCalibration& calibration, const Pose& T_B_C) {
+CObservationImage::Ptr emptyImage(const CameraCalibration& calibration, const Pose& T_B_C) {
   auto obs = std::make_shared<CObservationImage>();
   obs->sensorLabel = rawlog::kCameraLabel;
   obs->cameraParams = mrptCamera(calibration);
@@ -88,8 +87,7 @@ CObservationImage::Ptr emptyImage(const camera::CameraCalibration& calibration, 
 }
 
 CObservation::Ptr tracksObservation(const vision::TrackedFrame& frame,
-                                    const camera::CameraCalibration& calibration,
-                                    const Pose& T_B_C) {
+                                    const CameraCalibration& calibration, const Pose& T_B_C) {
   auto obs = std::make_shared<CObservationStereoImagesFeatures>();
   obs->sensorLabel = rawlog::kTracksLabel;
   obs->cameraLeft = obs->cameraRight = mrptCamera(calibration);

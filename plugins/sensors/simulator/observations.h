@@ -20,12 +20,12 @@ mrpt::obs::CObservation::Ptr rangeObservation(const char* label,
 /// holds a position with its covariance and no attitude.
 mrpt::obs::CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told);
 /// Label CAM0, all but the pixels.
-mrpt::obs::CObservationImage::Ptr emptyImage(const camera::CameraCalibration& calibration,
+mrpt::obs::CObservationImage::Ptr emptyImage(const CameraCalibration& calibration,
                                              const Pose& T_B_C);
 /// Label TRACKS0: the features seen by the camera as its left images' features; the right camera is
 /// the same one again.
 mrpt::obs::CObservation::Ptr tracksObservation(const vision::TrackedFrame& frame,
-                                               const camera::CameraCalibration& calibration,
+                                               const CameraCalibration& calibration,
                                                const Pose& T_B_C);
 
 }  // namespace vir::simulator

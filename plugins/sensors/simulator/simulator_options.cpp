@@ -118,16 +118,16 @@ char recordedRobot(const SimulatorOptions& o) {
 
 int robotId(char letter) { return std::toupper(static_cast<unsigned char>(letter)) - 'A'; }
 
-camera::CameraCalibration calibrationOf(const CameraOptions& o) {
-  camera::CameraCalibration c;
+CameraCalibration calibrationOf(const CameraOptions& o) {
+  CameraCalibration c;
   c.width = o.width;
   c.height = o.height;
   c.fx = o.fx_px;
   c.fy = o.fy_px;
   c.cx = o.cx_px;
   c.cy = o.cy_px;
-  if (o.distortion == "radtan") c.distortion = camera::Distortion::radtan;
-  if (o.distortion == "equidistant") c.distortion = camera::Distortion::equidistant;
+  if (o.distortion == "radtan") c.distortion = Distortion::radtan;
+  if (o.distortion == "equidistant") c.distortion = Distortion::equidistant;
   if (o.distortion != "none") std::copy_n(o.dist.begin(), c.dist.size(), c.dist.begin());
   return c;
 }

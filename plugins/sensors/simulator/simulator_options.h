@@ -82,12 +82,12 @@ char recordedRobot(const SimulatorOptions& o);
 int robotId(char letter);
 
 /// As the recording says.
-camera::CameraCalibration calibrationOf(const CameraOptions& o);
+CameraCalibration calibrationOf(const CameraOptions& o);
 /// Camera in the body, as the recording says.
 Pose mountOf(const CameraOptions& o);
 
 struct TrueCamera {
-  camera::CameraCalibration calibration;
+  CameraCalibration calibration;
   Pose T_B_C;
 };
 /// As it is.

@@ -79,8 +79,8 @@ struct World::Impl {
   void recordImages();
 
   SimulatorOptions options;
-  camera::CameraCalibration calibration;  ///< as the recording says
-  Pose T_B_C;                             ///< the same
+  CameraCalibration calibration;  ///< as the recording says
+  Pose T_B_C;                     ///< the same
   std::shared_ptr<const camera::CameraModel> camera;
   Pose true_T_B_C;
   char letter;
@@ -254,7 +254,7 @@ vision::TrackedFrame World::tracks(const Event& event) {
   return frame;
 }
 
-const camera::CameraCalibration& World::calibration() const { return impl_->calibration; }
+const CameraCalibration& World::calibration() const { return impl_->calibration; }
 const Pose& World::T_B_C() const { return impl_->T_B_C; }
 Vec3 World::antenna() const {
   const std::vector<double>& l = impl_->options.range_errors.lever_arm_m;

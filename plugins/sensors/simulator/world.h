@@ -50,7 +50,7 @@ class World {
   /// The tracks of an event; events must come in order.
   vision::TrackedFrame tracks(const Event& event);
 
-  const camera::CameraCalibration& calibration() const;
+  const CameraCalibration& calibration() const;
   const Pose& T_B_C() const;
   Vec3 antenna() const;
   const rendering::Scene& scene() const;

@@ -13,13 +13,13 @@ namespace {
 using mrpt::obs::CObservationStereoImagesFeatures;
 
 std::shared_ptr<const camera::CameraModel> camera() {
-  camera::CameraCalibration c;
+  CameraCalibration c;
   c.width = 640;
   c.height = 480;
   c.fx = c.fy = 400;
   c.cx = 320;
   c.cy = 240;
-  c.distortion = camera::Distortion::radtan;
+  c.distortion = Distortion::radtan;
   c.dist = {-0.2, 0.05, 1e-4, 2e-4, 0};
   return camera::makeCamera(c);
 }

@@ -28,7 +28,7 @@ inline cv::Mat texture(unsigned seed) {
 struct EstimatorDriver {
   explicit EstimatorDriver(unsigned seed = 1, const vir::estimator::EstimatorConfig& config = {})
       : estimator(config), random(seed), image(texture(seed)) {
-    vir::camera::CameraCalibration c;
+    vir::CameraCalibration c;
     c.width = kWidth;
     c.height = kHeight;
     c.fx = c.fy = 250;

@@ -22,7 +22,7 @@ CameraSimulationOptions perfect() {
 
 CameraSimulator simulator(const CameraSimulationOptions& o) {
   return CameraSimulator(o, vir_test::twoCrates(),
-                         camera::makeCamera(calibration(camera::Distortion::radtan)));
+                         camera::makeCamera(calibration(Distortion::radtan)));
 }
 
 Pose still(double) { return lookingAhead(Vec3(0.2, 0, 0)); }

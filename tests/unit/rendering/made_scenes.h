@@ -21,8 +21,8 @@ inline std::shared_ptr<const vir::rendering::Scene> twoCrates() {
   return std::make_shared<vir::rendering::Scene>(room(), crates());
 }
 
-inline vir::camera::CameraCalibration calibration(vir::camera::Distortion kind) {
-  vir::camera::CameraCalibration c;
+inline vir::CameraCalibration calibration(vir::Distortion kind) {
+  vir::CameraCalibration c;
   c.width = 376;
   c.height = 240;
   c.fx = 229.3;
@@ -30,8 +30,8 @@ inline vir::camera::CameraCalibration calibration(vir::camera::Distortion kind) 
   c.cx = 183.6;
   c.cy = 124.2;
   c.distortion = kind;
-  if (kind == vir::camera::Distortion::radtan) c.dist = {-0.28, 0.074, 2e-4, 2e-5, 0.0};
-  if (kind == vir::camera::Distortion::equidistant) c.dist = {0.0035, 7e-4, -2e-3, 2e-4, 0.0};
+  if (kind == vir::Distortion::radtan) c.dist = {-0.28, 0.074, 2e-4, 2e-5, 0.0};
+  if (kind == vir::Distortion::equidistant) c.dist = {0.0035, 7e-4, -2e-3, 2e-4, 0.0};
   return c;
 }
 

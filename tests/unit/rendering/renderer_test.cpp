@@ -15,8 +15,7 @@ using vir_test::calibration;
 using vir_test::lookingAhead;
 using vir_test::rendered;
 
-const camera::Distortion kModels[] = {camera::Distortion::none, camera::Distortion::radtan,
-                                      camera::Distortion::equidistant};
+const Distortion kModels[] = {Distortion::none, Distortion::radtan, Distortion::equidistant};
 
 /// Where a dark-bright edge crosses row y near x0, from the grey levels of the pixels it covers
 /// partly: the area left of the edge [px]. Both sides may change linearly.
@@ -36,7 +35,7 @@ double edgeAt(const FloatImage& image, int x0, int y) {
 }
 
 TEST(SceneRenderer, DrawsEdgesWhereTheyProject) {
-  for (const camera::Distortion kind : kModels) {
+  for (const Distortion kind : kModels) {
     const auto camera = camera::makeCamera(calibration(kind));
     SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
     int checked = 0;
@@ -153,7 +152,7 @@ Alignment align(const Scene& scene, const camera::CameraModel& camera, const Pos
 
 TEST(SceneRenderer, TexturesStayOnTheirSurfaces) {
   const auto scene = vir_test::twoCrates();
-  for (const camera::Distortion kind : kModels) {
+  for (const Distortion kind : kModels) {
     const auto camera = camera::makeCamera(calibration(kind));
     SceneRenderer renderer(scene, camera, 1);
     const Pose T_W_C0 = lookingAhead(Vec3(0.2, 0.1, 0.1), Vec3(0.05, -0.03, 0.02));
@@ -185,7 +184,7 @@ TEST(SceneRenderer, TexturesStayOnTheirSurfaces) {
 }
 
 TEST(SceneRenderer, WhatIsHiddenChangesNothing) {
-  const auto camera = camera::makeCamera(calibration(camera::Distortion::radtan));
+  const auto camera = camera::makeCamera(calibration(Distortion::radtan));
   std::vector<Box> boxes = vir_test::crates();
   // Behind the near crate as seen from the origin; the same number of boxes, so the same surfaces.
   boxes.push_back({Vec3(4.5, -0.2, -0.2), Vec3(4.8, 0.2, 0.2)});
@@ -200,7 +199,7 @@ TEST(SceneRenderer, WhatIsHiddenChangesNothing) {
 }
 
 TEST(SceneRenderer, NearHidesFar) {
-  const auto camera = camera::makeCamera(calibration(camera::Distortion::none));
+  const auto camera = camera::makeCamera(calibration(Distortion::none));
   SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
   // Plain faces: every pixel of the near crate's front has nearly the same grey level, which is not
   // that of the wall behind it.
@@ -215,7 +214,7 @@ TEST(SceneRenderer, NearHidesFar) {
 }
 
 TEST(SceneRenderer, IsRepeatableAndAddsUp) {
-  const auto camera = camera::makeCamera(calibration(camera::Distortion::equidistant));
+  const auto camera = camera::makeCamera(calibration(Distortion::equidistant));
   SceneRenderer a(vir_test::twoCrates(), camera, 3), b(vir_test::twoCrates(), camera, 3);
   SceneRenderer c(vir_test::twoCrates(), camera, 4);
   const Pose T = lookingAhead(Vec3(0.3, 0.2, 0));
@@ -232,7 +231,7 @@ TEST(SceneRenderer, IsRepeatableAndAddsUp) {
 }
 
 TEST(SceneRenderer, SeesBlackFromOutsideTheRoom) {
-  const auto camera = camera::makeCamera(calibration(camera::Distortion::none));
+  const auto camera = camera::makeCamera(calibration(Distortion::none));
   SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
   for (const float grey : rendered(&renderer, lookingAhead(Vec3(-5, 0, 0))).pixels) {
     ASSERT_EQ(grey, 0);
@@ -240,7 +239,7 @@ TEST(SceneRenderer, SeesBlackFromOutsideTheRoom) {
 }
 
 TEST(SceneRenderer, TextureIsEverywhere) {
-  const auto camera = camera::makeCamera(calibration(camera::Distortion::radtan));
+  const auto camera = camera::makeCamera(calibration(Distortion::radtan));
   SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
   const FloatImage image = rendered(&renderer, lookingAhead(Vec3::Zero()));
   // The spread of grey levels within squares of 40 pixels.
@@ -262,7 +261,7 @@ TEST(SceneRenderer, TextureIsEverywhere) {
 }
 
 TEST(SceneRenderer, NeedsSceneAndCamera) {
-  const auto camera = camera::makeCamera(calibration(camera::Distortion::none));
+  const auto camera = camera::makeCamera(calibration(Distortion::none));
   EXPECT_THROW(SceneRenderer(nullptr, camera, 1), std::invalid_argument);
   EXPECT_THROW(SceneRenderer(vir_test::twoCrates(), nullptr, 1), std::invalid_argument);
 }

@@ -13,8 +13,8 @@ namespace {
 
 using namespace vir;
 
-camera::CameraCalibration calibration() {
-  camera::CameraCalibration c;
+CameraCalibration calibration() {
+  CameraCalibration c;
   c.width = 640;
   c.height = 480;
   c.fx = c.fy = 400;

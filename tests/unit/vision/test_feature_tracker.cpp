@@ -99,7 +99,7 @@ TEST(FeatureTracker, TracksLandWhereTheyBelong) {
 }
 
 TEST(FeatureTracker, WorksWithAnEquidistantCamera) {
-  const auto camera = camera::makeCamera(smallCamera(camera::Distortion::equidistant));
+  const auto camera = camera::makeCamera(smallCamera(Distortion::equidistant));
   FeatureTracker tracker(smallOptions(), camera);
   const auto poses = sweep(12);
   const Flight flight(*camera, &tracker, poses, std::vector<double>(12, 1.0), rotations(poses));
@@ -121,7 +121,7 @@ TEST(FeatureTracker, SurvivesExposureJumps) {
 
 TEST(FeatureTracker, FollowsNinetyDegreesPerSecondWithTheGyro) {
   // 4.5 deg per image: 31 px with this focal length.
-  camera::CameraCalibration calibration = smallCamera();
+  CameraCalibration calibration = smallCamera();
   calibration.fx = calibration.fy = 400.0;
   const auto camera = camera::makeCamera(calibration);
   std::vector<Pose> poses;

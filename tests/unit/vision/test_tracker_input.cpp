@@ -177,7 +177,7 @@ TEST_F(TrackerInput, DropAndResetNeverReuseAnId) {
 
 TEST_F(TrackerInput, SmallImages) {
   for (int size : {1, 2, 5, 16, 31, 64}) {
-    camera::CameraCalibration c = smallCamera();
+    CameraCalibration c = smallCamera();
     c.width = size;
     c.height = size + 3;
     FeatureTracker tracker(TrackerOptions(), camera::makeCamera(c));

@@ -1,24 +1,12 @@
 #pragma once
 /// Projection of points in the camera frame (x right, y down, z forward) to pixels and back.
-#include <array>
 #include <memory>
 #include <string>
 
 #include "vir/geometry/so3.h"
+#include "vir/types/calibration.h"
 
 namespace vir::camera {
-
-enum class Distortion { none, radtan, equidistant };
-
-/// Intrinsics of a camera. `radtan` is OpenCV's plumb-bob k1 k2 p1 p2 k3; `equidistant` is
-/// Kannala-Brandt k1 k2 k3 k4 (OpenCV's fisheye).
-struct CameraCalibration {
-  int width = 0;                          ///< [px]
-  int height = 0;                         ///< [px]
-  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [px]
-  Distortion distortion = Distortion::none;
-  std::array<double, 5> dist{};
-};
 
 class CameraModel {
  public:

@@ -62,7 +62,7 @@ class VisualInertialEstimator {
   /// EstimatorConfig::pipelined, before any input: else std::logic_error.
   void workBehind(std::function<void()> on_estimates);
   /// Must be called before the first image. `T_B_C`: camera in body (= IMU) frame.
-  void setCamera(const camera::CameraCalibration& calibration, const Pose& T_B_C);
+  void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
   bool hasCamera() const;
   void addImu(const ImuSample& sample);
   /// Images in time order; copied if it has to wait for readings. Readings up to its time make it

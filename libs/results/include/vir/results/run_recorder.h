@@ -51,7 +51,8 @@ struct RunSummary {
   int resets = 0;
   bool interrupted = false;
   std::string longest_wait_reason;
-  std::string error;  ///< what ended the run early; empty if nothing did
+  std::optional<Calibration> calibration;  ///< of camera and IMU, as used in the end
+  std::string error;                       ///< what ended the run early; empty if nothing did
   std::vector<std::pair<std::string, long>> counters;
   std::vector<std::string> warnings;
 };

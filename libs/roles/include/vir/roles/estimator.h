@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "vir/core/log.h"
 #include "vir/core/options.h"
 #include "vir/types/anchor.h"
+#include "vir/types/calibration.h"
 #include "vir/types/range.h"
 #include "vir/types/state.h"
 
@@ -40,7 +42,8 @@ struct EstimatorReport {
   std::vector<std::pair<std::string, long>> counters;  ///< e.g. {"images_unusable", 3}
   std::vector<std::string> warnings;
   int resets = 0;
-  std::string longest_wait_reason;  ///< why initialisation took as long as it did
+  std::string longest_wait_reason;         ///< why initialisation took as long as it did
+  std::optional<Calibration> calibration;  ///< as used in the end: given, or estimated on the way
 };
 
 /// What became known since it was last asked, oldest first.

@@ -1,0 +1,89 @@
+#include "vir/estimator/vio.h"
+
+#include <opencv2/core/mat.hpp>
+#include <stdexcept>
+#include <utility>
+
+namespace vir::estimator {
+namespace {
+
+EstimatorConfig withOffset(EstimatorConfig config, const Calibration& calibration) {
+  config.camera_time_offset_s = calibration.time_offset_s;
+  return config;
+}
+
+}  // namespace
+
+Vio::Vio(const Calibration& calibration, const EstimatorConfig& config, LogSink log)
+    : given_(calibration),
+      estimator_(std::make_unique<VisualInertialEstimator>(withOffset(config, calibration),
+                                                           std::move(log))) {
+  estimator_->setCamera(calibration.camera, calibration.T_B_C);
+}
+
+Vio::~Vio() = default;
+Vio::Vio(Vio&&) noexcept = default;
+Vio& Vio::operator=(Vio&&) noexcept = default;
+
+void Vio::onState(std::function<void(const StateEstimate&)> listener) {
+  on_state_ = std::move(listener);
+}
+
+void Vio::onRange(std::function<void(const RangeRecord&)> listener) {
+  on_range_ = std::move(listener);
+}
+
+void Vio::add(const ImuSample& sample) {
+  estimator_->addImu(sample);
+  tell();
+}
+
+void Vio::add(const Image& image) {
+  if (image.pixels == nullptr) throw std::invalid_argument("vir::Vio: an image without pixels");
+  if (image.width != given_.camera.width || image.height != given_.camera.height) {
+    throw std::invalid_argument("vir::Vio: an image of " + std::to_string(image.width) + " x " +
+                                std::to_string(image.height) + " pixels, the calibration is for " +
+                                std::to_string(given_.camera.width) + " x " +
+                                std::to_string(given_.camera.height));
+  }
+  const std::size_t row = static_cast<std::size_t>(image.width);
+  // OpenCV has no view of constant pixels; nothing writes to them.
+  const cv::Mat gray(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels),
+                     image.stride == 0 ? row : image.stride);
+  estimator_->addImage(image.t, gray);
+  tell();
+}
+
+void Vio::add(const Range& range) { estimator_->addRange(range); }
+
+void Vio::finish() {
+  estimator_->finish();
+  tell();
+}
+
+void Vio::tell() {
+  for (const StateEstimate& state : estimator_->take()) {
+    if (on_state_) on_state_(state);
+  }
+  for (const RangeRecord& range : estimator_->takeRanges()) {
+    if (on_range_) on_range_(range);
+  }
+}
+
+std::vector<Anchor> Vio::anchors() const { return estimator_->anchors(); }
+
+std::vector<StampedPose> Vio::keyframes() const {
+  std::vector<StampedPose> out;
+  for (const State& s : estimator_->keyframes()) out.push_back({s.t, s.T_W_B});
+  return out;
+}
+
+std::vector<Landmark> Vio::landmarks() const { return estimator_->landmarks(); }
+
+Calibration Vio::calibration() const {
+  return {given_.camera, estimator_->extrinsics(), estimator_->timeOffset()};
+}
+
+std::vector<std::string> Vio::warnings() const { return estimator_->warnings(); }
+
+}  // namespace vir::estimator

@@ -1,0 +1,29 @@
+#pragma once
+#include <array>
+
+#include "vir/geometry/pose.h"
+
+namespace vir {
+inline namespace types {
+
+enum class Distortion { none, radtan, equidistant };
+
+/// Intrinsics of a camera. `radtan` is OpenCV's plumb-bob k1 k2 p1 p2 k3; `equidistant` is
+/// Kannala-Brandt k1 k2 k3 k4 (OpenCV's fisheye).
+struct CameraCalibration {
+  int width = 0;                          ///< [px]
+  int height = 0;                         ///< [px]
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [px]
+  Distortion distortion = Distortion::none;
+  std::array<double, 5> dist{};
+};
+
+/// A camera, and how it and the IMU belong together.
+struct Calibration {
+  CameraCalibration camera;
+  Pose T_B_C;                ///< camera in the body (= IMU)
+  double time_offset_s = 0;  ///< stamp of an image + offset = its time on the IMU's clock
+};
+
+}  // namespace types
+}  // namespace vir
