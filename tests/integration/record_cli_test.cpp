@@ -145,6 +145,12 @@ TEST(RecordCli, EndsWellWhenItIsAskedTo) {
   EXPECT_LT(summary["ate_posyaw_m"].get<double>(), 0.1);
   EXPECT_TRUE(contains(test::readText(log), "image to pose [ms]: median")) << test::readText(log);
 
+  // The other robot is followed while recording, as in a run.
+  ASSERT_EQ(summary["peers"].size(), 1u);
+  EXPECT_GT(summary["peers"][0]["ranges"].get<long>(), 20);
+  EXPECT_EQ(summary["peers"][0]["ranges_without_broadcast"], 0);
+  EXPECT_TRUE(fs::exists(folder / "results/transforms.json"));
+
   // Two threads while recording, one afterwards: the same trajectory.
   if (summary["counters"]["images_dropped_late"] != 0) GTEST_SKIP() << "too slow to compare";
   const test::Outcome again =

@@ -80,7 +80,9 @@ void LiveEstimation::add(const std::vector<Arrival>& arrivals) {
 }
 
 bool LiveEstimation::followed(const CObservation& observation) const {
-  return !hooks_.observers.empty() || roles::takes(inputs_, observation);
+  if (roles::takes(inputs_, observation)) return true;
+  // Images of a second camera must not push out those that are waited for.
+  return !hooks_.observers.empty() && !rawlog::isImage(observation);
 }
 
 void LiveEstimation::propagate(const Arrival& arrival) {

@@ -62,7 +62,8 @@ class LiveEstimation {
   std::string problem() const;
 
  private:
-  /// By the estimator or by an observer.
+  /// By the estimator, or by an observer (which is not told of images that the estimator passes
+  /// over).
   bool followed(const mrpt::obs::CObservation& observation) const;
   void work();
   void handle(const Arrival& arrival);
