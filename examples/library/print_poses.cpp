@@ -1,41 +1,44 @@
 /// print_poses RAWLOG [INI]: camera, IMU and ranges of a recording to poses, printed as
 /// t x y z qx qy qz qw [s, m], one per image. INI: settings, e.g. the IMU's noise densities.
-#include <mrpt/obs/CObservationImage.h>
-
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
+#include <string>
 
-#include "camera_of.h"
+#include "image_of.h"
 #include "vir/core/settings.h"
-#include "vir/estimator/visual_inertial_estimator.h"
+#include "vir/estimator/vio.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
-#include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/rawlog/time_orderer.h"
 
 namespace {
 
-using Vio = vir::estimator::VisualInertialEstimator;
-
-void print(Vio& vio) {
-  for (const vir::StateEstimate& e : vio.take()) {
-    if (!e.valid) continue;
-    const vir::Pose& T_W_B = e.state.T_W_B;
-    std::printf("%.9f %.6f %.6f %.6f %.6f %.6f %.6f %.6f\n", vir::toSeconds(e.t_image), T_W_B.p.x(),
-                T_W_B.p.y(), T_W_B.p.z(), T_W_B.q.x(), T_W_B.q.y(), T_W_B.q.z(), T_W_B.q.w());
-  }
+void print(const vir::StateEstimate& estimate) {
+  if (!estimate.valid) return;
+  const vir::StampedPose s{estimate.state.t, estimate.state.T_W_B};
+  std::printf("%.9f %.6f %.6f %.6f %.6f %.6f %.6f %.6f\n", vir::toSeconds(s.t), s.T_W_B.p.x(),
+              s.T_W_B.p.y(), s.T_W_B.p.z(), s.T_W_B.q.x(), s.T_W_B.q.y(), s.T_W_B.q.z(),
+              s.T_W_B.q.w());
 }
 
-void add(const mrpt::obs::CObservation& observation, Vio& vio) {
-  if (const auto imu = vir::rawlog::imuSampleOf(observation)) vio.addImu(*imu);
-  if (observation.sensorLabel == vir::rawlog::kRangeLabel) {
-    for (const vir::Range& range : vir::rawlog::rangesOf(observation)) vio.addRange(range);
+/// The camera comes with the images.
+vir::Calibration calibrationIn(const char* recording) {
+  vir::rawlog::RawlogReader rawlog(recording);
+  while (const auto observation = rawlog.next()) {
+    const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(observation.get());
+    if (image != nullptr) return calibrationOf(*image);
   }
-  if (const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation)) {
-    if (!vio.hasCamera()) vio.setCamera(calibrationOf(*image), T_B_COf(*image));
-    vio.addImage(vir::rawlog::fromMrptTime(image->timestamp), image->image.asCvMatRef());
-  }
+  throw std::runtime_error(std::string("there is no image in ") + recording);
+}
+
+void add(const mrpt::obs::CObservation& observation, vir::Vio& vio) {
+  if (const auto imu = vir::rawlog::imuSampleOf(observation)) vio.add(*imu);
+  const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation);
+  if (image != nullptr) vio.add(imageOf(*image));
+  if (observation.sensorLabel != vir::rawlog::kRangeLabel) return;
+  for (const vir::Range& range : vir::rawlog::rangesOf(observation)) vio.add(range);
 }
 
 void run(const char* recording, const char* ini) {
@@ -46,18 +49,17 @@ void run(const char* recording, const char* ini) {
     vir::estimator::describe(reader, config);
     reader.finish();
   }
-  Vio vio(config);
+  vir::Vio vio(calibrationIn(recording), config);
+  vio.onState(print);
   vir::rawlog::RawlogReader rawlog(recording);
   vir::rawlog::TimeOrderer in_order;  // a recorder writes each sensor in bursts
   while (const auto observation = rawlog.next()) {
     in_order.push(observation);
     while (const auto next = in_order.pop()) add(*next, vio);
-    print(vio);
   }
   in_order.flush();
   while (const auto next = in_order.pop()) add(*next, vio);
   vio.finish();
-  print(vio);
 }
 
 }  // namespace

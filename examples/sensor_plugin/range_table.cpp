@@ -1,11 +1,13 @@
 /// Ranges to anchors from a table: lines "t_s,anchor,range_m" in time order, # begins a comment.
+#include <mrpt/obs/CObservationBeaconRanges.h>
+
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
 
-#include "vir/live/grabber_settings.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
+#include "vir/roles/grabber_settings.h"
 #include "vir/roles/recorded_source.h"
 #include "vir/roles/sensor_registry.h"
 
@@ -64,7 +66,7 @@ class RangeTable : public mrpt::hwdrivers::CGenericSensor, public vir::roles::Re
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                  const std::string& section) override {
-    vir::live::readGrabberSection(config, section, [this](vir::OptionVisitor& v) { describe(v); });
+    vir::roles::readGrabberSection(config, section, [this](vir::OptionVisitor& v) { describe(v); });
   }
 
  private:
