@@ -98,9 +98,8 @@ std::optional<SentPosition> believed(const Anchor& a) {
   if (!a.has_position || !a.p_W.allFinite() || !a.covariance.allFinite()) return std::nullopt;
   SentPosition out{0, a.p_W, a.covariance};
   if (a.state == AnchorState::mirror_open) {
-    const Vec3 apart = a.mirror_p_W - a.p_W;
-    if (!(apart.norm() < kNearMirror)) return std::nullopt;
-    out.covariance += apart * apart.transpose();
+    // Its covariance spans both positions.
+    if (!((a.mirror_p_W - a.p_W).norm() < kNearMirror)) return std::nullopt;
   } else if (a.state != AnchorState::estimated && a.state != AnchorState::fixed) {
     return std::nullopt;
   }
