@@ -85,6 +85,9 @@ struct OdometryRangeEstimator::Impl {
     log(log_sink, LogLevel::warning, text);
     warnings.push_back(text);
   }
+  void collectRangeWarnings() {
+    for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+  }
 
   OdometryRangeConfig config;
   LogSink log_sink;
@@ -183,7 +186,7 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   // The covariances must know the new node before ranges are judged by them.
   window.solve(config.iterations, front_ranges);
   if (ranges.update(t, held, front_ranges)) window.solve(kIterationsOnChange, front_ranges);
-  for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+  collectRangeWarnings();
 }
 
 Eigen::Matrix<double, 6, 6> OdometryRangeEstimator::Impl::covarianceInWorld(
@@ -265,11 +268,13 @@ void OdometryRangeEstimator::addRange(const Range& range) {
 }
 
 void OdometryRangeEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
-  if (impl_->window.empty()) {
-    impl_->ranges.putDownUnseen(id);
-    return;
+  Impl& s = *impl_;
+  if (s.window.empty()) {
+    s.ranges.putDownUnseen(id);
+  } else {
+    s.ranges.putDown(id, s.window.toWorld(s.last) * p_B, sigma_m);
   }
-  impl_->ranges.putDown(id, impl_->window.toWorld(impl_->last) * p_B, sigma_m);
+  s.collectRangeWarnings();
 }
 
 std::vector<StateEstimate> OdometryRangeEstimator::take() {

@@ -67,8 +67,8 @@ struct RangeLayer::Impl {
   std::vector<Range> pending;  ///< ordered by time
   std::vector<RangeRecord> decisions;
   std::vector<std::string> warnings;
-  long found_anew = 0;      ///< anchors given up and looked for again
-  long taken_up_again = 0;  ///< of those, where they had been
+  long found_anew = 0;         ///< anchors given up and looked for again
+  long taken_up_again = 0;     ///< of those, where they had been
   long put_down_unseen = 0;    ///< anchors put down when there was no pose
   long put_down_unusable = 0;  ///< or with a place, sigma or id that cannot be
   double travelled_m = 0;

@@ -134,7 +134,8 @@ RigidRange rigidRange(const WindowState& w, const Frame& f, const HeldRange& r) 
   const Pose T_O_B = f.T_W_B();
   const Vec3 offset = lw.options().ranges_at_own_time ? Vec3(r.motion + r.lever) : r.lever;
   const Vec3 offset_O = T_O_B * offset - w.frames.front()->T_W_B().p;
-  // What a scale that is held at 1 cannot change need not be told from the lever: one rounding less.
+  // What a scale that is held at 1 cannot change need not be told from the lever: one rounding
+  // less.
   const Vec3 motion_O = lw.scaleFrozen() ? Vec3(Vec3::Zero()) : Vec3(offset_O - T_O_B.q * r.lever);
   return {lw.termOf(r.anchor, r.range_m, r.sigma_m), motion_O, offset_O - motion_O};
 }

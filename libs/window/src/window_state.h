@@ -160,8 +160,8 @@ NormalEquations informationOf(WindowState& w);
 void updateCovariance(WindowState& w);
 /// The oldest frame, about to be marginalised, becomes a node of the long window.
 void handToLongWindow(WindowState& w);
-/// What NodeRangeFactor needs for a range of a frame with the short window taken as rigid: as if its
-/// oldest frame held it.
+/// What NodeRangeFactor needs for a range of a frame with the short window taken as rigid: as if
+/// its oldest frame held it.
 struct RigidRange {
   factors::RangeTerm term;
   Vec3 motion_O = Vec3::Zero(), lever_O = Vec3::Zero();

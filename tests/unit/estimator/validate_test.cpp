@@ -51,14 +51,15 @@ TEST(Validate, AnchorPriors) {
   expectRefused(refusalOf(withPrior({1, 2, 3, 4, 0.1, 2})), "[Ranges] anchor_prior = 1 2 3 4 0.1 2",
                 "five for every anchor");
   expectRefused(refusalOf(withPrior({3, 1, 2, 3, 0})),
-                "[Ranges] anchor_prior = 3 1 2 3 0: the sigma of anchor 3 is 0", "0.0001 to 1000000");
+                "[Ranges] anchor_prior = 3 1 2 3 0: the sigma of anchor 3 is 0",
+                "0.0001 to 1000000");
   for (const double sigma : {-0.1, 1e-9, 1e7}) {
     expectRefused(refusalOf(withPrior({3, 1, 2, 3, sigma})), "[Ranges] anchor_prior = 3 1 2 3",
                   "0.0001 to 1000000");
   }
   for (const double id : {-1.0, 0.5, 2147483648.0, 1e300}) {
-    expectRefused(refusalOf(withPrior({id, 1, 2, 3, 0.1})), "[Ranges] anchor_prior = ",
-                  "a whole number of 0 to 2147483647");
+    expectRefused(refusalOf(withPrior({id, 1, 2, 3, 0.1})),
+                  "[Ranges] anchor_prior = ", "a whole number of 0 to 2147483647");
   }
   expectRefused(refusalOf(withPrior({1, 1, 2, 3, 0.1, 1, 4, 5, 6, 0.1})),
                 "[Ranges] anchor_prior = 1 1 2 3 0.1 1 4 5 6 0.1: anchor 1 is there twice",
@@ -126,8 +127,8 @@ TEST(Validate, Start) {
   expectRefused(refusalOf(o), "[Startup] max_span_s = 2: ", "above min_span_s = 2");
   o = {};
   o.max_scale_sigma = 0.1;
-  expectRefused(refusalOf(o), "[Startup] max_scale_sigma = 0.1: ",
-                "at most patient_scale_sigma = 0.05");
+  expectRefused(refusalOf(o),
+                "[Startup] max_scale_sigma = 0.1: ", "at most patient_scale_sigma = 0.05");
 }
 
 TEST(Validate, WhatOneSectionAsksOfAnother) {

@@ -140,10 +140,10 @@ std::vector<std::pair<vir_test::NamedPose, Pose>> framePairs() {
 }
 
 TEST(WindowRangeFactor, ResidualByHand) {
-  // From (1, 1, 0) to (3, 1, 0) in O, by an odometry whose metres are twice too many: (1, 0, 0). The
-  // antenna is 1 m ahead of a body that looks along y: (1, 1, 0), turned by 90 degrees (-1, 1, 0).
-  // From the node (1, 2, 0): (0, 3, 0); anchor at (4, 0, 0): distance 5, bias 0, range 5.2, sigma
-  // 0.2: -1.
+  // From (1, 1, 0) to (3, 1, 0) in O, by an odometry whose metres are twice too many: (1, 0, 0).
+  // The antenna is 1 m ahead of a body that looks along y: (1, 1, 0), turned by 90 degrees (-1, 1,
+  // 0). From the node (1, 2, 0): (0, 3, 0); anchor at (4, 0, 0): distance 5, bias 0, range 5.2,
+  // sigma 0.2: -1.
   const WindowRangeFactor f(plain(5.2, 0.2), Vec3::Zero(), Vec3(1, 0, 0));
   const Blocks x = {poseBlock(Pose(expQuat(Vec3(0.3, 0, 0)), Vec3(1, 1, 0))),
                     poseBlock(Pose(Quat(rotZ(M_PI / 2)), Vec3(3, 1, 0))),
@@ -173,8 +173,7 @@ TEST(WindowRangeFactor, JacobiansEverywhere) {
   const std::vector<double> anchor = {20, 13, -9, 0.07};
   for (const auto& [T0, Tj] : framePairs()) {
     for (const NamedNode& n : difficultNodes()) {
-      const Vec3 span =
-          rotZ(n.x[3]) * (std::exp(-n.x[4]) * (Tj * motion - T0.T.p) + Tj.q * lever);
+      const Vec3 span = rotZ(n.x[3]) * (std::exp(-n.x[4]) * (Tj * motion - T0.T.p) + Tj.q * lever);
       const double expected = (Vec3(n.x.data()) + span - Vec3(anchor.data())).norm() + anchor[3];
       for (double error : {-1.0, 0.02, 1.0}) {
         const WindowRangeFactor f({expected + error, 0.1, {}}, motion, lever);

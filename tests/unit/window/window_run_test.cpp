@@ -189,7 +189,8 @@ TEST(WindowRun, RangesFindTheScaleThatTheSettingsAskFor) {
     double scale = 0, held = 0;
     const double with = errorWithScale(0.1, settled, &scale);
     const double without = errorWithScale(0, settled, &held);
-    std::printf("settled %d: with %.4f (scale %.4f), without %.4f\n", settled, with, scale, without);
+    std::printf("settled %d: with %.4f (scale %.4f), without %.4f\n", settled, with, scale,
+                without);
     EXPECT_NEAR(scale, std::log(1.05), 0.005) << settled;
     EXPECT_LT(with, 0.02) << settled;
     EXPECT_EQ(held, 0);

@@ -128,8 +128,8 @@ class ShortWindow {
   void attach(LongWindow* long_window);
   /// Adds a range to the newest frame; vectors in that frame's body axes.
   void addRange(const HeldRange& range);
-  /// All ranges of an anchor in this window, `motion` being the antenna's position in O, `lever` its
-  /// lever arm there.
+  /// All ranges of an anchor in this window, `motion` being the antenna's position in O, `lever`
+  /// its lever arm there.
   std::vector<HeldRange> rangesInO(std::uint64_t anchor) const;
   /// All ranges in this window as if held by its oldest frame, vectors in O's axes.
   std::vector<HeldRange> rangesAtFront() const;
