@@ -15,6 +15,7 @@
 
 namespace vir_test {
 
+using vir::ImuSample;
 using vir::Mat3;
 using vir::Pose;
 using vir::TimeNs;

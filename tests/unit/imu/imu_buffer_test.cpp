@@ -174,7 +174,7 @@ TEST(ImuBuffer, DropBeforeKeepsTheReadingToInterpolateFrom) {
   EXPECT_FALSE(b.add(at(999 * kMs, kZero, kZero)));
 }
 
-TEST(ImuBuffer, evaluation::Statistics) {
+TEST(ImuBuffer, Statistics) {
   ImuBuffer b;
   // Gyro x alternates 0.1 +- 0.02: mean 0.1, standard deviation 0.02; accelerometer constant.
   for (int k = 0; k < 100; ++k) {

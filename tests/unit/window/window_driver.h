@@ -15,13 +15,13 @@ inline vir::imu::ImuNoise unscaledNoise() {
 }
 
 struct WindowDriver {
-  WindowDriver(simulation::Motion motion, unsigned seed,
+  WindowDriver(Motion motion, unsigned seed,
                const vir::window::WindowOptions& window_options, double t0_s = 1.0,
                const vir::window::LongWindowOptions& long_options = {})
       : scene(std::move(motion), seed),
         options(window_options),
         long_window(long_options),
-        window(options, noise, rendering::Scene::T_B_C(), rendering::Scene::kFocal, 0.0),
+        window(options, noise, Scene::T_B_C(), Scene::kFocal, 0.0),
         t(vir::fromSeconds(t0_s)),
         next_imu(t - vir::fromSeconds(0.01)) {
     window.attach(&long_window);
@@ -45,7 +45,7 @@ struct WindowDriver {
     t += vir::fromSeconds(period_s);
     feedImu();
     vir::imu::Preintegration link = imu.integrate(from.t, t, noise, from.bg, from.ba);
-    vir::State s = predict(from, link, noise.gravity_mps2, t);
+    vir::State s = vir::window::predict(from, link, noise.gravity_mps2, t);
     if (disturb > 0) {
       s.T_W_B.p += scene.normal3(disturb);
       s.T_W_B.q = (s.T_W_B.q * vir::expQuat(scene.normal3(0.3 * disturb))).normalized();
@@ -80,7 +80,7 @@ struct WindowDriver {
     return (window.newest().T_W_B.p - scene.truth(window.newest().t).T_W_B.p).norm();
   }
 
-  rendering::Scene scene;
+  Scene scene;
   vir::imu::ImuNoise noise = unscaledNoise();
   vir::window::WindowOptions options;
   vir::window::LongWindow long_window;
