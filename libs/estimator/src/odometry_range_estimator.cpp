@@ -86,6 +86,9 @@ struct OdometryRangeEstimator::Impl {
     log(log_sink, LogLevel::warning, text);
     warnings.push_back(text);
   }
+  void collectRangeWarnings() {
+    for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+  }
 
   OdometryRangeConfig config;
   LogSink log_sink;
@@ -153,10 +156,9 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
 std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uint64_t key) const {
   std::vector<window::HeldRange> out;
   const auto add = [&](const window::LongNode& n, const std::vector<window::HeldRange>& list) {
-    const Mat3 R = rotZ(n.x[3]);
     for (window::HeldRange r : list) {
       if (r.anchor != key) continue;
-      r.motion = n.position() + R * (std::exp(-n.x[4]) * r.motion + r.lever);
+      r.motion = n.antenna(r);
       r.lever.setZero();
       out.push_back(r);
     }
@@ -171,9 +173,10 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   if (jumped) {
     covariance.diagonal().head<3>().array() += kJumpPosition * kJumpPosition;
     covariance(3, 3) += kJumpYaw * kJumpYaw;
-    jumped = false;
   }
-  window.advance(t, T_O_B, std::move(front_ranges), covariance);
+  window.advance(t, T_O_B, std::move(front_ranges), covariance,
+                 jumped ? window::NodeTie::lost : window::NodeTie::followed);
+  jumped = false;
   front_ranges.clear();
   way = Way();
   for (const window::LongNode& n : window.takeRetired()) retired.push_back({n.t, n.T_W_B()});
@@ -181,7 +184,7 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   // The covariances must know the new node before ranges are judged by them.
   window.solve(config.iterations, front_ranges);
   if (ranges.update(t, held, front_ranges)) window.solve(kIterationsOnChange, front_ranges);
-  for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+  collectRangeWarnings();
 }
 
 Eigen::Matrix<double, 6, 6> OdometryRangeEstimator::Impl::covarianceInWorld(
@@ -247,8 +250,10 @@ void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
   results.push_back(out);
 }
 
-OdometryRangeEstimator::OdometryRangeEstimator(const OdometryRangeConfig& config, LogSink log)
-    : impl_(std::make_unique<Impl>(config, std::move(log))) {}
+OdometryRangeEstimator::OdometryRangeEstimator(const OdometryRangeConfig& config, LogSink log) {
+  config.validate();
+  impl_ = std::make_unique<Impl>(config, std::move(log));
+}
 OdometryRangeEstimator::~OdometryRangeEstimator() = default;
 
 void OdometryRangeEstimator::addOdometry(TimeNs t, const Pose& T_O_B) {
@@ -261,8 +266,13 @@ void OdometryRangeEstimator::addRange(const Range& range) {
 }
 
 void OdometryRangeEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
-  if (impl_->window.empty()) return;
-  impl_->ranges.dropped(id, impl_->window.toWorld(impl_->last) * p_B, sigma_m);
+  Impl& s = *impl_;
+  if (s.window.empty()) {
+    s.ranges.putDownUnseen(id);
+  } else {
+    s.ranges.putDown(id, s.window.toWorld(s.last) * p_B, sigma_m);
+  }
+  s.collectRangeWarnings();
 }
 
 std::vector<StateEstimate> OdometryRangeEstimator::take() {

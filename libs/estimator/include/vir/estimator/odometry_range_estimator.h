@@ -22,6 +22,9 @@ struct OdometryOptions {
   OdometryNoise noise = odometryNoiseDefaults();
   double max_step_m = 2.0;
   double max_gap_s = 2.0;
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 /// Section [Odometry].
 void describe(OptionVisitor& v, OdometryOptions& o);
@@ -36,18 +39,25 @@ struct OdometryRangeConfig {
   window::LongWindowOptions long_window = odometryWindowDefaults();
   RangeOptions ranges = odometryRangeDefaults();
   int iterations = 2;
+
+  /// Throws std::invalid_argument for a value that is not allowed, and for values that contradict
+  /// each other.
+  void validate() const;
 };
 /// All sections.
 void describe(OptionVisitor& v, OdometryRangeConfig& o);
 
 class OdometryRangeEstimator {
  public:
+  /// Throws what `config.validate()` throws.
   explicit OdometryRangeEstimator(const OdometryRangeConfig& config, LogSink log = {});
   ~OdometryRangeEstimator();
 
   /// Pose of the body in the odometry's frame O, z up, in time order.
   void addOdometry(TimeNs t, const Pose& T_O_B);
   void addRange(const Range& range);
+  /// The robot has just put down an anchor at `p_B` in its body frame; before the first pose this
+  /// says nothing of where the anchor is: counted and warned of.
   void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();
