@@ -2,6 +2,12 @@
 
 function(vir_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra $<$<BOOL:${VIR_WERROR}>:-Werror>)
+  if(VIR_STRICT)
+    # Of clang's conversions those between signed and unsigned are left out: gcc means them by another
+    # name, and indices of containers would need a cast each.
+    target_compile_options(${target} PRIVATE -Wconversion -Wshadow -Woverloaded-virtual
+      $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>)
+  endif()
   if(VIR_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${VIR_SANITIZE} -fno-omit-frame-pointer
       # gcc takes the checks themselves for reads of uninitialised values.

@@ -15,6 +15,7 @@
 
 namespace vir_test {
 
+using vir::ImuSample;
 using vir::Mat3;
 using vir::Pose;
 using vir::TimeNs;
@@ -97,7 +98,7 @@ class Scene {
   }
 
   /// What a perfect tracker sees: tracks live while the point stays in view; who comes back gets a
-  /// new number. Ordered by id.
+  /// new number. Rates are those from the image before. Ordered by id.
   std::vector<vir::vision::FeatureObservation> observe(TimeNs t) {
     const Pose T_C_W = (motion_(vir::toSeconds(t)) * T_B_C()).inverse();
     std::map<int, std::uint64_t> seen;
@@ -119,7 +120,17 @@ class Scene {
     }
     live_ = seen;
     std::vector<vir::vision::FeatureObservation> list;
-    for (const auto& [id, o] : out) list.push_back(o);
+    std::map<std::uint64_t, Vec3> bearings;
+    for (auto& [id, o] : out) {
+      const auto before = last_bearing_.find(id);
+      if (before != last_bearing_.end() && t > last_image_) {
+        o.bearing_rate = (o.bearing - before->second) / vir::toSeconds(t - last_image_);
+      }
+      bearings[id] = o.bearing;
+      list.push_back(o);
+    }
+    last_bearing_ = std::move(bearings);
+    last_image_ = t;
     return list;
   }
 
@@ -156,6 +167,8 @@ class Scene {
   std::vector<Vec3> points_;
   std::map<int, std::uint64_t> live_;
   std::map<std::uint64_t, int> point_of_;
+  std::map<std::uint64_t, Vec3> last_bearing_;
+  TimeNs last_image_ = 0;
   std::uint64_t next_id_ = 1;
 };
 

@@ -43,8 +43,13 @@ void BackEnd::takeIn(const Packet& packet) {
   for (const ImuSample& s : packet.readings) imu.add(s);
   for (const Range& r : packet.ranges) ranges.offer(r);
   for (const DroppedAnchor& a : packet.dropped) {
-    if (running) ranges.dropped(a.id, inWorld(window->newest()).T_W_B * a.p_B, a.sigma_m);
+    if (running) {
+      ranges.putDown(a.id, inWorld(window->newest()).T_W_B * a.p_B, a.sigma_m);
+    } else {
+      ranges.putDownUnseen(a.id);
+    }
   }
+  collectRangeWarnings();
   for (const std::string& w : packet.warnings) warn(w);
 }
 
@@ -164,6 +169,7 @@ void BackEnd::tryStart(const vision::TrackedFrame& frame, StateEstimate* out) {
   out->covariance = covarianceInWorld();
   out->keyframe = true;
   window->slide(true);
+  out->odometry_scale = odometryScale();
   out->landmarks = window->landmarksInNewest();
   out->health = rest.standing() ? Health::standing : Health::ok;
 }
@@ -207,6 +213,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   }
   out->state = inWorld(window->newest());
   out->covariance = covarianceInWorld();
+  out->odometry_scale = odometryScale();
   out->valid = true;
   const bool blind = t != last_seen;
   out->health = rest.standing() ? Health::standing : (blind ? Health::doubtful : Health::ok);

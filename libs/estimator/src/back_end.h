@@ -1,6 +1,7 @@
 #pragma once
 /// Internal: from tracks and readings to a state: propagate, optimise, slide (back_end.cpp), and
 /// where the windows and the ranges meet (double_window.cpp).
+#include <cmath>
 #include <deque>
 #include <map>
 
@@ -44,6 +45,11 @@ struct BackEnd {
   void updateAnchors(TimeNs t);
   void startLongWindow();
   State inWorld(const State& s) const;
+  /// Metres of O per metre of W.
+  double odometryScale() const { return std::exp(long_window.front().x[4]); }
+  void collectRangeWarnings() {
+    for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+  }
   Eigen::Matrix<double, 6, 6> covarianceInWorld() const;
   std::vector<State> keyframes() const;
   std::vector<Landmark> landmarks() const;

@@ -44,7 +44,7 @@ void BackEnd::attachRanges(const State& previous, const State& newest) {
       continue;
     }
     const Pose T_O_B = between(previous, newest, r.t);
-    antenna.p_W = long_window.pointToWorld(T_O_B * r.p_B_U);
+    antenna.p_W = long_window.antennaToWorld(T_O_B * r.p_B_U, T_O_B.q * r.p_B_U);
     window::HeldRange held;
     if (!ranges.judge(r, antenna, &held)) continue;
     held.motion = T_B_O * T_O_B.p;
@@ -57,16 +57,16 @@ void BackEnd::attachRanges(const State& previous, const State& newest) {
 std::vector<window::HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
   std::vector<window::HeldRange> out;
   for (const window::LongNode& n : long_window.nodes()) {
-    const Mat3 R = rotZ(n.x[3]);
     for (window::HeldRange r : n.ranges) {
       if (r.anchor != key) continue;
-      r.motion = n.position() + R * (r.motion + r.lever);
+      r.motion = n.antenna(r);
       r.lever.setZero();
       out.push_back(r);
     }
   }
   for (window::HeldRange r : window->rangesInO(key)) {
-    r.motion = long_window.pointToWorld(r.motion);
+    r.motion = long_window.antennaToWorld(r.motion, r.lever);
+    r.lever.setZero();
     out.push_back(r);
   }
   return out;
@@ -79,7 +79,7 @@ void BackEnd::updateAnchors(TimeNs t) {
     window->optimise(kIterationsOnChange);
     window->updateCovariance();
   }
-  for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+  collectRangeWarnings();
 }
 
 void BackEnd::startLongWindow() {
@@ -91,7 +91,8 @@ void BackEnd::startLongWindow() {
     const double lost = toSeconds(oldest.t - long_window.front().t);
     Eigen::Vector4d sigma;
     sigma << Vec3::Constant(kLostPosition + kLostSpeed * std::max(0.0, lost)), kLostYaw;
-    long_window.advance(oldest.t, oldest.T_W_B, {}, sigma.cwiseAbs2().asDiagonal());
+    long_window.advance(oldest.t, oldest.T_W_B, {}, sigma.cwiseAbs2().asDiagonal(),
+                        window::NodeTie::lost);
   }
   const State newest = window->newest();
   ranges.discard(ranges.dueUntil(newest.t), RangeDecision::before_the_start);
@@ -115,8 +116,15 @@ Eigen::Matrix<double, 6, 6> BackEnd::covarianceInWorld() const {
   J.topLeftCorner<3, 3>().setIdentity();
   J.topRightCorner<3, 1>() = Vec3::UnitZ().cross(T_W_B.p - long_window.front().position());
   J.bottomRightCorner<3, 1>() = T_W_B.R().row(2).transpose();
-  return turn * window->newestCovariance() * turn.transpose() +
-         J * joint.topLeftCorner<4, 4>() * J.transpose();
+  Mat6 out = turn * window->newestCovariance() * turn.transpose() +
+             J * joint.topLeftCorner<4, 4>() * J.transpose();
+  if (!long_window.scaleFrozen()) {
+    Eigen::Matrix<double, 6, 1> longer = Eigen::Matrix<double, 6, 1>::Zero();
+    longer.head<3>() = long_window.front().position() - T_W_B.p;
+    const Mat6 cross = J * joint.block<4, 1>(0, 4) * longer.transpose();
+    out += cross + cross.transpose() + joint(4, 4) * longer * longer.transpose();
+  }
+  return out;
 }
 
 void BackEnd::collectRetired() {

@@ -12,9 +12,9 @@ namespace {
 constexpr double kImageGapS = 0.5;
 /// Images that wait for readings beyond this many are processed with what there is.
 constexpr std::size_t kMaxWaitingImages = 100;
-/// Readings missing for longer cannot be bridged by interpolation: measured on the rendered flight,
-/// a hole of 1.0 s costs nothing, one of 1.5 s metres.
-constexpr double kImuHoleS = 1.0;
+/// An interval between readings that counts as a gap, and the longest that can be bridged by
+/// interpolation: measured on the rendered flight, 1.0 s costs nothing, 1.5 s metres.
+constexpr double kImuGapS = 0.05, kImuBridgeS = 1.0;
 /// This many readings in a row from the past: the clock was set back, not a late packet.
 constexpr long kClockStepReadings = 50;
 /// Readings kept before the last usable image [s].
@@ -24,7 +24,10 @@ constexpr double kImuHistoryS = 2.0;
 
 FrontEnd::FrontEnd(const EstimatorConfig& config, std::function<Feedback(long*)> ask,
                    std::function<void(Packet)> hand_over)
-    : config_(config), ask_(std::move(ask)), hand_over_(std::move(hand_over)) {}
+    : config_(config),
+      ask_(std::move(ask)),
+      hand_over_(std::move(hand_over)),
+      imu_(kImuGapS, kImuBridgeS) {}
 
 void FrontEnd::setCamera(const CameraCalibration& calibration, const Pose& T_B_C) {
   T_B_C_ = T_B_C;
@@ -54,15 +57,9 @@ void FrontEnd::addImage(WaitingImage image) {
 }
 
 void FrontEnd::addImu(const ImuSample& sample) {
-  const bool any = !imu_.empty();
-  const TimeNs last = any ? imu_.lastTime() : 0;
   if (imu_.add(sample)) {
     next_.readings.push_back(sample);
-    if (any && toSeconds(sample.t - last) > kImuHoleS) {
-      ++counters_.imu_gaps;
-      hole_start_ = last;
-      hole_end_ = sample.t;
-    }
+    counters_.imu_gaps = imu_.counters().holes;
     stepped_back_ = 0;
     processWaiting(false);
     return;
@@ -100,8 +97,7 @@ void FrontEnd::processWaiting(bool force) {
 }
 
 bool FrontEnd::missesImu(TimeNs t) const {
-  if (t > hole_start_ && t < hole_end_) return true;
-  return t > imu_.lastTime() + fromSeconds(0.1);
+  return imu_.inHole(t) || t > imu_.lastTime() + fromSeconds(0.1);
 }
 
 void FrontEnd::process(const WaitingImage& image) {

@@ -60,8 +60,7 @@ class FrontEnd {
   Vec3 gyro_bias_ = Vec3::Zero();
   EstimatorCounters counters_;
   int resets_ = 0;
-  TimeNs hole_start_ = 0, hole_end_ = 0;  // the last long interval without readings
-  bool in_dark_ = false;                  // warn once per stretch
+  bool in_dark_ = false;  // warn once per stretch
   long stepped_back_ = 0;
   bool any_image_ = false;
   TimeNs last_image_ = 0;   // on the IMU clock

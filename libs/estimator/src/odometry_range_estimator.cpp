@@ -24,22 +24,23 @@ struct Way {
 
 }  // namespace
 
+OdometryNoise odometryNoiseDefaults() {
+  OdometryNoise o;
+  o.sigma_per_sqrt_m = 0.05;
+  o.sigma_per_rad_m = 0.005;
+  o.yaw_per_sqrt_m = 0.015;
+  o.yaw_per_sqrt_rad = 0.01;
+  o.yaw_per_sqrt_s = 0.0005;
+  o.vertical_share = 0.5;
+  return o;
+}
+
 void describe(OptionVisitor& v, OdometryOptions& o) {
   v.section("Odometry", "Poses from a device: how they err, and how often one becomes a node");
   v.value("node_distance_m", o.node_distance_m, {0.01, 100.0}, "distance between nodes");
   v.value("node_turn_rad", o.node_turn_rad, {0.01, 10.0}, "turn between nodes");
   v.value("node_interval_s", o.node_interval_s, {0.05, 1e4}, "longest time between nodes");
-  v.value("sigma_per_sqrt_m", o.sigma_per_sqrt_m, {1e-5, 10.0},
-          "random walk of the position with the distance [m/sqrt(m)]");
-  v.value("sigma_per_rad_m", o.sigma_per_rad_m, {0.0, 10.0}, "position noise of a turn [m/rad]");
-  v.value("yaw_per_sqrt_m", o.yaw_per_sqrt_m, {0.0, 10.0},
-          "random walk of the heading with the distance [rad/sqrt(m)]");
-  v.value("yaw_per_sqrt_rad", o.yaw_per_sqrt_rad, {0.0, 10.0},
-          "random walk of the heading with the angle turned [rad/sqrt(rad)]");
-  v.value("yaw_per_sqrt_s", o.yaw_per_sqrt_s, {0.0, 10.0},
-          "random walk of the heading with time [rad/sqrt(s)]");
-  v.value("vertical_share", o.vertical_share, {0.0, 10.0},
-          "vertical position noise as a share of the horizontal (0: motion in a plane)");
+  describe(v, o.noise);
   v.value("max_step_m", o.max_step_m, {0.01, 1e4}, "a longer step between two poses is a jump");
   v.value("max_gap_s", o.max_gap_s, {0.01, 1e4}, "a longer time between two poses is a gap");
 }
@@ -85,6 +86,9 @@ struct OdometryRangeEstimator::Impl {
     log(log_sink, LogLevel::warning, text);
     warnings.push_back(text);
   }
+  void collectRangeWarnings() {
+    for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+  }
 
   OdometryRangeConfig config;
   LogSink log_sink;
@@ -118,13 +122,10 @@ bool OdometryRangeEstimator::Impl::plausible(TimeNs t, const Pose& T_O_B) {
 }
 
 Eigen::Matrix4d OdometryRangeEstimator::Impl::covarianceOf(const Way& w, double seconds) const {
-  const OdometryOptions& o = config.odometry;
-  const double p = o.sigma_per_sqrt_m * o.sigma_per_sqrt_m * w.metres +
-                   o.sigma_per_rad_m * o.sigma_per_rad_m * w.radians * w.radians + 1e-6;
-  const double yaw = o.yaw_per_sqrt_m * o.yaw_per_sqrt_m * w.metres +
-                     o.yaw_per_sqrt_rad * o.yaw_per_sqrt_rad * w.radians +
-                     o.yaw_per_sqrt_s * o.yaw_per_sqrt_s * seconds + 1e-10;
-  const double share = std::max(o.vertical_share, 1e-2);
+  const OdometryNoise& noise = config.odometry.noise;
+  const double p = noise.positionVariance(w.metres, w.radians, seconds) + 1e-6;
+  const double yaw = noise.yawVariance(w.metres, w.radians, seconds) + 1e-10;
+  const double share = noise.usableVerticalShare();
   return Eigen::Vector4d(p, p, p * share * share, yaw).asDiagonal();
 }
 
@@ -155,10 +156,9 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
 std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uint64_t key) const {
   std::vector<window::HeldRange> out;
   const auto add = [&](const window::LongNode& n, const std::vector<window::HeldRange>& list) {
-    const Mat3 R = rotZ(n.x[3]);
     for (window::HeldRange r : list) {
       if (r.anchor != key) continue;
-      r.motion = n.position() + R * (std::exp(-n.x[4]) * r.motion + r.lever);
+      r.motion = n.antenna(r);
       r.lever.setZero();
       out.push_back(r);
     }
@@ -173,9 +173,10 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   if (jumped) {
     covariance.diagonal().head<3>().array() += kJumpPosition * kJumpPosition;
     covariance(3, 3) += kJumpYaw * kJumpYaw;
-    jumped = false;
   }
-  window.advance(t, T_O_B, std::move(front_ranges), covariance);
+  window.advance(t, T_O_B, std::move(front_ranges), covariance,
+                 jumped ? window::NodeTie::lost : window::NodeTie::followed);
+  jumped = false;
   front_ranges.clear();
   way = Way();
   for (const window::LongNode& n : window.takeRetired()) retired.push_back({n.t, n.T_W_B()});
@@ -183,7 +184,7 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   // The covariances must know the new node before ranges are judged by them.
   window.solve(config.iterations, front_ranges);
   if (ranges.update(t, held, front_ranges)) window.solve(kIterationsOnChange, front_ranges);
-  for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
+  collectRangeWarnings();
 }
 
 Eigen::Matrix<double, 6, 6> OdometryRangeEstimator::Impl::covarianceInWorld(
@@ -249,8 +250,10 @@ void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
   results.push_back(out);
 }
 
-OdometryRangeEstimator::OdometryRangeEstimator(const OdometryRangeConfig& config, LogSink log)
-    : impl_(std::make_unique<Impl>(config, std::move(log))) {}
+OdometryRangeEstimator::OdometryRangeEstimator(const OdometryRangeConfig& config, LogSink log) {
+  config.validate();
+  impl_ = std::make_unique<Impl>(config, std::move(log));
+}
 OdometryRangeEstimator::~OdometryRangeEstimator() = default;
 
 void OdometryRangeEstimator::addOdometry(TimeNs t, const Pose& T_O_B) {
@@ -263,8 +266,13 @@ void OdometryRangeEstimator::addRange(const Range& range) {
 }
 
 void OdometryRangeEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
-  if (impl_->window.empty()) return;
-  impl_->ranges.dropped(id, impl_->window.toWorld(impl_->last) * p_B, sigma_m);
+  Impl& s = *impl_;
+  if (s.window.empty()) {
+    s.ranges.putDownUnseen(id);
+  } else {
+    s.ranges.putDown(id, s.window.toWorld(s.last) * p_B, sigma_m);
+  }
+  s.collectRangeWarnings();
 }
 
 std::vector<StateEstimate> OdometryRangeEstimator::take() {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 #include "range_layer_impl.h"
 
@@ -182,10 +183,25 @@ bool RangeLayer::judge(const Range& range, const AntennaPrediction& antenna,
   return accepted;
 }
 
-void RangeLayer::dropped(std::uint64_t id, const Vec3& p_W, double sigma_m) {
+void RangeLayer::putDown(std::uint64_t id, const Vec3& p_W, double sigma_m) {
+  const bool possible = id <= static_cast<std::uint64_t>(std::numeric_limits<int>::max()) &&
+                        p_W.allFinite() && sigma_m > 0 && std::isfinite(sigma_m);
+  if (!possible) {
+    ++impl_->put_down_unusable;
+    impl_->warn("anchor " + std::to_string(id) + " was put down with sigma " +
+                std::to_string(sigma_m) + " m at a place or under an id that cannot be: not used");
+    return;
+  }
   AnchorTrack& a = impl_->track(id);
   if (a.known()) return;
-  impl_->setPrior(id, p_W, sigma_m);
+  impl_->setPrior(id, p_W, std::max(sigma_m, kLeastPriorSigma));
+}
+
+void RangeLayer::putDownUnseen(std::uint64_t id) {
+  ++impl_->put_down_unseen;
+  impl_->warn("anchor " + std::to_string(id) +
+              " was put down when there was no pose to place it from: that is not used, it will be "
+              "found from its ranges");
 }
 
 std::vector<Anchor> RangeLayer::anchors() const {
@@ -213,7 +229,8 @@ std::vector<Anchor> RangeLayer::anchors() const {
                 : a.phase == AnchorPhase::mirror_open ? AnchorState::mirror_open
                                                       : AnchorState::estimated;
       if (a.phase == AnchorPhase::mirror_open) {
-        // Spread over both positions: each alone would promise a height that nobody knows.
+        // Spread over both positions: each alone would promise a height that nobody knows. Whoever
+        // uses this covariance must not widen it by the other position again.
         r.mirror_p_W = a.mirror_p_W;
         const Vec3 half = 0.5 * (r.mirror_p_W - r.p_W);
         r.covariance += half * half.transpose();
@@ -234,6 +251,12 @@ std::vector<std::pair<std::string, long>> RangeLayer::counters() const {
   if (impl_->found_anew > 0) out.emplace_back("anchors_found_anew", impl_->found_anew);
   if (impl_->taken_up_again > 0) {
     out.emplace_back("anchors_taken_up_again", impl_->taken_up_again);
+  }
+  if (impl_->put_down_unseen > 0) {
+    out.emplace_back("anchors_put_down_without_a_pose", impl_->put_down_unseen);
+  }
+  if (impl_->put_down_unusable > 0) {
+    out.emplace_back("anchors_put_down_unusable", impl_->put_down_unusable);
   }
   return out;
 }

@@ -8,6 +8,9 @@
 
 namespace vir::estimator {
 
+/// A prior narrower than this leaves nothing for a solver in double precision to weigh [m].
+constexpr double kLeastPriorSigma = 1e-4;
+
 struct RangeLayer::Impl {
   Impl(const RangeOptions& o, window::LongWindow* w, LogSink l)
       : options(o), window(w), log_sink(std::move(l)), check(checkOptions(o)) {
@@ -64,8 +67,10 @@ struct RangeLayer::Impl {
   std::vector<Range> pending;  ///< ordered by time
   std::vector<RangeRecord> decisions;
   std::vector<std::string> warnings;
-  long found_anew = 0;      ///< anchors given up and looked for again
-  long taken_up_again = 0;  ///< of those, where they had been
+  long found_anew = 0;         ///< anchors given up and looked for again
+  long taken_up_again = 0;     ///< of those, where they had been
+  long put_down_unseen = 0;    ///< anchors put down when there was no pose
+  long put_down_unusable = 0;  ///< or with a place, sigma or id that cannot be
   double travelled_m = 0;
   Vec3 last_antenna = Vec3::Zero();
   bool any_antenna = false;

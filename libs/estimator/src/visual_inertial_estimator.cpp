@@ -46,8 +46,10 @@ struct VisualInertialEstimator::Impl {
   FrontEnd front;
 };
 
-VisualInertialEstimator::VisualInertialEstimator(const EstimatorConfig& config, LogSink log)
-    : impl_(std::make_unique<Impl>(config, std::move(log))) {}
+VisualInertialEstimator::VisualInertialEstimator(const EstimatorConfig& config, LogSink log) {
+  config.validate();
+  impl_ = std::make_unique<Impl>(config, std::move(log));
+}
 VisualInertialEstimator::~VisualInertialEstimator() = default;
 
 void VisualInertialEstimator::workBehind(std::function<void()> on_estimates) {

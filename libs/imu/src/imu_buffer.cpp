@@ -23,10 +23,20 @@ bool ImuBuffer::add(const ImuSample& s) {
     ++counters_.out_of_order;
     return false;
   }
-  if (!samples_.empty() && toSeconds(s.t - samples_.back().t) > max_gap_s_) ++counters_.gaps;
+  if (!samples_.empty()) {
+    const double since_last_s = toSeconds(s.t - samples_.back().t);
+    if (since_last_s > max_gap_s_) ++counters_.gaps;
+    if (since_last_s > max_bridge_s_) ++counters_.holes;
+  }
   ++counters_.accepted;
   samples_.push_back(s);
   return true;
+}
+
+bool ImuBuffer::inHole(TimeNs t) const {
+  const auto next = std::lower_bound(samples_.begin(), samples_.end(), t, earlier);
+  if (next == samples_.begin() || next == samples_.end() || next->t == t) return false;
+  return toSeconds(next->t - (next - 1)->t) > max_bridge_s_;
 }
 
 ImuSample ImuBuffer::at(TimeNs t) const {

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "vir/core/option_check.h"
+
 namespace vir::imu {
 namespace {
 /// Position noise of the integration rule itself [m/sqrt(s)]: keeps the covariance of a single step
@@ -25,6 +27,8 @@ void describe(OptionVisitor& v, ImuNoise& o) {
           "white noise is multiplied by this: a data sheet knows no vibration");
   v.value("gravity_mps2", o.gravity_mps2, {0.1, 30.0}, "local gravity [m/s^2]");
 }
+
+void ImuNoise::validate() const { checkBounds(*this); }
 
 Preintegration::Preintegration(const ImuNoise& noise, const Vec3& bias_gyro, const Vec3& bias_acc)
     : noise_(noise), bg_(bias_gyro), ba_(bias_acc) {

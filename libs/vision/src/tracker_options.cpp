@@ -1,3 +1,4 @@
+#include "vir/core/option_check.h"
 #include "vir/vision/feature_tracker.h"
 
 namespace vir::vision {
@@ -20,6 +21,14 @@ void describe(OptionVisitor& v, TrackerOptions& o) {
           "smaller eigenvalue of the mean gradient tensor [(grey levels/pixel)^2] a corner needs");
   v.value("min_similarity", o.min_similarity, {0.0, 1.0},
           "normalised cross-correlation with the remembered patch below which a track ends");
+}
+
+void TrackerOptions::validate() const {
+  checkBounds(*this);
+  if (patch_px % 2 == 0) {
+    refuseSetting("Tracker", "patch_px", std::to_string(patch_px),
+                  "a patch has a pixel in its middle; allowed: an odd number");
+  }
 }
 
 }  // namespace vir::vision

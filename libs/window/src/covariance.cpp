@@ -102,7 +102,6 @@ class PoseCovariance {
 
 void addRangeInformation(const WindowState& w, NormalEquations* eq) {
   const LongWindow& lw = *w.long_window;
-  const Frame& host = *w.frames.front();
   for (const auto& f : w.frames) {
     for (const HeldRange& r : f->ranges) {
       const auto known = lw.anchors().find(r.anchor);
@@ -110,9 +109,8 @@ void addRangeInformation(const WindowState& w, NormalEquations* eq) {
       const AnchorNode& a = known->second;
       const int c = eq->offsetOf(a.x);
       // The short window's own geometry is far better known than a range: taken as rigid here.
-      const Vec3 offset_O = f->T_W_B() * Vec3(r.motion + r.lever) - host.T_W_B().p;
-      const factors::NodeRangeFactor factor(lw.termOf(r.anchor, r.range_m, r.sigma_m), Vec3::Zero(),
-                                            offset_O);
+      const RigidRange range = rigidRange(w, *f, r);
+      const factors::NodeRangeFactor factor(range.term, range.motion_O, range.lever_O);
       double e = 0;
       Eigen::Matrix<double, 1, 5> Jn;
       Eigen::Matrix<double, 1, 4> Ja;
@@ -130,6 +128,17 @@ void addRangeInformation(const WindowState& w, NormalEquations* eq) {
 }
 
 }  // namespace
+
+RigidRange rigidRange(const WindowState& w, const Frame& f, const HeldRange& r) {
+  const LongWindow& lw = *w.long_window;
+  const Pose T_O_B = f.T_W_B();
+  const Vec3 offset = lw.options().ranges_at_own_time ? Vec3(r.motion + r.lever) : r.lever;
+  const Vec3 offset_O = T_O_B * offset - w.frames.front()->T_W_B().p;
+  // What a scale that is held at 1 cannot change need not be told from the lever: one rounding
+  // less.
+  const Vec3 motion_O = lw.scaleFrozen() ? Vec3(Vec3::Zero()) : Vec3(offset_O - T_O_B.q * r.lever);
+  return {lw.termOf(r.anchor, r.range_m, r.sigma_m), motion_O, offset_O - motion_O};
+}
 
 NormalEquations informationOf(WindowState& w) {
   TermSet set(w);

@@ -38,6 +38,22 @@ bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
   return worst < 3 * w.options.outlier_sigma;
 }
 
+/// The landmark, which was at `p_W`, from the host it has now.
+void hostAnew(const WindowState& w, const Vec3& p_W, WindowLandmark* l) {
+  l->setHostRay();
+  if (!l->has_depth) return;
+  const Vec3 p_C = (l->host()->T_W_B() * w.T_B_C()).inverse() * p_W;
+  // From p_C = (bearing + basis (u, v) - td rate) / rho, along the bearing and across it.
+  const double along = p_C.dot(l->ray.bearing) / (1 - w.td() * l->ray.bearing.dot(l->ray.rate));
+  l->has_depth = along > 0.05;
+  if (!l->has_depth) return;
+  const Vec2 uv = l->ray.basis.transpose() * p_C / along;
+  const Vec2 late = l->ray.basis.transpose() * l->ray.rate * w.td();
+  l->x[0] = uv[0] + late[0];
+  l->x[1] = uv[1] + late[1];
+  l->x[2] = 1.0 / along;
+}
+
 }  // namespace
 
 Vec3 landmarkInWorld(const WindowState& w, const WindowLandmark& l) {
@@ -110,20 +126,7 @@ void removeSightsOf(WindowState& w, const Frame* frame) {
     }
     const Vec3 p_W = was_host && l.has_depth ? landmarkInWorld(w, l) : Vec3::Zero();
     l.sights.erase(s);
-    if (was_host) {
-      l.setHostRay();
-      if (l.has_depth) {
-        const Vec3 p_C = (l.host()->T_W_B() * w.T_B_C()).inverse() * p_W;
-        const double along = p_C.dot(l.ray.bearing);
-        l.has_depth = along > 0.05;
-        if (l.has_depth) {
-          const Vec2 uv = l.ray.basis.transpose() * p_C / along;
-          l.x[0] = uv[0];
-          l.x[1] = uv[1];
-          l.x[2] = 1.0 / along;
-        }
-      }
-    }
+    if (was_host) hostAnew(w, p_W, &l);
     ++it;
   }
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "long_window_state.h"
 
@@ -21,43 +22,8 @@ Eigen::Matrix4d sqrtInformationOf(const Eigen::Matrix4d& covariance) {
 
 }  // namespace
 
-void describe(OptionVisitor& v, LongWindowOptions& o) {
-  v.section("LongWindow", "The long window: how keyframes are tied together and to the anchors");
-  v.value("conditional_edges", o.conditional_edges,
-          "edges weighted by their covariance; false: by edge_sigma_*");
-  v.value("heading", o.heading, "ranges may turn the heading, not only shift the position");
-  v.value("gauge_free_prior", o.gauge_free_prior,
-          "false: the odometry's claim to absolute position and yaw resists the ranges");
-  v.value("ranges_at_own_time", o.ranges_at_own_time,
-          "false: a range acts at its keyframe's position, whatever its own time");
-  v.value("noise_from_residuals", o.noise_from_residuals,
-          "the odometry is as uncertain as its sights fit well or badly, not as sigma_px says");
-  v.value("edge_noise_scale", o.edge_noise_scale, {0.01, 100.0},
-          "factor on the standard deviation of the odometry between keyframes");
-  v.value("edge_sigma_m", o.edge_sigma_m, {1e-6, 10.0}, "position noise of an edge, if not known");
-  v.value("edge_sigma_rad", o.edge_sigma_rad, {1e-7, 1.0}, "yaw noise of an edge, if not known");
-  v.value("gamma_r", o.gamma_r, {1e-3, 1e3}, "weight of ranges (paper)");
-  v.value("gamma_s", o.gamma_s, {1e-3, 1e6},
-          "weight of the relative measurements in long_window = position (paper) [1/m]");
-  v.value("scale_sigma", o.scale_sigma, {0.0, 1.0},
-          "how far the odometry's scale may be off (log); 0 = it is right");
-  v.value("scale_walk_per_sqrt_m", o.scale_walk_per_sqrt_m, {0.0, 1.0},
-          "how much the scale wanders along the way");
-  v.value("huber_delta", o.robust.huber_delta, {0.0, 1e6},
-          "ranges shorter than expected by more weigh less [sigma]; 0 = never");
-  v.value("nlos_delta", o.robust.nlos_delta, {0.0, 1e6},
-          "ranges longer than expected by more weigh far less [sigma]; 0 = never");
-}
-
-void describeMode(OptionVisitor& v, LongWindowOptions& o) {
-  v.choice("long_window", o.mode, {"none", "position", "pose"},
-           "pose: keyframes with heading, conditional edges; position: as in the paper; none: "
-           "keyframes that leave the short window are folded into a prior");
-  v.value("long_window_size", o.size, {1, 100000}, "keyframes in the long window");
-  std::string anchor = o.anchor_fixed_after_init ? "fixed_after_init" : "estimate";
-  v.choice("anchor", anchor, {"estimate", "fixed_after_init"},
-           "estimate: anchors stay part of the state; fixed_after_init: as in the paper");
-  o.anchor_fixed_after_init = anchor == "fixed_after_init";
+Vec3 LongNode::antenna(const HeldRange& r) const {
+  return position() + rotZ(x[3]) * (std::exp(-x[4]) * r.motion + r.lever);
 }
 
 Pose LongNode::T_W_B() const { return {(Quat(rotZ(x[3])) * T_O_B.q).normalized(), position()}; }
@@ -94,14 +60,15 @@ void LongWindow::start(TimeNs t, const Pose& T_O_B, const Pose& T_W_B, double si
 }
 
 void LongWindow::advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> front_ranges,
-                         const Eigen::Matrix4d& covariance) {
+                         const Eigen::Matrix4d& covariance, NodeTie tie) {
   Impl& s = *impl_;
   LongNode node = std::move(s.front);
   node.ranges = std::move(front_ranges);
   node.motion_O = T_O_B.p - node.T_O_B.p;
   const double k = s.options.edge_noise_scale;
   node.covariance = k * k * covariance;
-  if (!s.options.conditional_edges) {
+  node.tie = tie;
+  if (!s.options.conditional_edges && tie == NodeTie::followed) {
     Eigen::Vector4d fixed;
     fixed << Vec3::Constant(s.options.edge_sigma_m), s.options.edge_sigma_rad;
     node.covariance = fixed.cwiseAbs2().asDiagonal();
@@ -117,14 +84,22 @@ void LongWindow::advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> fro
   s.front.x[3] = node.x[3];
   s.front.x[4] = node.x[4];
   s.nodes.push_back(std::move(node));
-  if (s.position()) {
-    const std::size_t n = s.nodes.size();
-    for (std::size_t back = 1; back <= 3 && back <= n; ++back) {
-      LongNode& from = s.nodes[n - back];
-      from.links_W.push_back(T_O_B.p - from.T_O_B.p);
-    }
-  }
+  if (s.position()) s.linkFront();
   while (static_cast<int>(s.nodes.size()) > s.limit()) s.dropOldest();
+}
+
+void LongWindow::Impl::linkFront() {
+  const std::size_t n = nodes.size();
+  for (std::size_t back = 1; back <= 3 && back <= n; ++back) {
+    LongNode& from = nodes[n - back];
+    PositionLink link{front.T_O_B.p - from.T_O_B.p, options.gamma_s};
+    const bool lost = from.tie == NodeTie::lost;
+    // Across a stretch that nobody followed only its two ends are tied, and as loosely as is known.
+    if (lost && back > 1) return;
+    if (lost) link.gamma = 1 / std::sqrt(from.covariance.topLeftCorner<3, 3>().trace() / 3);
+    from.links.push_back(link);
+    if (lost) return;
+  }
 }
 
 void LongWindow::frontMoved(TimeNs t, const Pose& T_O_B) {
@@ -150,8 +125,8 @@ void LongWindow::frontMoved(TimeNs t, const Pose& T_O_B) {
     if (k == s.nodes.size()) break;
     n.T_O_B.p += part[k] * d_O;
     n.motion_O += (part[k + 1] - part[k]) * d_O;
-    for (std::size_t j = 0; j < n.links_W.size(); ++j) {
-      n.links_W[j] += (part[k + 1 + j] - part[k]) * d_O;
+    for (std::size_t j = 0; j < n.links.size(); ++j) {
+      n.links[j].z_W += (part[k + 1 + j] - part[k]) * d_O;
     }
   }
 }
@@ -179,9 +154,9 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& front_ranges) {
     const LongNode& n = nodes[k];
     ranges(n, n.ranges);
     if (position()) {
-      for (std::size_t j = 0; j < n.links_W.size(); ++j) {
+      for (std::size_t j = 0; j < n.links.size(); ++j) {
         const Vec3 to(node(k + 1 + j).x);
-        sum += (options.gamma_s * (to - n.position() - n.links_W[j])).squaredNorm();
+        sum += (n.links[j].gamma * (to - n.position() - n.links[j].z_W)).squaredNorm();
       }
       continue;
     }
@@ -289,6 +264,12 @@ Vec3 LongWindow::turnToWorld(const Vec3& v_O) const {
   return rotZ(impl_->front.x[3]) * (std::exp(-impl_->front.x[4]) * v_O);
 }
 
+Vec3 LongWindow::antennaToWorld(const Vec3& p_O, const Vec3& lever_O) const {
+  const LongNode& f = impl_->front;
+  // As what the scale must not take off: one that is held at 1 changes no digit.
+  return pointToWorld(p_O) + rotZ(f.x[3]) * ((1 - std::exp(-f.x[4])) * lever_O);
+}
+
 AnchorNode& LongWindow::addAnchor(std::uint64_t id, const Eigen::Vector4d& mean,
                                   const Eigen::Matrix4d& covariance) {
   AnchorNode& a = impl_->anchors[id];
@@ -345,6 +326,8 @@ const std::deque<LongNode>& LongWindow::nodes() const { return impl_->nodes; }
 std::vector<LongNode> LongWindow::takeRetired() { return std::exchange(impl_->retired, {}); }
 const LongWindowOptions& LongWindow::options() const { return impl_->options; }
 const Eigen::MatrixXd& LongWindow::jointCovariance() const { return impl_->joint; }
+
+bool LongWindow::scaleFrozen() const { return impl_->scaleFrozen(); }
 
 std::vector<int> LongWindow::frozen() const {
   std::vector<int> out;

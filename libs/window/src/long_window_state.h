@@ -3,6 +3,9 @@
 #include <cmath>
 
 #include "chain.h"
+#include "vir/factors/node_edge_factor.h"
+#include "vir/factors/node_range_factor.h"
+#include "vir/factors/position_link_factor.h"
 #include "vir/window/long_window.h"
 
 namespace vir::window {
@@ -56,6 +59,8 @@ struct LongWindow::Impl {
   void addClaim(Frontal* f) const;
   void holdFrozen(Frontal* f) const;
   void holdFixedAnchors(Frontal* f) const;
+  /// Mode "position": ties the new front to the nodes before it.
+  void linkFront();
   void dropOldest();
   std::vector<double> frontAndAnchors() const;
   double cost(const std::vector<HeldRange>& front_ranges);

@@ -92,8 +92,8 @@ void LongWindow::Impl::addNode(std::size_t k, Frontal* f) {
   addRanges(n, n.ranges, f);
   holdFrozen(f);
   if (position()) {
-    for (std::size_t j = 0; j < n.links_W.size(); ++j) {
-      const factors::PositionLinkFactor factor(n.links_W[j], options.gamma_s);
+    for (std::size_t j = 0; j < n.links.size(); ++j) {
+      const factors::PositionLinkFactor factor(n.links[j].z_W, n.links[j].gamma);
       Vec3 e;
       RowMat35 Ja, Jb;
       const double* blocks[2] = {n.x, node(k + 1 + j).x};

@@ -8,45 +8,6 @@
 
 namespace vir::window {
 
-void describe(OptionVisitor& v, WindowOptions& o) {
-  v.section("Window", "The short window: keyframes, solver, marginalisation");
-  v.value("keyframes", o.keyframes, {4, 40}, "keyframes kept besides the newest image");
-  v.value("iterations", o.iterations, {1, 100}, "solver iterations per keyframe");
-  v.value("iterations_newest", o.iterations_newest, {1, 100},
-          "solver iterations for an image that is no keyframe");
-  v.value("newest_frames", o.newest_frames, {1, 10},
-          "frames that move with an image that is no keyframe");
-  v.value("full_every_image", o.full_every_image,
-          "solve the whole window for every image, not only for keyframes");
-  v.value("sigma_px", o.sigma_px, {0.01, 100.0}, "noise of a tracked feature [px]");
-  v.choice("loss", o.loss, {"huber", "cauchy"}, "robust loss of reprojections");
-  v.value("loss_scale", o.loss_scale, {0.1, 1e6},
-          "reprojections beyond this many sigma weigh less");
-  v.value("outlier_sigma", o.outlier_sigma, {1.0, 1e6}, "reprojections beyond are dropped [sigma]");
-  v.value("keyframe_parallax_px", o.keyframe_parallax_px, {0.5, 500.0},
-          "mean parallax to the last keyframe that makes the next");
-  v.value("keyframe_min_shared", o.keyframe_min_shared, {0.0, 1.0},
-          "share of tracks the last keyframe must have seen, else a new one is made");
-  v.value("keyframe_max_interval_s", o.keyframe_max_interval_s, {0.05, 60.0},
-          "longest time between keyframes while moving");
-  v.value("min_parallax_px", o.min_parallax_px, {0.1, 100.0},
-          "parallax a track needs before it gets a depth");
-  v.value("first_estimate_jacobians", o.first_estimate_jacobians,
-          "Jacobians of states in the prior are taken at their first estimate");
-  v.value("estimate_extrinsics", o.estimate_extrinsics, "refine the camera's pose in the body");
-  v.value("extrinsics_sigma_m", o.extrinsics_sigma_m, {1e-6, 10.0},
-          "how far the calibrated camera position may be off");
-  v.value("extrinsics_sigma_rad", o.extrinsics_sigma_rad, {1e-6, 3.0},
-          "how far the calibrated camera rotation may be off");
-  v.value("estimate_time_offset", o.estimate_time_offset, "refine the camera's time offset");
-  v.value("time_offset_sigma_s", o.time_offset_sigma_s, {1e-7, 1.0},
-          "how far the given time offset may be off");
-  v.value("rest_sigma_v_mps", o.rest_sigma_v_mps, {1e-6, 10.0}, "velocity noise at standstill");
-  v.value("rest_sigma_p_m", o.rest_sigma_p_m, {1e-6, 10.0}, "position noise at standstill");
-  v.value("rest_sigma_theta_rad", o.rest_sigma_theta_rad, {1e-7, 1.0},
-          "rotation noise at standstill");
-}
-
 State predict(const State& from, const imu::Preintegration& link, double gravity, TimeNs t) {
   const Vec3 g(0, 0, -gravity);
   const double dt = link.dt();
@@ -289,7 +250,7 @@ std::vector<HeldRange> ShortWindow::rangesInO(std::uint64_t anchor) const {
     for (HeldRange r : f->ranges) {
       if (r.anchor != anchor) continue;
       r.motion = T_O_B * Vec3(r.motion + r.lever);
-      r.lever.setZero();
+      r.lever = T_O_B.q * r.lever;
       out.push_back(r);
     }
   }

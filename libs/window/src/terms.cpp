@@ -94,18 +94,20 @@ void TermSet::addRanges() {
     for (const HeldRange& r : frame->ranges) {
       AnchorNode* a = lw.anchor(r.anchor);
       if (!a) continue;
-      const factors::RangeTerm term = lw.termOf(r.anchor, r.range_m, r.sigma_m);
-      const Vec3 offset = lw.options().ranges_at_own_time ? Vec3(r.motion + r.lever) : r.lever;
       if (!a->settled) {
-        const Vec3 offset_O = frame->T_W_B() * offset - w_.frames.front()->T_W_B().p;
-        rigid_ranges_.emplace_back(term, Vec3::Zero(), offset_O);
+        const RigidRange range = rigidRange(w_, *frame, r);
+        rigid_ranges_.emplace_back(range.term, range.motion_O, range.lever_O);
         terms_.push_back({&rigid_ranges_.back(), {lw.frontParameters(), a->x}, 0, false, nullptr});
-      } else if (frame->pose == host) {
-        front_ranges_.emplace_back(term, offset);
+        continue;
+      }
+      const factors::RangeTerm term = lw.termOf(r.anchor, r.range_m, r.sigma_m);
+      const Vec3 motion = lw.options().ranges_at_own_time ? r.motion : Vec3(Vec3::Zero());
+      if (frame->pose == host) {
+        front_ranges_.emplace_back(term, motion, r.lever);
         terms_.push_back(
             {&front_ranges_.back(), {host, lw.frontParameters(), a->x}, 0, false, nullptr});
       } else {
-        window_ranges_.emplace_back(term, offset);
+        window_ranges_.emplace_back(term, motion, r.lever);
         terms_.push_back({&window_ranges_.back(),
                           {host, frame->pose, lw.frontParameters(), a->x},
                           0,

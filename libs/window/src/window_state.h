@@ -5,11 +5,14 @@
 #include <memory>
 #include <vector>
 
+#include "vir/factors/front_range_factor.h"
 #include "vir/factors/imu_factor.h"
 #include "vir/factors/linear_prior_factor.h"
 #include "vir/factors/motion_factors.h"
+#include "vir/factors/node_range_factor.h"
 #include "vir/factors/pose_manifold.h"
 #include "vir/factors/reprojection_factor.h"
+#include "vir/factors/window_range_factor.h"
 #include "vir/window/long_window.h"
 #include "vir/window/marginalization.h"
 #include "vir/window/short_window.h"
@@ -157,6 +160,13 @@ NormalEquations informationOf(WindowState& w);
 void updateCovariance(WindowState& w);
 /// The oldest frame, about to be marginalised, becomes a node of the long window.
 void handToLongWindow(WindowState& w);
+/// What NodeRangeFactor needs for a range of a frame with the short window taken as rigid: as if
+/// its oldest frame held it.
+struct RigidRange {
+  factors::RangeTerm term;
+  Vec3 motion_O = Vec3::Zero(), lever_O = Vec3::Zero();
+};
+RigidRange rigidRange(const WindowState& w, const Frame& f, const HeldRange& r);
 /// Moves the ranges of a frame that is dropped to another.
 void moveRanges(Frame* from, Frame* to);
 

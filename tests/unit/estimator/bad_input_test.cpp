@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 
 #include "estimator_driver.h"
 
@@ -157,6 +158,53 @@ TEST(EstimatorBadInput, ClockOfTheImuSetBack) {
   EXPECT_TRUE(out.back().valid) << healthText(out.back());
   EXPECT_EQ(out.back().segment, 1);
   EXPECT_LT(out.back().state.T_W_B.p.norm(), 0.02) << "carries on from where it was";
+}
+
+TEST(EstimatorBadInput, AHoleIsForgottenWhenTheClockIsSetBack) {
+  EstimatorDriver d;
+  d.run(kStart, kStart + 2000 * kMs);
+  d.run(kStart + 4000 * kMs, kStart + 6000 * kMs);
+  ASSERT_EQ(d.estimator.counters().images_without_imu, 0);
+  ASSERT_EQ(d.estimator.counters().imu_gaps, 1 + 1) << "the hole, and the link across it";
+  // Back into the hole, where readings are complete now.
+  d.run(kStart + 2100 * kMs, kStart + 3900 * kMs);
+  const auto out = expectSane(&d);
+  EXPECT_EQ(d.estimator.counters().clock_steps, 1);
+  EXPECT_EQ(d.estimator.counters().images_without_imu, 0);
+  EXPECT_TRUE(out.back().valid) << healthText(out.back());
+}
+
+TEST(EstimatorBadInput, SeveralHolesAtOnce) {
+  EstimatorDriver d;
+  d.run(kStart, kStart + 2000 * kMs);
+  // Images that come late find two holes behind them, 20 and 25 images wide.
+  d.imu(kStart + 3000 * kMs + 50 * kMs, kStart + 3500 * kMs);
+  d.imu(kStart + 4750 * kMs, kStart + 6000 * kMs);
+  for (TimeNs t = kStart + 2050 * kMs; t <= kStart + 6000 * kMs; t += 50 * kMs) {
+    d.estimator.addImage(t, d.image);
+  }
+  const auto out = expectSane(&d);
+  EXPECT_EQ(out.size(), 120u);
+  EXPECT_EQ(d.estimator.counters().images_without_imu, 21 + 25);
+  EXPECT_TRUE(out.back().valid) << healthText(out.back());
+}
+
+TEST(EstimatorBadInput, AnchorsPutDownBeforeThereIsAPose) {
+  EstimatorDriver d;
+  d.estimator.anchorDropped(3, Vec3(0.1, 0, 0), 0.1);
+  d.run(kStart, kStart + 2000 * kMs);
+  d.estimator.anchorDropped(4, Vec3(0.1, 0, 0), 0.1);
+  d.estimator.anchorDropped(5, Vec3(0.1, 0, 0), 0);
+  d.run(kStart + 2000 * kMs, kStart + 2200 * kMs);
+  expectSane(&d);
+  std::map<std::string, long> counts;
+  for (const auto& [name, n] : d.estimator.rangeCounters()) counts[name] = n;
+  EXPECT_EQ(counts["anchors_put_down_without_a_pose"], 1);
+  EXPECT_EQ(counts["anchors_put_down_unusable"], 1);
+  const std::vector<std::string>& warnings = d.estimator.warnings();
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_NE(warnings[0].find("anchor 3 was put down"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[1].find("anchor 5 was put down"), std::string::npos) << warnings[1];
 }
 
 TEST(EstimatorBadInput, TwoSecondsWithoutReadings) {

@@ -186,8 +186,8 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
     gentle.position_walk = 0.003;
     gentle.yaw_walk = 0.003;
     OdometryRangeConfig config;
-    config.odometry.sigma_per_sqrt_m = 0.01;
-    config.odometry.yaw_per_sqrt_m = 0.005;
+    config.odometry.noise.sigma_per_sqrt_m = 0.01;
+    config.odometry.noise.yaw_per_sqrt_m = 0.005;
     auto ranges = rangesTo({Vec3(4, 6, z)});
     ranges.lever_arm_m = {0, 0, 0};
     const RangeWorld world(simulation::flyAlong(points, level), gentle, ranges);
@@ -207,6 +207,13 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
           EXPECT_NE(a.advice.find("height"), std::string::npos) << a.advice;
           EXPECT_GT(std::sqrt(a.covariance(2, 2)), 1.0);
           EXPECT_LT(std::sqrt(a.covariance(0, 0)), 2.0);
+          // It spans both positions: half the way between them is one sigma at least, so that the
+          // other one lies within two. Nobody has to widen it again.
+          const Vec3 apart = a.mirror_p_W - a.p_W;
+          const Vec3 along = apart.normalized();
+          EXPECT_GE(along.dot(a.covariance * along), 0.25 * apart.squaredNorm());
+          EXPECT_LE(apart.dot(a.covariance.ldlt().solve(apart)), 4.0);
+          EXPECT_LT(along.dot(a.covariance * along), 0.5 * apart.squaredNorm() + 0.5);
           seen = true;
         });
     EXPECT_TRUE(seen);
@@ -250,6 +257,41 @@ TEST(RangeLayer, AStraightLineIsARingForTheOdometryModeToo) {
   EXPECT_FALSE(run.anchors[0].has_position);
   EXPECT_NE(run.anchors[0].advice.find("move sideways"), std::string::npos)
       << run.anchors[0].advice;
+}
+
+TEST(RangeLayer, AnAnchorPutDownBeforeTheFirstPoseIsCounted) {
+  OdometryRangeEstimator e{OdometryRangeConfig()};
+  e.anchorDropped(3, Vec3(0.1, 0, 0), 0.1);
+  e.addOdometry(1000000000, Pose());
+  e.anchorDropped(4, Vec3(0.1, 0, 0), 0.1);
+  e.anchorDropped(5, Vec3(kNan, 0, 0), 0.1);
+  e.anchorDropped(static_cast<std::uint64_t>(-1), Vec3(0.1, 0, 0), 0.1);
+  e.addOdometry(2000000000, Pose(Quat::Identity(), Vec3(1, 0, 0)));
+  std::map<std::string, long> counts;
+  for (const auto& [name, n] : e.counters()) counts[name] = n;
+  EXPECT_EQ(counts["anchors_put_down_without_a_pose"], 1);
+  EXPECT_EQ(counts["anchors_put_down_unusable"], 2);
+  ASSERT_EQ(e.warnings().size(), 3u);
+  EXPECT_NE(e.warnings()[0].find("anchor 3 was put down when there was no pose"), std::string::npos)
+      << e.warnings()[0];
+  ASSERT_EQ(e.anchors().size(), 1u);
+  EXPECT_EQ(e.anchors()[0].id, 4u);
+}
+
+TEST(RangeLayer, APriorMayBeAsNarrowAsIsAllowed) {
+  const RangeWorld world(simulation::flight("eight", flightOf(40)), drifting(),
+                         rangesTo({kAnchor}));
+  OdometryRangeConfig config;
+  const Vec3 at = world.anchor(0);
+  config.ranges.anchor_prior = {0, at.x(), at.y(), at.z(), 1e-4};
+  const RangeRun run = fly(world, config);
+  ASSERT_EQ(run.estimates.size(), world.odometry.size());
+  for (const StateEstimate& e : run.estimates) {
+    ASSERT_TRUE(e.state.T_W_B.p.allFinite() && e.covariance.allFinite());
+  }
+  ASSERT_TRUE(run.anchor(0) && run.anchor(0)->has_position);
+  EXPECT_LT((run.anchor(0)->p_W - at).norm(), 1e-3);
+  EXPECT_LT(ate(world, run), 1.0);
 }
 
 TEST(RangeLayer, ADroppedAnchorStartsFromItsPrior) {

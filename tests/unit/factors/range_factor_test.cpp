@@ -1,3 +1,4 @@
+/// The factors of ranges, and of what ties the nodes of the long window together.
 #include "vir/factors/range_factor.h"
 
 #include <gtest/gtest.h>
@@ -5,6 +6,11 @@
 #include <cmath>
 #include <string>
 
+#include "vir/factors/front_range_factor.h"
+#include "vir/factors/node_edge_factor.h"
+#include "vir/factors/node_range_factor.h"
+#include "vir/factors/position_link_factor.h"
+#include "vir/factors/window_range_factor.h"
 #include "vir_test_jacobian.h"
 #include "vir_test_poses.h"
 
@@ -134,26 +140,43 @@ std::vector<std::pair<vir_test::NamedPose, Pose>> framePairs() {
 }
 
 TEST(WindowRangeFactor, ResidualByHand) {
-  // From (1, 1, 0) to (2, 1, 0) in O with the antenna 1 m ahead of a body that looks along y:
-  // (1, 1, 0), turned by 90 degrees (-1, 1, 0). From the node (1, 2, 0): (0, 3, 0); anchor at
-  // (4, 0, 0): distance 5, bias 0, range 5.2, sigma 0.2: -1.
-  const WindowRangeFactor f(plain(5.2, 0.2), Vec3(1, 0, 0));
+  // From (1, 1, 0) to (3, 1, 0) in O, by an odometry whose metres are twice too many: (1, 0, 0).
+  // The antenna is 1 m ahead of a body that looks along y: (1, 1, 0), turned by 90 degrees (-1, 1,
+  // 0). From the node (1, 2, 0): (0, 3, 0); anchor at (4, 0, 0): distance 5, bias 0, range 5.2,
+  // sigma 0.2: -1.
+  const WindowRangeFactor f(plain(5.2, 0.2), Vec3::Zero(), Vec3(1, 0, 0));
   const Blocks x = {poseBlock(Pose(expQuat(Vec3(0.3, 0, 0)), Vec3(1, 1, 0))),
-                    poseBlock(Pose(Quat(rotZ(M_PI / 2)), Vec3(2, 1, 0))),
-                    {1, 2, 0, M_PI / 2, 0.4},
+                    poseBlock(Pose(Quat(rotZ(M_PI / 2)), Vec3(3, 1, 0))),
+                    {1, 2, 0, M_PI / 2, std::log(2.0)},
                     {4, 0, 0, 0}};
   EXPECT_NEAR(residualOf(f, x)[0], -1, 1e-12);
 }
 
+/// The antenna seen from the node as the long window will see it once the frame is a node's past.
+TEST(WindowRangeFactor, IsTheNodesRangeWhateverTheScale) {
+  const Vec3 motion(0.2, -0.1, 0.35), lever(0.1, 0.05, -0.2);
+  const std::vector<double> anchor = {5, -3, 1, 0.05};
+  for (const auto& [T0, Tj] : framePairs()) {
+    for (const NamedNode& n : difficultNodes()) {
+      const RangeTerm term{7, 0.1, {}};
+      const WindowRangeFactor f(term, motion, lever);
+      const NodeRangeFactor node(term, Tj * motion - T0.T.p, Tj.q * lever);
+      EXPECT_NEAR(residualOf(f, {poseBlock(T0.T), poseBlock(Tj), n.x, anchor})[0],
+                  residualOf(node, {n.x, anchor})[0], 1e-9)
+          << T0.name << ", " << n.name;
+    }
+  }
+}
+
 TEST(WindowRangeFactor, JacobiansEverywhere) {
-  const Vec3 offset(0.2, -0.1, 0.35);
+  const Vec3 motion(0.2, -0.1, 0.35), lever(-0.1, 0.15, 0.2);
   const std::vector<double> anchor = {20, 13, -9, 0.07};
   for (const auto& [T0, Tj] : framePairs()) {
     for (const NamedNode& n : difficultNodes()) {
-      const Vec3 span = rotZ(n.x[3]) * (Tj.p + Tj.q * offset - T0.T.p);
+      const Vec3 span = rotZ(n.x[3]) * (std::exp(-n.x[4]) * (Tj * motion - T0.T.p) + Tj.q * lever);
       const double expected = (Vec3(n.x.data()) + span - Vec3(anchor.data())).norm() + anchor[3];
       for (double error : {-1.0, 0.02, 1.0}) {
-        const WindowRangeFactor f({expected + error, 0.1, {}}, offset);
+        const WindowRangeFactor f({expected + error, 0.1, {}}, motion, lever);
         vir_test::expectJacobians(f, {poseBlock(T0.T), poseBlock(Tj), n.x, anchor},
                                   T0.name + ", " + n.name + ", " + std::to_string(error));
       }
@@ -162,7 +185,7 @@ TEST(WindowRangeFactor, JacobiansEverywhere) {
 }
 
 TEST(WindowRangeFactor, ARigidShiftOfTheWindowChangesNothing) {
-  const WindowRangeFactor f({7, 0.1, {}}, Vec3(0.2, -0.1, 0.35));
+  const WindowRangeFactor f({7, 0.1, {}}, Vec3(0.2, -0.1, 0.35), Vec3(0.1, 0, -0.2));
   const Vec3 shift(11, -7, 3);
   for (const auto& [T0, Tj] : framePairs()) {
     const std::vector<double> node = {1, 2, 3, 0.8, 0.1}, anchor = {5, -3, 1, 0.05};
@@ -183,7 +206,7 @@ TEST(WindowRangeFactor, ARigidShiftOfTheWindowChangesNothing) {
 }
 
 TEST(WindowRangeFactor, AtTheAnchor) {
-  const WindowRangeFactor f({1, 0.1, {}}, Vec3(1, 0, 0));
+  const WindowRangeFactor f({1, 0.1, {}}, Vec3::Zero(), Vec3(1, 0, 0));
   const Blocks x = {poseBlock(Pose()),
                     poseBlock(Pose(Quat::Identity(), Vec3(2, 0, 0))),
                     {1, 1, 0, 0, 0},
@@ -199,23 +222,24 @@ TEST(WindowRangeFactor, AtTheAnchor) {
 TEST(FrontRangeFactor, ResidualByHandAndJacobians) {
   // A body that looks along y, antenna 1 m ahead, O turned by another 90 degrees: (-1, 0, 0) from
   // the node (4, 4, 0); anchor at the origin: 5, range 4.5, sigma 0.5: 1.
-  const FrontRangeFactor by_hand(plain(4.5, 0.5), Vec3(1, 0, 0));
+  const FrontRangeFactor by_hand(plain(4.5, 0.5), Vec3::Zero(), Vec3(1, 0, 0));
   const Pose T(Quat(rotZ(M_PI / 2)), Vec3(9, 9, 9));
   EXPECT_NEAR(residualOf(by_hand, {poseBlock(T), {4, 4, 0, M_PI / 2, 0.3}, {0, 0, 0, 0}})[0], 1,
               1e-12);
 
-  const Vec3 offset(0.3, 0.2, -0.4);
+  const Vec3 motion(0.3, 0.2, -0.4), lever(-0.1, 0.15, 0.2);
   const std::vector<double> anchor = {12, -13, 4, -0.03};
   for (const vir_test::NamedPose& p : vir_test::poses()) {
     for (const NamedNode& n : difficultNodes()) {
-      const Vec3 p_U = Vec3(n.x.data()) + rotZ(n.x[3]) * (p.T.q * offset);
+      const Vec3 p_U =
+          Vec3(n.x.data()) + rotZ(n.x[3]) * (p.T.q * (std::exp(-n.x[4]) * motion + lever));
       const double expected = (p_U - Vec3(anchor.data())).norm() + anchor[3];
       for (double error : {-1.0, 0.02, 1.0}) {
-        const FrontRangeFactor f({expected + error, 0.1, {}}, offset);
+        const FrontRangeFactor f({expected + error, 0.1, {}}, motion, lever);
         const Blocks x = {poseBlock(p.T), n.x, anchor};
         vir_test::expectJacobians(f, x, p.name + ", " + n.name);
         // The same as a frame of the window at the node's own place.
-        const WindowRangeFactor w({expected + error, 0.1, {}}, offset);
+        const WindowRangeFactor w({expected + error, 0.1, {}}, motion, lever);
         EXPECT_NEAR(residualOf(f, x)[0],
                     residualOf(w, {poseBlock(p.T), poseBlock(p.T), n.x, anchor})[0], 1e-9);
       }

@@ -95,6 +95,31 @@ TEST(ImuBuffer, GapIsBridgedCountedAndDistrusted) {
   EXPECT_FALSE(gap);
 }
 
+TEST(ImuBuffer, KnowsItsHolesAsLongAsTheirReadings) {
+  ImuBuffer b(0.05, 1.0);
+  b.add(at(0, kZero, kZero));
+  b.add(at(900 * kMs, kZero, kZero));   // a gap that can be bridged
+  b.add(at(2000 * kMs, kZero, kZero));  // 1.1 s: a hole
+  b.add(at(2010 * kMs, kZero, kZero));
+  b.add(at(4000 * kMs, kZero, kZero));  // another
+  EXPECT_EQ(b.counters().gaps, 3);
+  EXPECT_EQ(b.counters().holes, 2);
+  for (const int ms : {-5, 0, 450, 900, 2000, 2005, 2010, 4000, 4500}) {
+    EXPECT_FALSE(b.inHole(ms * kMs)) << ms;
+  }
+  for (const int ms : {901, 1500, 1999, 2011, 3999}) EXPECT_TRUE(b.inHole(ms * kMs)) << ms;
+  b.dropBefore(2005 * kMs);
+  EXPECT_FALSE(b.inHole(1500 * kMs)) << "its readings are gone";
+  EXPECT_TRUE(b.inHole(3000 * kMs));
+  b.clear();
+  EXPECT_FALSE(b.inHole(3000 * kMs));
+  // The clock begins anew in the past: complete readings where a hole has been.
+  for (TimeNs t = 1000 * kMs; t <= 3500 * kMs; t += 5 * kMs) b.add(at(t, kZero, kZero));
+  EXPECT_FALSE(b.inHole(1500 * kMs));
+  EXPECT_FALSE(b.inHole(3002 * kMs));
+  EXPECT_EQ(b.counters().holes, 2);
+}
+
 TEST(ImuBuffer, OneReadingShortOfTheImage) {
   ImuBuffer b = ramp(0, 100 * kMs);
   EXPECT_TRUE(b.covers(100 * kMs));
@@ -149,7 +174,7 @@ TEST(ImuBuffer, DropBeforeKeepsTheReadingToInterpolateFrom) {
   EXPECT_FALSE(b.add(at(999 * kMs, kZero, kZero)));
 }
 
-TEST(ImuBuffer, evaluation::Statistics) {
+TEST(ImuBuffer, Statistics) {
   ImuBuffer b;
   // Gyro x alternates 0.1 +- 0.02: mean 0.1, standard deviation 0.02; accelerometer constant.
   for (int k = 0; k < 100; ++k) {

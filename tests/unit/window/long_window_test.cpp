@@ -185,6 +185,46 @@ TEST_P(LongWindowModes, FrontMovedSpreadsTheShift) {
   EXPECT_LT(largestDifference(valuesOf(w), after), 1e-9);
 }
 
+TEST(LongWindow, AStretchThatWasLostTiesAsLooselyAsIsKnown) {
+  for (const char* mode : {"pose", "position"}) {
+    for (const bool conditional : {true, false}) {
+      LongWindowOptions o = optionsFor(mode, 100);
+      o.conditional_edges = conditional;
+      const Walk walk(threeAnchors(20));
+      LongWindow w(o);
+      walk.start(&w);
+      const auto sigma = [&] {
+        EXPECT_TRUE(w.solve(1, {}));
+        return std::sqrt(w.jointCovariance()(0, 0));
+      };
+      for (std::size_t k = 1; k < 8; ++k) walk.advance(&w, k);
+      EXPECT_LT(sigma(), 0.1) << mode;
+      w.advance(9000000000, walk.odometry[8], {}, Eigen::Vector4d(4, 4, 4, 0.01).asDiagonal(),
+                NodeTie::lost);
+      const double lost = sigma();
+      EXPECT_NEAR(lost, 2 * o.edge_noise_scale, 0.1) << mode;
+      // Nor is it tied by what comes afterwards, which is as closely tied as ever.
+      for (std::size_t k = 9; k < 14; ++k) walk.advance(&w, k);
+      EXPECT_NEAR(sigma(), lost, 0.1) << mode;
+    }
+  }
+}
+
+TEST(LongWindow, AnAntennaKeepsItsLeverArmWhateverTheScale) {
+  LongWindow w(optionsFor("pose", 100, 0.1));
+  w.start(0, Pose(Quat::Identity(), Vec3(1, 1, 0)), Pose(Quat::Identity(), Vec3(5, 6, 7)), 0.1,
+          0.1);
+  w.frontParameters()[3] = M_PI / 2;
+  w.frontParameters()[4] = std::log(2.0);
+  // The body 2 m along O's x from the front: 1 m along W's y. The lever arm points along O's y: W's
+  // -x.
+  EXPECT_LT((w.antennaToWorld(Vec3(3, 1.5, 0), Vec3(0, 0.5, 0)) - Vec3(4.5, 7, 7)).norm(), 1e-12);
+  HeldRange r;
+  r.motion = Vec3(2, 0, 0);
+  r.lever = Vec3(0, 0.5, 0);
+  EXPECT_LT((w.front().antenna(r) - Vec3(4.5, 7, 7)).norm(), 1e-12);
+}
+
 TEST(LongWindow, ToWorldTurnsAndShrinks) {
   LongWindow w(optionsFor("pose", 100, 0.1));
   w.start(0, Pose(Quat::Identity(), Vec3(1, 1, 0)), Pose(Quat(rotZ(0.5)), Vec3(5, 6, 7)), 0.1, 0.1);

@@ -7,6 +7,9 @@
 #include <memory>
 #include <vector>
 
+#include "vir/factors/node_edge_factor.h"
+#include "vir/factors/node_range_factor.h"
+#include "vir/factors/position_link_factor.h"
 #include "vir/window/long_window.h"
 #include "vir_test_jacobian.h"
 #include "vir_test_noise.h"
@@ -127,9 +130,8 @@ class Batch {
       const vir::window::LongNode& n = w->nodes()[static_cast<std::size_t>(k)];
       hold(n.ranges, k);
       if (w->options().mode == "position") {
-        for (std::size_t j = 0; j < n.links_W.size(); ++j) {
-          put(std::make_unique<vir::factors::PositionLinkFactor>(n.links_W[j],
-                                                                 w->options().gamma_s),
+        for (std::size_t j = 0; j < n.links.size(); ++j) {
+          put(std::make_unique<vir::factors::PositionLinkFactor>(n.links[j].z_W, n.links[j].gamma),
               {k, k + 1 + static_cast<int>(j)});
         }
       } else {

@@ -71,7 +71,7 @@ TEST(ShortWindow, AWrongMatchIsRejectedAndNothingElse) {
     for (vision::FeatureObservation& o : *features) {
       if (wrong != 0 || !known.count(o.id) || o.px.x() > 500) continue;
       wrong = o.id;
-      o = rendering::Scene::observation(o.id, o.px + Vec2(30, 0));
+      o = Scene::observation(o.id, o.px + Vec2(30, 0));
     }
   };
   d.push(0.1);

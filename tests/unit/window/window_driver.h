@@ -15,11 +15,13 @@ inline vir::imu::ImuNoise unscaledNoise() {
 }
 
 struct WindowDriver {
-  WindowDriver(simulation::Motion motion, unsigned seed,
-               const vir::window::WindowOptions& window_options, double t0_s = 1.0)
+  WindowDriver(Motion motion, unsigned seed,
+               const vir::window::WindowOptions& window_options, double t0_s = 1.0,
+               const vir::window::LongWindowOptions& long_options = {})
       : scene(std::move(motion), seed),
         options(window_options),
-        window(options, noise, rendering::Scene::T_B_C(), rendering::Scene::kFocal, 0.0),
+        long_window(long_options),
+        window(options, noise, Scene::T_B_C(), Scene::kFocal, 0.0),
         t(vir::fromSeconds(t0_s)),
         next_imu(t - vir::fromSeconds(0.01)) {
     window.attach(&long_window);
@@ -33,7 +35,7 @@ struct WindowDriver {
 
   void start(const vir::State& state, const vir::window::StartPrior& prior, bool standing = false) {
     feedImu();
-    window.start(state, prior, scene.observe(t), standing);
+    window.start(state, prior, observe(), standing);
     long_window.start(state.t, state.T_W_B, state.T_W_B, 1e-3, 1e-3);
   }
 
@@ -43,15 +45,16 @@ struct WindowDriver {
     t += vir::fromSeconds(period_s);
     feedImu();
     vir::imu::Preintegration link = imu.integrate(from.t, t, noise, from.bg, from.ba);
-    vir::State s = predict(from, link, noise.gravity_mps2, t);
+    vir::State s = vir::window::predict(from, link, noise.gravity_mps2, t);
     if (disturb > 0) {
       s.T_W_B.p += scene.normal3(disturb);
       s.T_W_B.q = (s.T_W_B.q * vir::expQuat(scene.normal3(0.3 * disturb))).normalized();
       s.v += scene.normal3(disturb);
     }
-    std::vector<vir::vision::FeatureObservation> features = scene.observe(t);
+    std::vector<vir::vision::FeatureObservation> features = observe();
     if (spoil) spoil(&features);
     window.push(s, std::move(link), features, standing);
+    if (pushed) pushed();
     imu.dropBefore(from.t - vir::fromSeconds(1.0));
   }
 
@@ -62,26 +65,34 @@ struct WindowDriver {
     window.triangulate();
     last = keyframe || options.full_every_image ? window.optimise(options.iterations)
                                                 : window.optimiseNewest(options.iterations_newest);
-    window.rejectOutliers();
+    rejected += static_cast<long>(window.rejectOutliers().size());
     if (keyframe) window.updateCovariance();
     window.slide(keyframe);
     keyframes += keyframe;
+  }
+
+  /// The image that is stamped t: taken `camera_late_s` afterwards.
+  std::vector<vir::vision::FeatureObservation> observe() {
+    return scene.observe(t + vir::fromSeconds(camera_late_s));
   }
 
   double positionError() const {
     return (window.newest().T_W_B.p - scene.truth(window.newest().t).T_W_B.p).norm();
   }
 
-  rendering::Scene scene;
+  Scene scene;
   vir::imu::ImuNoise noise = unscaledNoise();
   vir::window::WindowOptions options;
-  vir::window::LongWindow long_window{vir::window::LongWindowOptions{}};
+  vir::window::LongWindow long_window;
   vir::window::ShortWindow window;
   vir::imu::ImuBuffer imu;
   TimeNs t, next_imu;
   std::function<void(std::vector<vir::vision::FeatureObservation>*)> spoil;
+  std::function<void()> pushed;  ///< after every image, before it is worked on
+  double camera_late_s = 0;
   vir::window::SolveSummary last;
   int keyframes = 0;
+  long rejected = 0;  ///< tracks
 };
 
 }  // namespace vir_test

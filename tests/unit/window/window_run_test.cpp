@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "window_driver.h"
 
@@ -123,6 +124,78 @@ TEST(WindowRun, TwoRunsGiveTheSameBits) {
     return out;
   };
   EXPECT_EQ(run(), run());
+}
+
+TEST(WindowRun, TheTimeOffsetMayBeEstimatedOnTheWay) {
+  WindowOptions o;
+  o.estimate_time_offset = true;
+  o.full_every_image = true;
+  WindowDriver d(vir_test::circling, 1, o);
+  d.camera_late_s = 0.005;
+  startNoisy(&d);
+  d.scene.noise_px = 0.1;
+  double worst_rms = 0;
+  for (int k = 0; k < 120; ++k) {
+    d.step(0.05);
+    ASSERT_TRUE(d.last.usable);
+    if (k > 60) worst_rms = std::max(worst_rms, d.last.reprojection_rms);
+  }
+  std::printf("offset %.6f, error %.4f, rms %.4f, rejected %ld\n", d.window.timeOffset(),
+              d.positionError(), worst_rms, d.rejected);
+  EXPECT_NEAR(d.window.timeOffset(), 0.005, 0.0005);
+  EXPECT_LT(d.positionError(), 0.2);
+}
+
+/// An odometry whose metre is 5 % too short, and ranges that know it.
+double errorWithScale(double scale_sigma, bool settled, double* log_scale) {
+  LongWindowOptions l;
+  l.scale_sigma = scale_sigma;
+  WindowDriver d(vir_test::circling, 1, WindowOptions(), 1.0, l);
+  const Vec3 lever(0.1, -0.05, 0.2);
+  const Pose first = d.scene.truth(d.t).T_W_B;
+  const auto inW = [&](const Pose& T_O_B) {
+    return Pose(T_O_B.q, first.p + (T_O_B.p - first.p) / 1.05);
+  };
+  const std::vector<Vec3> anchors = {{4, 5, 2}, {-5, 3, -2}, {1, -5, 2}, {-4, -4, 2}};
+  d.pushed = [&] {
+    const Pose T_W_B = inW(d.scene.truth(d.t).T_W_B);
+    for (std::size_t a = 0; a < anchors.size(); ++a) {
+      HeldRange r;
+      r.t = d.t;
+      r.anchor = a;
+      r.sigma_m = 0.05;
+      r.lever = lever;
+      r.range_m = (T_W_B * lever - anchors[a]).norm();
+      d.window.addRange(r);
+    }
+  };
+  d.start(d.scene.truth(d.t), StartPrior());
+  for (std::size_t a = 0; a < anchors.size(); ++a) {
+    Eigen::Vector4d mean;
+    mean << anchors[a], 0;
+    d.long_window.addAnchor(a, mean, 1e-4 * Eigen::Matrix4d::Identity()).settled = settled;
+  }
+  for (int k = 0; k < 100; ++k) {
+    d.step(0.1);
+    EXPECT_TRUE(d.last.usable);
+  }
+  *log_scale = d.long_window.front().x[4];
+  const Vec3 newest = d.long_window.toWorld(d.window.newest().T_W_B).p;
+  return (newest - inW(d.scene.truth(d.t).T_W_B).p).norm();
+}
+
+TEST(WindowRun, RangesFindTheScaleThatTheSettingsAskFor) {
+  for (const bool settled : {true, false}) {
+    double scale = 0, held = 0;
+    const double with = errorWithScale(0.1, settled, &scale);
+    const double without = errorWithScale(0, settled, &held);
+    std::printf("settled %d: with %.4f (scale %.4f), without %.4f\n", settled, with, scale,
+                without);
+    EXPECT_NEAR(scale, std::log(1.05), 0.005) << settled;
+    EXPECT_LT(with, 0.02) << settled;
+    EXPECT_EQ(held, 0);
+    EXPECT_GT(without, 3 * with) << settled;
+  }
 }
 
 TEST(WindowRun, ExtrinsicsMayBeEstimatedOnTheWay) {

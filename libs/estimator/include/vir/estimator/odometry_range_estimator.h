@@ -7,22 +7,24 @@
 #include <vector>
 
 #include "vir/estimator/range_layer.h"
+#include "vir/types/odometry_noise.h"
 #include "vir/types/state.h"
 
 namespace vir::estimator {
+
+/// Of a device that is carried or flown.
+OdometryNoise odometryNoiseDefaults();
 
 struct OdometryOptions {
   double node_distance_m = 0.25;
   double node_turn_rad = 0.5;
   double node_interval_s = 5.0;
-  double sigma_per_sqrt_m = 0.05;
-  double sigma_per_rad_m = 0.005;
-  double yaw_per_sqrt_m = 0.015;
-  double yaw_per_sqrt_rad = 0.01;
-  double yaw_per_sqrt_s = 0.0005;
-  double vertical_share = 0.5;
+  OdometryNoise noise = odometryNoiseDefaults();
   double max_step_m = 2.0;
   double max_gap_s = 2.0;
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 /// Section [Odometry].
 void describe(OptionVisitor& v, OdometryOptions& o);
@@ -37,18 +39,25 @@ struct OdometryRangeConfig {
   window::LongWindowOptions long_window = odometryWindowDefaults();
   RangeOptions ranges = odometryRangeDefaults();
   int iterations = 2;
+
+  /// Throws std::invalid_argument for a value that is not allowed, and for values that contradict
+  /// each other.
+  void validate() const;
 };
 /// All sections.
 void describe(OptionVisitor& v, OdometryRangeConfig& o);
 
 class OdometryRangeEstimator {
  public:
+  /// Throws what `config.validate()` throws.
   explicit OdometryRangeEstimator(const OdometryRangeConfig& config, LogSink log = {});
   ~OdometryRangeEstimator();
 
   /// Pose of the body in the odometry's frame O, z up, in time order.
   void addOdometry(TimeNs t, const Pose& T_O_B);
   void addRange(const Range& range);
+  /// The robot has just put down an anchor at `p_B` in its body frame; before the first pose this
+  /// says nothing of where the anchor is: counted and warned of.
   void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();

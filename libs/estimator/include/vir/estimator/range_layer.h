@@ -31,6 +31,10 @@ struct RangeOptions {
   std::vector<double> anchor_prior;
   std::string bias_model_file;         ///< for the caller, who reads it into:
   ranging::RangeBiasModel bias_model;  ///< b_d(d) of the paper; empty: none
+
+  /// Throws std::invalid_argument for a value that is not allowed, and for values that contradict
+  /// each other.
+  void validate() const;
 };
 /// Section [Ranges].
 void describe(OptionVisitor& v, RangeOptions& o);
@@ -65,8 +69,11 @@ class RangeLayer {
   /// `front`: all ranges held after the long window's nodes, as if at its front.
   bool update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& front);
 
-  /// The robot says that it dropped an anchor at `p_W` (standard deviation `sigma_m`).
-  void dropped(std::uint64_t id, const Vec3& p_W, double sigma_m);
+  /// The robot says that it has put down an anchor at `p_W` (standard deviation `sigma_m`). What
+  /// cannot be is counted and warned of.
+  void putDown(std::uint64_t id, const Vec3& p_W, double sigma_m);
+  /// It says so, but nobody knows where it was then: counted and warned of.
+  void putDownUnseen(std::uint64_t id);
 
   std::vector<Anchor> anchors() const;
   std::vector<RangeRecord> take();

@@ -15,6 +15,9 @@ struct RestOptions {
   double max_gyro_std_radps = 0.03;
   double max_acc_std_mps2 = 0.4;
   int min_tracks = 15;
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 /// Section [Rest].
 void describe(OptionVisitor& v, RestOptions& o);

@@ -24,6 +24,10 @@ struct StartupOptions {
   double sigma_bias_gyro = 0.05;
   double sigma_bias_acc = 0.15;
   bool allow_standing = true;
+
+  /// Throws std::invalid_argument for a value that is not allowed, and for values that contradict
+  /// each other.
+  void validate() const;
 };
 /// Section [Startup].
 void describe(OptionVisitor& v, StartupOptions& o);

@@ -24,6 +24,9 @@ struct FailureOptions {
   double max_speed_mps = 50.0;
   double max_bias_acc = 3.0;
   double max_bias_gyro = 1.0;
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 /// Section [Failure].
 void describe(OptionVisitor& v, FailureOptions& o);
@@ -41,6 +44,10 @@ struct EstimatorConfig {
   /// The tracker hears of the state one image later, so that an image can be tracked while the one
   /// before it is worked on.
   bool pipelined = false;
+
+  /// Throws std::invalid_argument for a value that is not allowed, and for values that contradict
+  /// each other.
+  void validate() const;
 };
 /// All sections.
 void describe(OptionVisitor& v, EstimatorConfig& o);
@@ -52,6 +59,7 @@ struct EstimatorCounters {
 
 class VisualInertialEstimator {
  public:
+  /// Throws what `config.validate()` throws.
   explicit VisualInertialEstimator(const EstimatorConfig& config, LogSink log = {});
   ~VisualInertialEstimator();
 
@@ -72,7 +80,8 @@ class VisualInertialEstimator {
   void addTracks(const vision::TrackedFrame& tracks);
   /// Ranges in any order; each is used with the first image at or after its time.
   void addRange(const Range& range);
-  /// The robot has just put down an anchor at `p_B` in its body frame.
+  /// The robot has just put down an anchor at `p_B` in its body frame. Without a pose at that time
+  /// this says nothing of where the anchor is: counted and warned of, and its ranges have to tell.
   void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
   /// The input has ended: images that wait are worked on with the readings there are. Nothing is
   /// done in the background afterwards, also if it throws.

@@ -12,17 +12,23 @@ struct ImuBufferCounters {
   long not_finite = 0;    ///< NaN or infinite: dropped
   long out_of_order = 0;  ///< not later than the previous: dropped
   long gaps = 0;          ///< intervals longer than the limit that were bridged
+  long holes = 0;         ///< of these, too long to be bridged
 };
 
 class ImuBuffer {
  public:
-  /// An interval longer than `max_gap_s` counts as a gap: bridged, with inflated noise.
-  explicit ImuBuffer(double max_gap_s = 0.05) : max_gap_s_(max_gap_s) {}
+  /// An interval longer than `max_gap_s` counts as a gap: bridged, with inflated noise. One longer
+  /// than `max_bridge_s` is a hole: integrate() goes across it, but what comes out says nothing.
+  explicit ImuBuffer(double max_gap_s = 0.05, double max_bridge_s = 1.0)
+      : max_gap_s_(max_gap_s), max_bridge_s_(max_bridge_s) {}
 
   /// Takes a reading; false (and counted) if it cannot be used.
   bool add(const ImuSample& s);
   /// Is there a reading at or after t, so that everything up to t can be integrated?
   bool covers(TimeNs t) const { return !samples_.empty() && samples_.back().t >= t; }
+  /// Does t lie between two readings with a hole between them? Of the readings that are kept: what
+  /// dropBefore() and clear() forget makes no hole.
+  bool inHole(TimeNs t) const;
   bool empty() const { return samples_.empty(); }
   TimeNs firstTime() const { return samples_.front().t; }
   TimeNs lastTime() const { return samples_.back().t; }
@@ -45,7 +51,7 @@ class ImuBuffer {
 
  private:
   ImuSample at(TimeNs t) const;
-  double max_gap_s_;
+  double max_gap_s_, max_bridge_s_;
   std::deque<ImuSample> samples_;
   ImuBufferCounters counters_;
 };

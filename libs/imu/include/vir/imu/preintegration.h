@@ -17,6 +17,9 @@ struct ImuNoise {
   double acc_random_walk = 3.0e-3;     ///< [m/s^3/sqrt(Hz)]
   double noise_scale = 3.0;  ///< white noise is multiplied by this: vibration, timing, scale errors
   double gravity_mps2 = 9.81;
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 /// Section [Imu].
 void describe(OptionVisitor& v, ImuNoise& o);

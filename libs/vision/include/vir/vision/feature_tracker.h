@@ -26,6 +26,9 @@ struct TrackerOptions {
   double outlier_px = 1.0;           ///< distance from the epipolar line given the known rotation
   double min_corner_score = 20;
   double min_similarity = 0.88;  ///< normalised cross-correlation with the remembered patch
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 void describe(OptionVisitor& v, TrackerOptions& o);
 

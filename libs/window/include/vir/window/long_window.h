@@ -41,6 +41,9 @@ struct LongWindowOptions {
   double scale_sigma = 0.0;
   double scale_walk_per_sqrt_m = 0.0;
   ranging::RobustRange robust;
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 /// Section [LongWindow]; mode, size and anchor_fixed_after_init are keys of [Estimator]:
 void describe(OptionVisitor& v, LongWindowOptions& o);
@@ -76,6 +79,18 @@ struct AnchorNode {
   Vec3 position() const { return {x[0], x[1], x[2]}; }
 };
 
+/// Whether the odometry was followed from one node to the next.
+enum class NodeTie {
+  followed,
+  lost,  ///< it was not: nothing ties the two but how far it can have got meanwhile
+};
+
+/// Mode "position": a virtual measurement from a node to a later one, gamma (p_b - p_a - z).
+struct PositionLink {
+  Vec3 z_W = Vec3::Zero();
+  double gamma = 0;  ///< [1/m]
+};
+
 struct LongNode {
   TimeNs t = 0;
   double x[5] = {0, 0, 0, 0, 0};  ///< p_W_B, yaw of O in W, log scale
@@ -86,10 +101,13 @@ struct LongNode {
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();
   Eigen::Matrix4d sqrt_information = Eigen::Matrix4d::Identity();
   double sigma_log_scale = 1e-6;
-  std::vector<Vec3> links_W;  ///< mode "position": virtual measurements to the next s nodes
+  NodeTie tie = NodeTie::followed;
+  std::vector<PositionLink> links;  ///< mode "position": to the next s nodes
 
   Vec3 position() const { return {x[0], x[1], x[2]}; }
   Pose T_W_B() const;
+  /// Where the antenna was, in W, when a range was measured that this node holds.
+  Vec3 antenna(const HeldRange& range) const;
 };
 
 class LongWindow {
@@ -104,9 +122,10 @@ class LongWindow {
   void clear();
 
   /// The front becomes an ordinary node with these ranges, and a new front follows it.
-  /// `covariance` [4x4] of (motion in O, yaw) from the old front to the new one.
+  /// `covariance` [4x4] of (motion in O, yaw) from the old front to the new one. After a `lost` tie
+  /// it alone holds them together, whatever the options say of edges.
   void advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> front_ranges,
-               const Eigen::Matrix4d& covariance);
+               const Eigen::Matrix4d& covariance, NodeTie tie = NodeTie::followed);
 
   /// The odometry now has the front elsewhere in O. What it learnt belongs to the way travelled:
   /// spread over the edges by their variance.
@@ -134,6 +153,9 @@ class LongWindow {
   Pose toWorld(const Pose& T_O_B) const;
   Vec3 pointToWorld(const Vec3& p_O) const;
   Vec3 turnToWorld(const Vec3& v_O) const;
+  /// An antenna at `p_O`, of which `lever_O` is the lever arm: that is as long in W as it is in O,
+  /// whatever the odometry's scale.
+  Vec3 antennaToWorld(const Vec3& p_O, const Vec3& lever_O) const;
 
   // Anchors, ordered by id.
   AnchorNode& addAnchor(std::uint64_t id, const Eigen::Vector4d& mean,
@@ -145,6 +167,8 @@ class LongWindow {
   double* frontParameters();
   /// Entries of a node that the options hold fixed (yaw, scale).
   std::vector<int> frozen() const;
+  /// The odometry's scale is not estimated.
+  bool scaleFrozen() const;
   const LongNode& front() const;
   const std::deque<LongNode>& nodes() const;  ///< before the front, oldest first
   std::vector<LongNode> takeRetired();

@@ -38,6 +38,10 @@ struct WindowOptions {
   double rest_sigma_v_mps = 0.01;
   double rest_sigma_p_m = 0.001;
   double rest_sigma_theta_rad = 0.0005;
+
+  /// Throws std::invalid_argument for a value that is not allowed, and for values that contradict
+  /// each other.
+  void validate() const;
 };
 /// Section [Window].
 void describe(OptionVisitor& v, WindowOptions& o);
@@ -124,7 +128,8 @@ class ShortWindow {
   void attach(LongWindow* long_window);
   /// Adds a range to the newest frame; vectors in that frame's body axes.
   void addRange(const HeldRange& range);
-  /// All ranges of an anchor in this window, `motion` being the antenna's position in O.
+  /// All ranges of an anchor in this window, `motion` being the antenna's position in O, `lever`
+  /// its lever arm there.
   std::vector<HeldRange> rangesInO(std::uint64_t anchor) const;
   /// All ranges in this window as if held by its oldest frame, vectors in O's axes.
   std::vector<HeldRange> rangesAtFront() const;

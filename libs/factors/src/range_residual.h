@@ -1,0 +1,19 @@
+#pragma once
+/// Internal: pieces of the factors of ranges and nodes.
+#include "vir/factors/range_factor.h"
+
+namespace vir::factors {
+
+using Row3 = Eigen::Matrix<double, 1, 3>;
+
+inline Vec3 vec(const double* x) { return {x[0], x[1], x[2]}; }
+
+/// d(Rz(yaw) v)/d(yaw), given v already turned.
+inline Vec3 turned(const Vec3& v_W) { return {-v_W.y(), v_W.x(), 0}; }
+
+/// Whitens and robustifies; returns d(residual)/d(unwhitened residual).
+double whiten(const RangeTerm& range, double unwhitened_m, double* residuals);
+
+void anchorJacobian(double scale, const Vec3& direction, double* j);
+
+}  // namespace vir::factors

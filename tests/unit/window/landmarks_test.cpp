@@ -1,0 +1,86 @@
+/// What becomes of a landmark when the frame that hosts it goes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "vir_test_scene.h"
+#include "window_state.h"
+
+namespace vir::window {
+namespace {
+
+using vir_test::Scene;
+
+/// A body that turns at 1 rad/s, seen at the camera's own time.
+Pose turning(double t) { return {Quat(rotZ(t)), Vec3(0.4 * t, 0.1 * t, 0)}; }
+
+Vec3 bearingAt(const Vec3& p_W, double t) {
+  return ((turning(t) * Scene::T_B_C()).inverse() * p_W).normalized();
+}
+
+/// Three frames that see one landmark, hosted by the first, `td_s` after their stamps.
+WindowState threeFrames(const Vec3& p_W, double td_s) {
+  WindowState w;
+  w.options.sigma_px = 1;
+  factors::poseTo(Scene::T_B_C(), w.extrinsic);
+  w.time_offset[0] = td_s;
+  WindowLandmark& l = w.landmarks[7];
+  for (int k = 0; k < 3; ++k) {
+    const double t = 0.1 * k;
+    auto f = std::make_unique<Frame>();
+    f->t = fromSeconds(t);
+    factors::poseTo(turning(t), f->pose);
+    w.frames.push_back(std::move(f));
+    const Vec3 b = bearingAt(p_W, t + td_s);
+    LandmarkSight s;
+    s.frame = w.frames.back().get();
+    s.sight.bearing = b;
+    s.sight.rate = (bearingAt(p_W, t + 1e-4) - bearingAt(p_W, t - 1e-4)) / 2e-4;
+    s.sight.weight = Scene::observation(7, Scene::kFocal * b.head<2>() / b.z() +
+                                               Vec2(Scene::kWidth, Scene::kHeight) / 2)
+                         .dpx_dbearing;
+    l.sights.push_back(s);
+  }
+  l.setHostRay();
+  l.x[2] = 1 / ((turning(0) * Scene::T_B_C()).inverse() * p_W).norm();
+  l.has_depth = true;
+  return w;
+}
+
+Vec2 residualIn(const WindowState& w, std::size_t sight) {
+  const WindowLandmark& l = w.landmarks.at(7);
+  return factors::reprojectionResidual(l.ray, l.sights[sight].sight, l.host()->T_W_B(),
+                                       l.sights[sight].frame->T_W_B(), w.T_B_C(),
+                                       Vec3(l.x[0], l.x[1], l.x[2]), w.td(), nullptr);
+}
+
+TEST(Landmarks, StayWhereTheyAreWithANewHost) {
+  const Vec3 p_W(5, 1, 0.5);
+  for (const double td : {0.0, 0.005, -0.02}) {
+    WindowState w = threeFrames(p_W, td);
+    const Vec3 before = landmarkInWorld(w, w.landmarks.at(7));
+    EXPECT_LT((before - p_W).norm(), 0.01) << td;
+    const Vec2 seen = residualIn(w, 2);
+    EXPECT_LT(seen.norm(), 0.3) << td << ": the sights agree";
+    removeSightsOf(w, w.frames.front().get());
+    const WindowLandmark& l = w.landmarks.at(7);
+    ASSERT_EQ(l.sights.size(), 2u);
+    ASSERT_TRUE(l.has_depth);
+    EXPECT_EQ(l.host(), w.frames[1].get());
+    EXPECT_LT((landmarkInWorld(w, l) - before).norm(), 1e-12) << td;
+    EXPECT_LT((residualIn(w, 1) - seen).norm(), 1e-9) << td;
+    // What the host's own sight says of it: a pixel of noise at most, not the time offset.
+    const Vec2 own = l.sights.front().sight.weight * (l.ray.basis * Vec2(l.x[0], l.x[1]));
+    EXPECT_LT(own.norm(), 0.3) << td;
+  }
+}
+
+TEST(Landmarks, LoseTheirDepthBehindTheNewHost) {
+  WindowState w = threeFrames(Vec3(5, 1, 0.5), 0.005);
+  factors::poseTo(Pose(Quat(rotZ(M_PI)), Vec3::Zero()), w.frames[1]->pose);
+  removeSightsOf(w, w.frames.front().get());
+  EXPECT_FALSE(w.landmarks.at(7).has_depth);
+}
+
+}  // namespace
+}  // namespace vir::window
