@@ -128,9 +128,10 @@ TEST(WindowRun, TwoRunsGiveTheSameBits) {
 TEST(WindowRun, TheTimeOffsetMayBeEstimatedOnTheWay) {
   WindowOptions o;
   o.estimate_time_offset = true;
-  o.full_every_image = true;
+  o.time_offset_sigma_s = 0.02;
+  o.keyframes = 5;  // hosts go while their landmarks are followed
   WindowDriver d(vir_test::circling, 1, o);
-  d.camera_late_s = 0.005;
+  d.camera_late_s = 0.02;
   d.start(d.scene.truth(d.t), StartPrior());
   double worst_rms = 0;
   for (int k = 0; k < 120; ++k) {
@@ -138,9 +139,11 @@ TEST(WindowRun, TheTimeOffsetMayBeEstimatedOnTheWay) {
     ASSERT_TRUE(d.last.usable);
     if (k > 60) worst_rms = std::max(worst_rms, d.last.reprojection_rms);
   }
-  EXPECT_NEAR(d.window.timeOffset(), 0.005, 0.0005);
+  EXPECT_NEAR(d.window.timeOffset(), 0.02, 0.0005);
   EXPECT_LT(d.positionError(), 0.02);
-  EXPECT_LT(worst_rms, 0.05);
+  // With hosts that forgot the offset: 8 sigma, and 144 tracks given up.
+  EXPECT_LT(worst_rms, 1.0);
+  EXPECT_LT(d.rejected, 20);
 }
 
 /// An odometry whose metre is 5 % too short, and ranges that know it.
