@@ -57,7 +57,11 @@ fi
 if [ ! -f "$cache" ]; then
   options=(-G Ninja -DCMAKE_BUILD_TYPE=Release "${options[@]}")
   if $app_only; then options+=(-DVIR_BUILD_TESTS=OFF); fi
-  if command -v ccache >/dev/null; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+  # Paths below the checkout count as relative ones, so that objects of another checkout are found.
+  if command -v ccache >/dev/null; then
+    launcher="env;CCACHE_BASEDIR=$root;CCACHE_NOHASHDIR=1;ccache"
+    options+=("-DCMAKE_CXX_COMPILER_LAUNCHER=$launcher")
+  fi
 elif ! $app_only; then
   options+=(-DVIR_BUILD_TESTS=ON)
 fi

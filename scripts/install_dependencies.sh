@@ -14,7 +14,7 @@ packages=(
   libcli11-dev nlohmann-json3-dev libyaml-cpp-dev
   libgtest-dev
 )
-dev_packages=(clang clang-format libbenchmark-dev ccache)
+dev_packages=(clang clang-format libbenchmark-dev ccache debootstrap)
 
 say() { printf '%s\n' "install_dependencies: $*"; }
 

@@ -14,6 +14,7 @@
 #include "vir/simulation/flights.h"
 #include "vir/simulation/simulate_odometry.h"
 #include "vir/simulation/simulate_ranges.h"
+#include "vir_test_paths.h"
 #include "vir_test_rawlog.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
@@ -82,7 +83,7 @@ void write(const std::string& path, bool biased, double drop_s) {
 
 nlohmann::json run(const std::string& rawlog, const std::string& out, const std::string& more) {
   const test::Outcome outcome =
-      test::virSlam("run " + quoted(VIR_SOURCE_DIR "/ini/odometry_range.ini") + " --rawlog " +
+      test::virSlam("run " + quoted(test::sourceDir() + "/ini/odometry_range.ini") + " --rawlog " +
                     quoted(rawlog) + " --out " + quoted(out) + " " + more);
   EXPECT_EQ(outcome.code, 0) << outcome.text;
   std::ifstream in(out + "/summary.json");
@@ -119,9 +120,10 @@ TEST(AnchorKnowledge, ABiasModelTakesTheBiasOut) {
   EXPECT_LT(corrected["ate_posyaw_m"], 0.25);
   EXPECT_LT(corrected["ate_posyaw_m"], 0.7 * raw["ate_posyaw_m"].get<double>());
 
-  const test::Outcome missing = test::virSlam(
-      "run " + quoted(VIR_SOURCE_DIR "/ini/odometry_range.ini") + " --rawlog " + quoted(rawlog) +
-      " --out " + quoted((folder / "x").string()) + " --set Ranges.bias_model=/no/such/file.csv");
+  const test::Outcome missing =
+      test::virSlam("run " + quoted(test::sourceDir() + "/ini/odometry_range.ini") + " --rawlog " +
+                    quoted(rawlog) + " --out " + quoted((folder / "x").string()) +
+                    " --set Ranges.bias_model=/no/such/file.csv");
   EXPECT_EQ(missing.code, 2);
   EXPECT_FALSE(std::filesystem::exists(folder / "x")) << "nothing has been run";
   EXPECT_TRUE(test::contains(missing.text, "calibrate uwb")) << missing.text;

@@ -10,6 +10,7 @@
 
 #include "vir/evaluation/evaluate.h"
 #include "vir_test_data.h"
+#include "vir_test_paths.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
 
@@ -47,7 +48,7 @@ inline RunResult runVir(const std::string& rawlog, const std::string& folder,
                         const std::string& more = "") {
   RunResult r;
   r.folder = folder;
-  r.outcome = virSlam("run " + quoted(VIR_SOURCE_DIR "/ini/euroc.ini") + " --rawlog " +
+  r.outcome = virSlam("run " + quoted(test::sourceDir() + "/ini/euroc.ini") + " --rawlog " +
                       quoted(rawlog) + " --out " + quoted(folder) + " " + more);
   namespace fs = std::filesystem;
   if (fs::exists(folder + "/summary.json")) {

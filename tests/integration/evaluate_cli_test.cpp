@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "vir_test_paths.h"
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,7 +25,7 @@ class EvaluateCli : public testing::Test {
   void SetUp() override {
     // A folder with a blank, one per test: ctest runs them side by side.
     const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-    folder_ = fs::path(VIR_BINARY_DIR) / ("evaluate cli " + name);
+    folder_ = fs::path(vir::test::buildDir()) / ("evaluate cli " + name);
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     write("ref.tum", line(200, 0.0));
@@ -55,7 +57,8 @@ class EvaluateCli : public testing::Test {
 
   static Outcome call(const std::string& arguments) {
     Outcome outcome;
-    const std::string command = "'" VIR_BINARY_DIR "/bin/vir-slam' evaluate " + arguments + " 2>&1";
+    const std::string command =
+        "'" + vir::test::buildDir() + "/bin/vir-slam' evaluate " + arguments + " 2>&1";
     FILE* pipe = popen(command.c_str(), "r");
     if (!pipe) return outcome;
     char buffer[4096];

@@ -8,6 +8,7 @@
 
 #include "robot_truth.h"
 #include "vir/team/world_transform.h"
+#include "vir_test_paths.h"
 
 namespace vir {
 namespace {
@@ -18,7 +19,7 @@ using test::quoted;
 using test::readJson;
 
 TEST(PeerRun, FindsTheOtherRobotOfTheSample) {
-  const std::string folder = VIR_SOURCE_DIR "/rawlog/";
+  const std::string folder = test::sourceDir() + "/rawlog/";
   const test::TempFolder out;
   const test::RunResult run = test::runVir(folder + "two_A.rawlog", (out / "a").string());
   ASSERT_EQ(run.outcome.code, 0) << run.outcome.text;
@@ -91,8 +92,9 @@ void writeMeeting(const std::string& path, double seconds, const Air& air) {
 
 test::Outcome runOdometry(const fs::path& rawlog, const fs::path& out,
                           const std::string& more = "") {
-  return test::virSlam("run " + quoted(VIR_SOURCE_DIR "/ini/odometry_range.ini") + " --rawlog " +
-                       quoted(rawlog.string()) + " --out " + quoted(out.string()) + " " + more);
+  return test::virSlam("run " + quoted(test::sourceDir() + "/ini/odometry_range.ini") +
+                       " --rawlog " + quoted(rawlog.string()) + " --out " + quoted(out.string()) +
+                       " " + more);
 }
 
 void expectTransform(const Json& t, const team::WorldTransform& wanted) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "end_to_end.h"
+#include "vir_test_paths.h"
 
 namespace vir {
 namespace {
@@ -50,8 +51,8 @@ TEST(RangesEndToEnd, OdometryOfARealDrone) {
   const test::Outcome import = test::virSlam("import pyfg " + quoted(graph.string()) + " --out " +
                                              quoted(rawlog) + " --set pyfg.robot=A");
   ASSERT_EQ(import.code, 0) << import.text;
-  const std::string run = "run " + quoted(VIR_SOURCE_DIR "/ini/odometry_range.ini") + " --rawlog " +
-                          quoted(rawlog) + " --out ";
+  const std::string run = "run " + quoted(test::sourceDir() + "/ini/odometry_range.ini") +
+                          " --rawlog " + quoted(rawlog) + " --out ";
   const std::string with = (folder / "with").string(), without = (folder / "without").string();
   ASSERT_EQ(test::virSlam(run + quoted(with)).code, 0);
   ASSERT_EQ(test::virSlam(run + quoted(without) + " --set Estimator.use_ranges=false").code, 0);

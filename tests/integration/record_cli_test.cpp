@@ -13,6 +13,7 @@
 
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_reader.h"
+#include "vir_test_paths.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
 
@@ -23,8 +24,8 @@ using test::contains;
 using test::quoted;
 namespace fs = std::filesystem;
 
-constexpr const char* kIni = VIR_SOURCE_DIR "/ini/live_replay.ini";
-constexpr const char* kSample = VIR_SOURCE_DIR "/rawlog/two_A.rawlog";
+const std::string kIni = test::sourceDir() + "/ini/live_replay.ini";
+const std::string kSample = test::sourceDir() + "/rawlog/two_A.rawlog";
 
 struct Content {
   std::map<std::string, long> count;
@@ -86,7 +87,7 @@ class Background {
   Background(const std::string& arguments, const std::string& log) {
     pid_ = fork();
     if (pid_ == 0) {
-      const std::string command = "exec " + quoted(VIR_BINARY_DIR "/bin/vir-slam") + " " +
+      const std::string command = "exec " + quoted(test::buildDir() + "/bin/vir-slam") + " " +
                                   arguments + " > " + quoted(log) + " 2>&1";
       execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
       _exit(127);
@@ -220,7 +221,7 @@ TEST(RecordCli, DevicesOnPortsAreRecordedWholeAndEstimatedWith) {
   const long start_s = std::chrono::duration_cast<std::chrono::seconds>(now).count() + 5;
   test::writeText(folder / "live.ini", deviceIni(folder, start_s));
   const std::string sent = (folder / "sent.json").string();
-  const std::string emulate = quoted(VIR_BINARY_DIR "/bin/vir-device-emulator") + " " +
+  const std::string emulate = quoted(test::buildDir() + "/bin/vir-device-emulator") + " " +
                               quoted(kSample) + " --uwb trek1000=" + (folder / "uwb").string() +
                               " --imu binary=" + (folder / "imu").string() +
                               " --range-labels UWB0 --start-at " + std::to_string(start_s) +
@@ -229,9 +230,9 @@ TEST(RecordCli, DevicesOnPortsAreRecordedWholeAndEstimatedWith) {
   const test::Outcome outcome = test::shell(
       emulate + " > /dev/null & for i in $(seq 100); do [ -e " + (folder / "uwb").string() +
       " ] && [ -e " + (folder / "imu").string() + " ] && break; sleep 0.05; done; " +
-      quoted(VIR_BINARY_DIR "/bin/vir-slam") + " record " + quoted((folder / "live.ini").string()) +
-      " --out " + quoted(out) + " --results " + quoted((folder / "results").string()) +
-      " --duration-s 36; code=$?; wait; exit $code");
+      quoted(test::buildDir() + "/bin/vir-slam") + " record " +
+      quoted((folder / "live.ini").string()) + " --out " + quoted(out) + " --results " +
+      quoted((folder / "results").string()) + " --duration-s 36; code=$?; wait; exit $code");
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   const auto counts = nlohmann::json::parse(test::readText(sent));
   const Content source = contentOf(kSample), copy = contentOf(out);
@@ -261,7 +262,7 @@ TEST(RecordCli, TheStockGrabberReadsTheSameIniAndPlugins) {
   // It has no way to say where paths are relative to, and its own name for the output.
   std::string ini = test::readText(kIni);
   for (std::size_t at = 0; (at = ini.find("../rawlog/", at)) != std::string::npos;) {
-    ini.replace(at, 10, VIR_SOURCE_DIR "/rawlog/");
+    ini.replace(at, 10, test::sourceDir() + "/rawlog/");
   }
   test::writeText(folder / "grab.ini",
                   "[global]\nrawlog_prefix = grabbed\nGRABBER_PERIOD_MS = 500\n" + ini);
@@ -269,7 +270,7 @@ TEST(RecordCli, TheStockGrabberReadsTheSameIniAndPlugins) {
   const test::Outcome outcome = test::shell(
       "cd " + quoted(folder.path().string()) +
       " && (sleep 5; echo) | timeout 60 rawlog-grabber -p " +
-      quoted(VIR_BINARY_DIR "/lib/vir-slam/plugins/libvir_plugin_replay.so") + " grab.ini");
+      quoted(test::buildDir() + "/lib/vir-slam/plugins/libvir_plugin_replay.so") + " grab.ini");
   std::string grabbed;
   for (const auto& entry : fs::directory_iterator(folder.path())) {
     if (entry.path().extension() == ".rawlog") grabbed = entry.path().string();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "vir_test_data.h"
+#include "vir_test_paths.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
 
@@ -22,14 +23,14 @@ using test::Outcome;
 using test::quoted;
 using Json = nlohmann::json;
 
-const std::string kIni = quoted(std::string(VIR_SOURCE_DIR) + "/ini/two_robots.ini");
+const std::string kIni = quoted(test::sourceDir() + "/ini/two_robots.ini");
 
 Json readJson(const fs::path& path) { return Json::parse(std::ifstream(path)); }
 
 TEST(RendezvousCli, SaysWhatIsMissing) {
   // ini/two_robots.ini names the sample; this one names nobody.
-  const Outcome none = test::virSlam(
-      "rendezvous " + quoted(std::string(VIR_SOURCE_DIR) + "/ini/two_robots_tiers.ini"));
+  const Outcome none =
+      test::virSlam("rendezvous " + quoted(test::sourceDir() + "/ini/two_robots_tiers.ini"));
   EXPECT_EQ(none.code, 2);
   EXPECT_TRUE(test::contains(none.text, "two or more robots")) << none.text;
   const Outcome gone =

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "vir_test_paths.h"
 #include "vir_test_rawlog.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
@@ -15,7 +16,7 @@ using test::Outcome;
 using test::quoted;
 using test::virSlam;
 
-const std::string kPlugins = " --plugin-dir " VIR_BINARY_DIR "/tests/fixtures/good ";
+const std::string kPlugins = " --plugin-dir " + test::buildDir() + "/tests/fixtures/good ";
 
 class RunCli : public testing::Test {
  protected:
@@ -85,7 +86,7 @@ TEST_F(RunCli, UsedIniRunsAgainToTheSameResult) {
 }
 
 TEST_F(RunCli, UsedIniRunsAgainWhereverTheRawlogWasNamedFrom) {
-  const std::string program = quoted(VIR_BINARY_DIR "/bin/vir-slam") + kPlugins;
+  const std::string program = quoted(test::buildDir() + "/bin/vir-slam") + kPlugins;
   const Outcome first = test::shell("cd " + quoted(path("")) + " && " + program +
                                     "run c.ini --rawlog 'a b.rawlog' --out out");
   ASSERT_EQ(first.code, 0) << first.text;
@@ -157,7 +158,7 @@ TEST_F(RunCli, FailedRunIsOne) {
 
 TEST_F(RunCli, InterruptKeepsWhatThereIs) {
   test::writeRecording(path("long.rawlog"), 20000);
-  const std::string program = quoted(VIR_BINARY_DIR "/bin/vir-slam") + kPlugins;
+  const std::string program = quoted(test::buildDir() + "/bin/vir-slam") + kPlugins;
   const Outcome outcome = test::shell(
       program + "run " + quoted(path("c.ini")) + " --rawlog " + quoted(path("long.rawlog")) +
       " --out " + quoted(path("out")) + " & child=$!; while kill -0 $child && [ ! -s " +

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "end_to_end.h"
+#include "vir_test_paths.h"
 
 namespace vir {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 class Sample : public testing::TestWithParam<const char*> {};
 
 TEST_P(Sample, RangesHelp) {
-  const std::string rawlog = std::string(VIR_SOURCE_DIR "/rawlog/") + GetParam() + ".rawlog";
+  const std::string rawlog = test::sourceDir() + "/rawlog/" + GetParam() + ".rawlog";
   ASSERT_TRUE(std::filesystem::exists(rawlog)) << "rawlog/README.md says how it is made";
   const test::TempFolder folder;
   const test::RunResult with = test::runVir(rawlog, (folder / "with").string());

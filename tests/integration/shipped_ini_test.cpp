@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "vir_test_paths.h"
 #include "vir_test_rawlog.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
@@ -14,7 +15,7 @@ namespace fs = std::filesystem;
 using test::Outcome;
 using test::quoted;
 
-const fs::path kIni = fs::path(VIR_SOURCE_DIR) / "ini";
+const fs::path kIni = fs::path(test::sourceDir()) / "ini";
 
 /// For `simulate`, not for `run`.
 bool describesAWorld(const fs::path& ini) {

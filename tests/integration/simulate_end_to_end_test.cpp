@@ -4,13 +4,14 @@
 #include <gtest/gtest.h>
 
 #include "end_to_end.h"
+#include "vir_test_paths.h"
 
 namespace vir {
 namespace {
 
 using test::quoted;
 
-constexpr const char* kIni = VIR_SOURCE_DIR "/ini/simulate_two_robots.ini";
+const std::string kIni = test::sourceDir() + "/ini/simulate_two_robots.ini";
 
 test::RunResult simulateAndRun(const test::TempFolder& folder, const std::string& more) {
   const std::string rawlog = (folder / "a.rawlog").string();

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "vir_test_paths.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
 
@@ -21,7 +22,7 @@ class ThirdEstimator : public ::testing::Test {
     // The program's own plugins and the new one, side by side.
     fs::create_directories(folder_ / "plugins");
     for (const char* from : {"/lib/vir-slam/plugins", "/tests/fixtures/teleporter"}) {
-      for (const auto& file : fs::directory_iterator(std::string(VIR_BINARY_DIR) + from)) {
+      for (const auto& file : fs::directory_iterator(test::buildDir() + from)) {
         fs::create_symlink(file.path(), folder_ / "plugins" / file.path().filename());
       }
     }

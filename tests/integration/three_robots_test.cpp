@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "robot_truth.h"
+#include "vir_test_paths.h"
 
 namespace vir {
 namespace {
@@ -62,7 +63,7 @@ yaw_walk = 0.001
 position_walk = 0.003
 )";
 
-const std::string kIni = quoted(VIR_SOURCE_DIR "/ini/two_robots.ini");
+const std::string kIni = quoted(test::sourceDir() + "/ini/two_robots.ini");
 
 /// Simulated once for all cases.
 class ThreeRobots : public testing::Test {

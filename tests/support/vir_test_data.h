@@ -4,12 +4,14 @@
 #include <filesystem>
 #include <string>
 
+#include "vir_test_paths.h"
+
 namespace vir::test {
 
 /// VIR_TEST_DATA, else the folder shared/data beside the source tree.
 inline std::filesystem::path dataFolder() {
   if (const char* given = std::getenv("VIR_TEST_DATA")) return given;
-  return std::filesystem::path(VIR_SOURCE_DIR) / ".." / "shared" / "data";
+  return std::filesystem::path(test::sourceDir()) / ".." / "shared" / "data";
 }
 
 }  // namespace vir::test

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "vir_test_paths.h"
+
 namespace vir::test {
 
 struct Outcome {
@@ -31,7 +33,7 @@ inline std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
 /// `vir-slam ARGUMENTS`.
 inline Outcome virSlam(const std::string& arguments) {
-  return shell(quoted(VIR_BINARY_DIR "/bin/vir-slam") + " " + arguments);
+  return shell(quoted(test::buildDir() + "/bin/vir-slam") + " " + arguments);
 }
 
 inline bool contains(const std::string& text, const std::string& part) {

@@ -1,17 +1,13 @@
 /// vir-slam rendezvous INI: robots that ranged to each other, in one world.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 #include "commands/commands.h"
 #include "output/console.h"
 #include "output/rendezvous_report.h"
-#include "robots/joint_merge.h"
-#include "robots/rendezvous_options.h"
 #include "robots/rendezvous_robots.h"
-#include "vir/roles/rendezvous_registry.h"
+#include "vir/team/meeting.h"
 
 namespace vir::app {
 namespace {
@@ -33,56 +29,10 @@ struct Arguments : RobotArguments {
 
 using Log = LogSink;
 
-std::vector<PairResult> findPairs(const Prepared& prepared, const std::vector<RobotRecord>& robots,
-                                  const Log& log) {
-  std::vector<PairResult> pairs;
-  for (std::size_t i = 0; i < robots.size(); ++i) {
-    for (std::size_t j = i + 1; j < robots.size(); ++j) {
-      const auto solver = prepared.createSolver(log);
-      pairs.push_back(playPair(robots[i], robots[j], solver.get(), prepared.rendezvous.interval_s,
-                               prepared.rendezvous.use_anchors));
-      const MutualRanges& ranges = pairs.back().ranges;
-      if (ranges.without_state == 0) continue;
-      vir::log(log, LogLevel::warning,
-               std::to_string(ranges.without_state) + " ranges between " + robots[i].name +
-                   " and " + robots[j].name + " came when one of them had no pose: not used");
-    }
-  }
-  return pairs;
-}
-
-std::vector<team::TransformEdge> edgesOf(const std::vector<PairResult>& pairs) {
-  std::vector<team::TransformEdge> edges;
-  for (const PairResult& p : pairs) {
-    const team::PairTransform& t = p.transform;
-    if (t.answer.status != team::TransformStatus::unique) continue;
-    edges.push_back({t.from, t.to, t.answer.solutions[0].T_A_B, t.answer.solutions[0].covariance});
-  }
-  return edges;
-}
-
-/// In the world of the robot that most others can be tied to; of equals, the first one given.
-MergedMap merge(const std::vector<RobotRecord>& robots,
-                const std::vector<team::TransformEdge>& edges) {
-  MergedMap map;
-  for (const RobotRecord& robot : robots) {
-    auto tied = team::commonFrame(robot.name, edges);
-    if (!map.root.empty() && tied.size() <= map.T_root.size()) continue;
-    map.root = robot.name;
-    map.T_root = std::move(tied);
-  }
-  for (const RobotRecord& robot : robots) {
-    const auto T = map.T_root.find(robot.name);
-    if (T == map.T_root.end()) continue;
-    Trajectory& out = map.trajectories[robot.name];
-    for (const KnownPose& p : robot.poses) out.push_back({p.t, T->second.pose() * p.T_W_B});
-  }
-  return map;
-}
-
-std::vector<RobotRecord> runAll(const Prepared& prepared, const results::ResultsFolder& folder,
-                                const Log& log, ProgressBar* bar) {
-  std::vector<RobotRecord> robots;
+std::vector<team::RobotRecord> runAll(const Prepared& prepared,
+                                      const results::ResultsFolder& folder, const Log& log,
+                                      ProgressBar* bar) {
+  std::vector<team::RobotRecord> robots;
   const auto n = static_cast<double>(prepared.robots.size());
   for (std::size_t i = 0; i < prepared.robots.size(); ++i) {
     const auto progress = [&](double part) { bar->show((static_cast<double>(i) + part) / n); };
@@ -92,26 +42,13 @@ std::vector<RobotRecord> runAll(const Prepared& prepared, const results::Results
   return robots;
 }
 
-/// Ties the robots together.
-Meeting meet(const Prepared& prepared, std::vector<RobotRecord> robots, const Log& log) {
-  Meeting out;
-  out.robots = std::move(robots);
-  out.pairs = findPairs(prepared, out.robots, log);
-  const std::vector<team::TransformEdge> edges = edgesOf(out.pairs);
-  out.loops = team::checkLoops(edges);
-  for (const team::TransformLoop& loop : out.loops) {
-    if (!loop.consistent) {
-      log(LogLevel::warning, "the transforms between " + loop.robots + " contradict each other");
-    }
-  }
-  out.map = merge(out.robots, edges);
-  if (prepared.rendezvous.joint && !edges.empty()) {
-    team::JointSolution joint;
-    const std::string problem =
-        mergeJointly(out.robots, prepared.joint, &out.map, &out.pairs, &joint);
-    if (!problem.empty()) log(LogLevel::info, problem);
-  }
-  return out;
+team::MeetingOptions meetingOptions(const Prepared& prepared) {
+  team::MeetingOptions options;
+  options.interval_s = prepared.rendezvous.interval_s;
+  options.use_anchors = prepared.rendezvous.use_anchors;
+  options.solve_jointly = prepared.rendezvous.joint;
+  options.joint = prepared.joint;
+  return options;
 }
 
 void run(const Arguments& arguments, Common& common) {
@@ -129,9 +66,11 @@ void run(const Arguments& arguments, Common& common) {
     std::fprintf(stderr, "%s: %s\n", word, text.c_str());
   };
   catchInterrupt();
-  const Meeting meeting = meet(prepared, runAll(prepared, folder, log, &bar), log);
+  const auto create_solver = [&](const Log& sink) { return prepared.createSolver(sink); };
+  const team::Meeting meeting =
+      team::meet(runAll(prepared, folder, log, &bar), meetingOptions(prepared), create_solver, log);
   const std::vector<TableRow> rows = writeMeeting(folder, meeting);
-  for (const RobotRecord& r : meeting.robots) {
+  for (const team::RobotRecord& r : meeting.robots) {
     if (meeting.map.T_root.count(r.name) > 0) continue;
     log(LogLevel::error,
         "robot " + r.name + " cannot be placed in the world of " + meeting.map.root);

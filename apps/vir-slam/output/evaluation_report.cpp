@@ -86,9 +86,9 @@ class Table {
 void addRelative(Table* table) {
   for (std::size_t i = 0; i < table->first().rpe_distance.size(); ++i) {
     const std::string over = "RPE over " + trimmed(table->first().rpe_distance[i].length) + " m ";
-    const auto cell = [i](Statistics evaluation::RelativeError::*s, int decimals) {
+    const auto cell = [i](evaluation::Statistics evaluation::RelativeError::*s, int decimals) {
       return [=](const evaluation::EvaluationResult& r) {
-        const Statistics& v = r.rpe_distance[i].*s;
+        const evaluation::Statistics& v = r.rpe_distance[i].*s;
         return v.count > 0 ? number(v.rmse, decimals) : std::string("-");
       };
     };
@@ -98,9 +98,9 @@ void addRelative(Table* table) {
     table->add(over + "yaw rmse [deg]", cell(&evaluation::RelativeError::yaw_deg, 3));
   }
   const std::string over = "RPE over " + trimmed(table->first().rpe_time.length) + " s ";
-  const auto cell = [](Statistics evaluation::RelativeError::*s, int decimals) {
+  const auto cell = [](evaluation::Statistics evaluation::RelativeError::*s, int decimals) {
     return [=](const evaluation::EvaluationResult& r) {
-      const Statistics& v = r.rpe_time.*s;
+      const evaluation::Statistics& v = r.rpe_time.*s;
       return v.count > 0 ? number(v.rmse, decimals) : std::string("-");
     };
   };
@@ -108,7 +108,7 @@ void addRelative(Table* table) {
   table->add(over + "rotation rmse [deg]", cell(&evaluation::RelativeError::rotation_deg, 3));
 }
 
-json toJson(const Statistics& s) {
+json toJson(const evaluation::Statistics& s) {
   if (s.count == 0) return {{"count", 0}};
   return {{"count", s.count},   {"rmse", s.rmse}, {"mean", s.mean},
           {"median", s.median}, {"p95", s.p95},   {"max", s.max}};

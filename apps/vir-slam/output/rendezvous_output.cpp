@@ -20,9 +20,9 @@ std::string format(const char* pattern, ...) {
   return text;
 }
 
-Trajectory trajectoryOf(const RobotRecord& robot) {
+Trajectory trajectoryOf(const team::RobotRecord& robot) {
   Trajectory out;
-  for (const KnownPose& p : robot.poses) out.push_back({p.t, p.T_W_B});
+  for (const team::KnownPose& p : robot.poses) out.push_back({p.t, p.T_W_B});
   return out;
 }
 
@@ -58,8 +58,9 @@ std::string word(std::string text) {
 
 }  // namespace
 
-std::optional<MergeError> mergeError(const RobotRecord& a, const RobotRecord& b,
-                                     const team::WorldTransform& T_A_B, const MergedMap& map) {
+std::optional<MergeError> mergeError(const team::RobotRecord& a, const team::RobotRecord& b,
+                                     const team::WorldTransform& T_A_B,
+                                     const team::MergedMap& map) {
   const Trajectory own_a = trajectoryOf(a), own_b = trajectoryOf(b);
   const auto T_G_A = truthFrom(a.truth, own_a);
   const auto T_G_B = truthFrom(b.truth, own_b);
@@ -83,7 +84,7 @@ std::optional<MergeError> mergeError(const RobotRecord& a, const RobotRecord& b,
   return out;
 }
 
-void writeMergedTrajectories(const results::ResultsFolder& folder, const MergedMap& map) {
+void writeMergedTrajectories(const results::ResultsFolder& folder, const team::MergedMap& map) {
   for (const auto& [name, trajectory] : map.trajectories) {
     results::OutputFile file(folder.file("trajectory_" + name + ".tum"));
     evaluation::writeTum(file.stream(), trajectory);
@@ -91,8 +92,8 @@ void writeMergedTrajectories(const results::ResultsFolder& folder, const MergedM
   }
 }
 
-void writeMergedLandmarks(const results::ResultsFolder& folder, const MergedMap& map,
-                          const std::vector<RobotRecord>& robots) {
+void writeMergedLandmarks(const results::ResultsFolder& folder, const team::MergedMap& map,
+                          const std::vector<team::RobotRecord>& robots) {
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < robots.size(); ++i) {
     const auto T = map.T_root.find(robots[i].name);
@@ -112,13 +113,14 @@ void writeMergedLandmarks(const results::ResultsFolder& folder, const MergedMap&
   file.close();
 }
 
-void writeHistory(const results::ResultsFolder& folder, const std::vector<PairResult>& pairs) {
+void writeHistory(const results::ResultsFolder& folder,
+                  const std::vector<team::PairResult>& pairs) {
   results::OutputFile file(folder.file("transforms_over_time.csv"));
   file.line(
       "from,to,since_first_s,status,ranges,used,rejected,anchors_used,yaw_rad,x_m,y_m,z_m,"
       "sigma_yaw_rad,sigma_x_m,sigma_y_m,sigma_z_m,margin,needed_margin,reason");
-  for (const PairResult& pair : pairs) {
-    for (const PairMoment& m : pair.history) {
+  for (const team::PairResult& pair : pairs) {
+    for (const team::PairMoment& m : pair.history) {
       const team::TransformAnswer& a = m.answer;
       std::string line = pair.transform.from + "," + pair.transform.to;
       line += format(",%.3f,%s,%d", m.since_first_s, name(a.status), a.ranges);
@@ -159,8 +161,8 @@ void addPath(const Trajectory& path, evaluation::Color color, evaluation::Panel*
   panel->marks.push_back({{p.x(), p.y()}, color, 4, evaluation::Mark::Shape::dot, ""});
 }
 
-void addAnchors(const RobotRecord& robot, const team::WorldTransform& T, evaluation::Color color,
-                evaluation::Panel* panel) {
+void addAnchors(const team::RobotRecord& robot, const team::WorldTransform& T,
+                evaluation::Color color, evaluation::Panel* panel) {
   if (robot.anchors.empty()) return;
   for (const Anchor& a : robot.anchors.back().anchors) {
     if (!a.has_position || !a.p_W.allFinite()) continue;
@@ -185,12 +187,12 @@ std::pair<Vec3, Vec3> extentOf(const Trajectory& path) {
 
 }  // namespace
 
-void writeRendezvousScene(const results::ResultsFolder& folder, const MergedMap& map,
-                          const std::vector<RobotRecord>& robots) {
+void writeRendezvousScene(const results::ResultsFolder& folder, const team::MergedMap& map,
+                          const std::vector<team::RobotRecord>& robots) {
   std::vector<results::SceneRobot> scene;
   double lowest = 0;
   for (std::size_t i = 0; i < robots.size(); ++i) {
-    const RobotRecord& robot = robots[i];
+    const team::RobotRecord& robot = robots[i];
     const auto T = map.T_root.find(robot.name);
     const auto path = map.trajectories.find(robot.name);
     if (T == map.T_root.end() || path == map.trajectories.end() || path->second.empty()) continue;
@@ -206,7 +208,7 @@ void writeRendezvousScene(const results::ResultsFolder& folder, const MergedMap&
   }
   double from = 0;
   for (std::size_t i = 0; i < robots.size(); ++i) {
-    const RobotRecord& robot = robots[i];
+    const team::RobotRecord& robot = robots[i];
     results::SceneRobot own{robot.name + " in its own world",
                             evaluation::figureColor(i),
                             Pose(),
@@ -223,7 +225,8 @@ void writeRendezvousScene(const results::ResultsFolder& folder, const MergedMap&
   results::writeScene(folder.file("scene.3Dscene"), scene);
 }
 
-evaluation::Figure rendezvousFigure(const MergedMap& map, const std::vector<RobotRecord>& robots) {
+evaluation::Figure rendezvousFigure(const team::MergedMap& map,
+                                    const std::vector<team::RobotRecord>& robots) {
   evaluation::Figure figure;
   figure.width = 1200;
   figure.title = "Rendezvous";

@@ -4,15 +4,19 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "output/rendezvous_output.h"
+#include "vir/results/transforms_json.h"
+
 namespace vir::app {
 namespace {
 
-const RobotRecord& named(const std::vector<RobotRecord>& robots, const std::string& name) {
+const team::RobotRecord& named(const std::vector<team::RobotRecord>& robots,
+                               const std::string& name) {
   return *std::find_if(robots.begin(), robots.end(),
-                       [&](const RobotRecord& r) { return r.name == name; });
+                       [&](const team::RobotRecord& r) { return r.name == name; });
 }
 
-std::vector<TableRow> rowsOf(const PairResult& pair, const std::optional<MergeError>& error) {
+std::vector<TableRow> rowsOf(const team::PairResult& pair, const std::optional<MergeError>& error) {
   const team::PairTransform& t = pair.transform;
   const team::TransformAnswer& a = t.answer;
   std::vector<TableRow> rows{{t.from + " in " + t.to, name(a.status), ""}};
@@ -65,18 +69,19 @@ std::vector<TableRow> rowsOf(const team::TransformLoop& loop) {
 
 }  // namespace
 
-std::vector<TableRow> writeMeeting(const results::ResultsFolder& folder, const Meeting& meeting) {
-  const MergedMap& map = meeting.map;
+std::vector<TableRow> writeMeeting(const results::ResultsFolder& folder,
+                                   const team::Meeting& meeting) {
+  const team::MergedMap& map = meeting.map;
   std::vector<team::PairTransform> transforms;
   nlohmann::ordered_json summary;
   summary["robots"] = nlohmann::ordered_json::array();
-  for (const RobotRecord& r : meeting.robots) summary["robots"].push_back(r.name);
+  for (const team::RobotRecord& r : meeting.robots) summary["robots"].push_back(r.name);
   summary["merge_errors"] = nlohmann::ordered_json::array();
   std::vector<TableRow> rows;
   const auto append = [&](const std::vector<TableRow>& more) {
     rows.insert(rows.end(), more.begin(), more.end());
   };
-  for (const PairResult& pair : meeting.pairs) {
+  for (const team::PairResult& pair : meeting.pairs) {
     transforms.push_back(pair.transform);
     std::optional<MergeError> error;
     const auto& a = pair.transform.answer;

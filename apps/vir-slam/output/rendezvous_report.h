@@ -3,18 +3,13 @@
 #include <vector>
 
 #include "output/console.h"
-#include "output/rendezvous_output.h"
+#include "vir/results/results_folder.h"
+#include "vir/team/meeting.h"
 
 namespace vir::app {
 
-struct Meeting {
-  std::vector<RobotRecord> robots;
-  std::vector<PairResult> pairs;
-  std::vector<team::TransformLoop> loops;
-  MergedMap map;
-};
-
 /// Writes everything but used.ini and run.log; returns the rows to be shown.
-std::vector<TableRow> writeMeeting(const results::ResultsFolder& folder, const Meeting& meeting);
+std::vector<TableRow> writeMeeting(const results::ResultsFolder& folder,
+                                   const team::Meeting& meeting);
 
 }  // namespace vir::app

@@ -1,7 +1,5 @@
 #include "output/run_folder.h"
 
-#include <mrpt/obs/CObservationRobotPose.h>
-
 #include <charconv>
 #include <filesystem>
 #include <fstream>
@@ -11,9 +9,10 @@
 #include <sstream>
 
 #include "commands/commands.h"
+#include "robots/robot_recorder.h"
+#include "vir/evaluation/trajectory.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
-#include "vir/rawlog/mrpt_pose.h"
-#include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_reader.h"
 
 namespace vir::app {
@@ -86,7 +85,7 @@ Trajectory readPath(const std::string& file) {
   return out;
 }
 
-void readPoses(const std::string& folder, RobotRecord* record) {
+void readPoses(const std::string& folder, team::RobotRecord* record) {
   std::map<TimeNs, int> segments;
   Table frames(folder + "/frames.csv");
   while (frames.next()) segments[frames.stamp()] = static_cast<int>(frames.number("segment"));
@@ -111,9 +110,9 @@ void readPoses(const std::string& folder, RobotRecord* record) {
   }
 }
 
-void readAnchors(const std::string& file, RobotRecord* record) {
+void readAnchors(const std::string& file, team::RobotRecord* record) {
   if (!fs::exists(file) || record->poses.empty()) return;
-  AnchorSnapshot snapshot;
+  team::AnchorSnapshot snapshot;
   snapshot.t = record->poses.front().t;
   Table table(file);
   const auto vectorOf = [&](const char* x, const char* y, const char* z) {
@@ -143,7 +142,7 @@ void readAnchors(const std::string& file, RobotRecord* record) {
 }
 
 /// Map points; the file's header ends with end_header.
-void readLandmarks(const std::string& file, RobotRecord* record) {
+void readLandmarks(const std::string& file, team::RobotRecord* record) {
   std::ifstream in(file);
   std::string line;
   while (std::getline(in, line) && line != "end_header") continue;
@@ -173,7 +172,7 @@ RunFolder openRunFolder(const std::string& path) {
   return folder;
 }
 
-void readRunFolder(const RunFolder& folder, RobotRecord* record) {
+void readRunFolder(const RunFolder& folder, team::RobotRecord* record) {
   readPoses(folder.path, record);
   readAnchors(folder.path + "/anchors.csv", record);
   readLandmarks(folder.path + "/landmarks.ply", record);
@@ -182,19 +181,17 @@ void readRunFolder(const RunFolder& folder, RobotRecord* record) {
   for (const StampedPose& p : readPath(smoothed)) record->keyframes.push_back({p.t, p.T_W_B});
 }
 
-void readRecording(const std::string& rawlog, const std::string& peer_label, RobotRecord* record) {
+void readRecording(const std::string& rawlog, const std::string& peer_label,
+                   team::RobotRecord* record) {
   rawlog::RawlogReader reader(rawlog);
   while (const auto observation = reader.next()) {
     if (observation->sensorLabel != rawlog::kGroundTruthLabel) {
       noteObservation(*observation, peer_label, record);
       continue;
     }
-    const auto pose = std::dynamic_pointer_cast<mrpt::obs::CObservationRobotPose>(observation);
-    if (!pose) continue;
+    const auto pose = rawlog::poseOf(*observation);
     Trajectory& truth = record->truth;
-    const TimeNs t = rawlog::fromMrptTime(pose->timestamp);
-    if (truth.empty() || t > truth.back().t)
-      truth.push_back({t, rawlog::fromMrptPose(pose->pose.mean)});
+    if (pose && (truth.empty() || pose->t > truth.back().t)) truth.push_back(*pose);
   }
 }
 

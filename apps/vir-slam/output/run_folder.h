@@ -2,7 +2,7 @@
 /// Finished runs: what `vir-slam run` left in its folder, instead of estimating again.
 #include <string>
 
-#include "robots/robot_record.h"
+#include "vir/team/robot_record.h"
 
 namespace vir::app {
 
@@ -16,9 +16,10 @@ RunFolder openRunFolder(const std::string& path);
 
 /// Poses with covariances and segments, anchors (as known in the end), keyframes and map points.
 /// Throws std::runtime_error naming file and reason for what cannot be read.
-void readRunFolder(const RunFolder& folder, RobotRecord* record);
+void readRunFolder(const RunFolder& folder, team::RobotRecord* record);
 
 /// What a recording holds beside an estimator's input: ranges, odometry poses, ground truth.
-void readRecording(const std::string& rawlog, const std::string& peer_label, RobotRecord* record);
+void readRecording(const std::string& rawlog, const std::string& peer_label,
+                   team::RobotRecord* record);
 
 }  // namespace vir::app

@@ -11,10 +11,10 @@
 
 #include "commands/commands.h"
 #include "output/console.h"
-#include "vir/evaluation/association.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_reader.h"
+#include "vir/types/interpolation.h"
 // After Eigen, whose types MRPT only declares.
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationRobotPose.h>
@@ -65,18 +65,6 @@ std::string takeAnchor(const std::vector<std::string>& fields, AnchorPositions* 
     return "anchor " + fields[0] + " is there already";
   }
   return {};
-}
-
-std::optional<Pose> poseAt(const Trajectory& truth, TimeNs t) {
-  const auto next = std::lower_bound(truth.begin(), truth.end(), t,
-                                     [](const StampedPose& p, TimeNs at) { return p.t < at; });
-  if (next == truth.end()) return std::nullopt;
-  if (next->t == t) return next->T_W_B;
-  if (next == truth.begin()) return std::nullopt;
-  const StampedPose& before = *std::prev(next);
-  if (next->t - before.t > kMaxGap) return std::nullopt;
-  const double s = static_cast<double>(t - before.t) / static_cast<double>(next->t - before.t);
-  return evaluation::interpolate(before.T_W_B, next->T_W_B, s);
 }
 
 void read(rawlog::RawlogReader* reader, Trajectory* truth, std::vector<Range>* ranges) {
@@ -164,7 +152,7 @@ void addRecording(const std::string& rawlog, const AnchorPositions& anchors, Uwb
       ++out->unknown_anchor[r.anchor];
       continue;
     }
-    const std::optional<Pose> pose = poseAt(truth, r.t);
+    const std::optional<Pose> pose = poseAt(truth, r.t, kMaxGap);
     if (!pose) {
       ++out->without_truth;
       continue;

@@ -40,22 +40,23 @@ void PeerRun::describe(OptionVisitor& used) const {
 
 void PeerRun::follow(const LogSink& log, std::vector<results::RunObserver*>* observers) {
   if (!available_ || !options_.in_run) return;
-  const auto create_solver = [this] {
+  const auto create_solver = [this](const LogSink& solver_log) {
     auto solver = roles::createRendezvous(options_.driver);
     SettingsReader reader(settings_);
     solver->describe(reader);
+    solver->start(solver_log);
     return solver;
   };
-  tracking_ = std::make_unique<PeerTracking>(options_, create_solver, log);
-  observers->push_back(tracking_.get());
+  follower_ = std::make_unique<PeerFollower>(options_, create_solver, log);
+  observers->push_back(follower_.get());
 }
 
 void PeerRun::write(const results::ResultsFolder& folder) const {
-  if (tracking_) tracking_->write(folder);
+  if (follower_) follower_->write(folder);
 }
 
-void addPeerRows(const std::vector<roles::PeerResult>& peers, std::vector<TableRow>* rows) {
-  for (const roles::PeerResult& peer : peers) {
+void addPeerRows(const std::vector<team::PeerResult>& peers, std::vector<TableRow>* rows) {
+  for (const team::PeerResult& peer : peers) {
     const team::PairTransform& t = peer.transform;
     rows->push_back({"robot " + std::to_string(peer.id), name(t.answer.status), ""});
     if (!t.answer.reason.empty()) rows->push_back({"  why", t.answer.reason, ""});

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "output/console.h"
-#include "robots/peer_tracking.h"
+#include "robots/peer_follower.h"
 #include "robots/rendezvous_options.h"
 #include "vir/core/settings.h"
 
@@ -31,9 +31,9 @@ class PeerRun {
   Settings settings_;
   RendezvousRunOptions options_;
   bool available_ = false;
-  std::unique_ptr<PeerTracking> tracking_;
+  std::unique_ptr<PeerFollower> follower_;
 };
 
-void addPeerRows(const std::vector<roles::PeerResult>& peers, std::vector<TableRow>* rows);
+void addPeerRows(const std::vector<team::PeerResult>& peers, std::vector<TableRow>* rows);
 
 }  // namespace vir::app

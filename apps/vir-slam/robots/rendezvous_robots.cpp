@@ -12,6 +12,7 @@
 #include "output/console.h"
 #include "output/run_folder.h"
 #include "recordings/companion.h"
+#include "robots/robot_recorder.h"
 #include "vir/core/ini_writer.h"
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/rendezvous_registry.h"
@@ -170,8 +171,9 @@ std::unique_ptr<roles::EstimatorSettings> configured(const Prepared& p, const Ro
   return estimator;
 }
 
-RobotRecord finishedRobot(const Prepared& prepared, const RobotFile& robot, const LogSink& log) {
-  RobotRecord record;
+team::RobotRecord finishedRobot(const Prepared& prepared, const RobotFile& robot,
+                                const LogSink& log) {
+  team::RobotRecord record;
   readRunFolder({robot.finished, robot.rawlog}, &record);
   readRecording(robot.rawlog, prepared.rendezvous.peer_label, &record);
   vir::log(log, LogLevel::info,
@@ -230,9 +232,10 @@ std::string ownSettings(const Prepared& prepared, const RobotFile& robot) {
   return used.text();
 }
 
-RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robot,
-                           const results::ResultsFolder& own, const runs::OfflineRunHooks& hooks) {
-  RobotRecord record;
+team::RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robot,
+                                 const results::ResultsFolder& own,
+                                 const runs::OfflineRunHooks& hooks) {
+  team::RobotRecord record;
   const auto estimator = configured(prepared, robot, nullptr)->create(hooks.log);
   RobotRecorder recorder(&record);
   runs::OfflineRunOptions options;
@@ -255,10 +258,11 @@ RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robot,
 
 }  // namespace
 
-RobotRecord runRobot(const Prepared& prepared, std::size_t i, const results::ResultsFolder& folder,
-                     const LogSink& log, const std::function<void(double)>& progress) {
+team::RobotRecord runRobot(const Prepared& prepared, std::size_t i,
+                           const results::ResultsFolder& folder, const LogSink& log,
+                           const std::function<void(double)>& progress) {
   const RobotFile& robot = prepared.robots[i];
-  RobotRecord record;
+  team::RobotRecord record;
   if (robot.finished.empty()) {
     runs::OfflineRunHooks hooks;
     hooks.log = [&](LogLevel level, const std::string& text) {

@@ -8,11 +8,11 @@
 #include "commands/commands.h"
 #include "commands/run_options.h"
 #include "robots/rendezvous_options.h"
-#include "robots/robot_record.h"
 #include "vir/core/settings.h"
 #include "vir/results/results_folder.h"
 #include "vir/roles/rendezvous.h"
 #include "vir/team/joint_solution.h"
+#include "vir/team/robot_record.h"
 
 namespace vir::app {
 
@@ -50,7 +50,8 @@ struct RobotArguments {
 Prepared prepareRobots(const RobotArguments& arguments, const Common& common);
 
 /// Estimates robot `i` into the subfolder of its name, or reads what its finished run left.
-RobotRecord runRobot(const Prepared& prepared, std::size_t i, const results::ResultsFolder& folder,
-                     const LogSink& log, const std::function<void(double)>& progress);
+team::RobotRecord runRobot(const Prepared& prepared, std::size_t i,
+                           const results::ResultsFolder& folder, const LogSink& log,
+                           const std::function<void(double)>& progress);
 
 }  // namespace vir::app

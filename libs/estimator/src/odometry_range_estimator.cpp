@@ -24,22 +24,23 @@ struct Way {
 
 }  // namespace
 
+OdometryNoise odometryNoiseDefaults() {
+  OdometryNoise o;
+  o.sigma_per_sqrt_m = 0.05;
+  o.sigma_per_rad_m = 0.005;
+  o.yaw_per_sqrt_m = 0.015;
+  o.yaw_per_sqrt_rad = 0.01;
+  o.yaw_per_sqrt_s = 0.0005;
+  o.vertical_share = 0.5;
+  return o;
+}
+
 void describe(OptionVisitor& v, OdometryOptions& o) {
   v.section("Odometry", "Poses from a device: how they err, and how often one becomes a node");
   v.value("node_distance_m", o.node_distance_m, {0.01, 100.0}, "distance between nodes");
   v.value("node_turn_rad", o.node_turn_rad, {0.01, 10.0}, "turn between nodes");
   v.value("node_interval_s", o.node_interval_s, {0.05, 1e4}, "longest time between nodes");
-  v.value("sigma_per_sqrt_m", o.sigma_per_sqrt_m, {1e-5, 10.0},
-          "random walk of the position with the distance [m/sqrt(m)]");
-  v.value("sigma_per_rad_m", o.sigma_per_rad_m, {0.0, 10.0}, "position noise of a turn [m/rad]");
-  v.value("yaw_per_sqrt_m", o.yaw_per_sqrt_m, {0.0, 10.0},
-          "random walk of the heading with the distance [rad/sqrt(m)]");
-  v.value("yaw_per_sqrt_rad", o.yaw_per_sqrt_rad, {0.0, 10.0},
-          "random walk of the heading with the angle turned [rad/sqrt(rad)]");
-  v.value("yaw_per_sqrt_s", o.yaw_per_sqrt_s, {0.0, 10.0},
-          "random walk of the heading with time [rad/sqrt(s)]");
-  v.value("vertical_share", o.vertical_share, {0.0, 10.0},
-          "vertical position noise as a share of the horizontal (0: motion in a plane)");
+  describe(v, o.noise);
   v.value("max_step_m", o.max_step_m, {0.01, 1e4}, "a longer step between two poses is a jump");
   v.value("max_gap_s", o.max_gap_s, {0.01, 1e4}, "a longer time between two poses is a gap");
 }
@@ -121,13 +122,10 @@ bool OdometryRangeEstimator::Impl::plausible(TimeNs t, const Pose& T_O_B) {
 }
 
 Eigen::Matrix4d OdometryRangeEstimator::Impl::covarianceOf(const Way& w, double seconds) const {
-  const OdometryOptions& o = config.odometry;
-  const double p = o.sigma_per_sqrt_m * o.sigma_per_sqrt_m * w.metres +
-                   o.sigma_per_rad_m * o.sigma_per_rad_m * w.radians * w.radians + 1e-6;
-  const double yaw = o.yaw_per_sqrt_m * o.yaw_per_sqrt_m * w.metres +
-                     o.yaw_per_sqrt_rad * o.yaw_per_sqrt_rad * w.radians +
-                     o.yaw_per_sqrt_s * o.yaw_per_sqrt_s * seconds + 1e-10;
-  const double share = std::max(o.vertical_share, 1e-2);
+  const OdometryNoise& noise = config.odometry.noise;
+  const double p = noise.positionVariance(w.metres, w.radians, seconds) + 1e-6;
+  const double yaw = noise.yawVariance(w.metres, w.radians, seconds) + 1e-10;
+  const double share = noise.usableVerticalShare();
   return Eigen::Vector4d(p, p, p * share * share, yaw).asDiagonal();
 }
 

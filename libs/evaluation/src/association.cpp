@@ -2,12 +2,9 @@
 
 #include <algorithm>
 
-namespace vir::evaluation {
+#include "vir/geometry/interpolation.h"
 
-Pose interpolate(const Pose& a, const Pose& b, double s) {
-  // slerp of Eigen takes the shorter way round.
-  return {a.q.slerp(s, b.q).normalized(), a.p + s * (b.p - a.p)};
-}
+namespace vir::evaluation {
 
 Association associate(const Trajectory& reference, const Trajectory& estimate,
                       const AssociationOptions& options) {

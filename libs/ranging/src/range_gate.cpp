@@ -86,8 +86,9 @@ double RangeGate::widening(double span_s) const {
   }
   const double span = toSeconds(now - std::max(from, started_));
   const double covered = std::clamp(span / span_s, 0.05, 1.0);
-  std::size_t wanted = std::max<std::size_t>(static_cast<std::size_t>(nis.size() / covered),
-                                             static_cast<std::size_t>(options_.max_consecutive));
+  std::size_t wanted =
+      std::max<std::size_t>(static_cast<std::size_t>(static_cast<double>(nis.size()) / covered),
+                            static_cast<std::size_t>(options_.max_consecutive));
   nis.resize(std::max(nis.size(), wanted), 0.0);
   return std::max(1.0, std::sqrt(medianInPlace(&nis) / kExpectedMedian));
 }

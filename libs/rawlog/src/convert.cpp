@@ -103,6 +103,35 @@ std::optional<DroppedAnchor> droppedAnchorOf(const CObservation& observation) {
   return out;
 }
 
+std::optional<PeerBroadcast> broadcastOf(const CObservation& observation,
+                                         const std::string& peer_label) {
+  const auto source = broadcastSourceOf(observation.sensorLabel, peer_label);
+  const auto* o = dynamic_cast<const CObservationRobotPose*>(&observation);
+  if (!source || o == nullptr) return std::nullopt;
+  PeerBroadcast out{source->peer, source->anchor, {}};
+  const auto& mean = o->pose.mean;
+  out.sent.t = fromMrptTime(o->timestamp);
+  out.sent.p_W = Vec3(mean.x(), mean.y(), mean.z());
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) out.sent.covariance(r, c) = o->pose.cov(r, c);
+  }
+  return out;
+}
+
+CObservationRobotPose::Ptr toObservation(const PeerBroadcast& broadcast,
+                                         const std::string& peer_label) {
+  auto o = CObservationRobotPose::Create();
+  o->sensorLabel = broadcastLabel({broadcast.peer, broadcast.anchor}, peer_label);
+  o->timestamp = toMrptTime(broadcast.sent.t);
+  const Vec3& p = broadcast.sent.p_W;
+  o->pose.mean = mrpt::poses::CPose3D(p.x(), p.y(), p.z(), 0, 0, 0);
+  o->pose.cov.setZero();
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) o->pose.cov(r, c) = broadcast.sent.covariance(r, c);
+  }
+  return o;
+}
+
 bool isImage(const CObservation& observation) {
   return dynamic_cast<const CObservationImage*>(&observation) != nullptr ||
          dynamic_cast<const CObservationStereoImagesFeatures*>(&observation) != nullptr;

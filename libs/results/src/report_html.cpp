@@ -97,13 +97,13 @@ std::string anchorTable(const std::vector<AnchorResult>& anchors) {
   return t + "</table>\n";
 }
 
-std::string peerTable(const std::vector<roles::PeerResult>& peers) {
+std::string peerTable(const std::vector<team::PeerResult>& peers) {
   std::string t =
       "<table>\n<tr><th>robot</th><th>its world in this one</th><th class=\"n\">yaw [deg]</th>"
       "<th class=\"n\">offset [m]</th><th class=\"n\">standard deviation [m]</th>"
       "<th class=\"n\">unique after [s]</th><th class=\"n\">ranges</th>"
       "<th class=\"n\">without broadcast</th><th></th></tr>\n";
-  for (const roles::PeerResult& peer : peers) {
+  for (const team::PeerResult& peer : peers) {
     const team::TransformAnswer& a = peer.transform.answer;
     const bool solved = !a.solutions.empty();
     const team::TransformSolution s = solved ? a.solutions[0] : team::TransformSolution();

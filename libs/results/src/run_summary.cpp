@@ -49,7 +49,7 @@ Json toJson(const Calibration& c) {
 }
 
 /// Angles in rad, lengths in m; transforms.json says more.
-Json toJson(const roles::PeerResult& peer) {
+Json toJson(const team::PeerResult& peer) {
   const team::TransformAnswer& a = peer.transform.answer;
   Json json;
   json["id"] = peer.id;
@@ -94,7 +94,7 @@ std::string toJson(const RunSummary& s) {
                     {"collected", s.ranges_collected},
                     {"rejected", s.ranges_rejected}};
   if (!s.peers.empty()) json["peers"] = Json::array();
-  for (const roles::PeerResult& p : s.peers) json["peers"].push_back(toJson(p));
+  for (const team::PeerResult& p : s.peers) json["peers"].push_back(toJson(p));
   if (s.calibration) json["calibration"] = toJson(*s.calibration);
   json["resets"] = s.resets;
   json["longest_wait_reason"] = s.longest_wait_reason;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "vir/evaluation/association.h"
+#include "vir/types/interpolation.h"
 
 namespace vir::simulation {
 namespace {
@@ -21,27 +21,16 @@ QuatList rotations(const Trajectory& poses) {
   return out;
 }
 
-/// Pose at t, interpolated; held beyond the ends.
-Pose interpolated(const Trajectory& poses, TimeNs t) {
-  const auto after = std::lower_bound(poses.begin(), poses.end(), t,
-                                      [](const StampedPose& s, TimeNs x) { return s.t < x; });
-  if (after == poses.begin()) return poses.front().T_W_B;
-  if (after == poses.end()) return poses.back().T_W_B;
-  const auto before = after - 1;
-  return evaluation::interpolate(before->T_W_B, after->T_W_B,
-                                 toSeconds(t - before->t) / toSeconds(after->t - before->t));
-}
-
 /// Mean over `half_s` to either side with triangular weights.
 Pose smoothed(const Trajectory& poses, TimeNs t, double half_s) {
   constexpr int kSide = 5;
-  const Pose centre = interpolated(poses, t);
+  const Pose centre = heldPoseAt(poses, t);
   if (half_s <= 0) return centre;
   Vec3 p = Vec3::Zero(), turn = Vec3::Zero();
   double sum = 0;
   for (int k = -kSide; k <= kSide; ++k) {
     const double w = kSide + 1 - std::abs(k);
-    const Pose s = interpolated(poses, t + fromSeconds(half_s * k / (kSide + 1)));
+    const Pose s = heldPoseAt(poses, t + fromSeconds(half_s * k / (kSide + 1)));
     p += w * s.p;
     turn += w * logQuat(centre.q.conjugate() * s.q);
     sum += w;

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "range_channel.h"
-#include "vir/evaluation/association.h"
 #include "vir/simulation/interval.h"
+#include "vir/types/interpolation.h"
 
 namespace vir::simulation {
 namespace {
@@ -35,7 +35,7 @@ class Teller {
   std::vector<ToldPosition> tell(TimeNs t, const Vec3& lever) const {
     std::vector<ToldPosition> out;
     const double s = toSeconds(t - begin_);
-    const Pose T_O_B = poseAt(t);
+    const Pose T_O_B = heldPoseAt(poses_, t);
     out.push_back({-1, T_O_B * lever, covarianceAt(s, T_O_B.p)});
     if (s < team_.anchor_known_s) return out;
     for (std::size_t a = 0; a < anchor_errors_.size(); ++a) {
@@ -49,16 +49,6 @@ class Teller {
   }
 
  private:
-  Pose poseAt(TimeNs t) const {
-    const auto after = std::lower_bound(poses_.begin(), poses_.end(), t,
-                                        [](const StampedPose& s, TimeNs x) { return s.t < x; });
-    if (after == poses_.begin()) return poses_.front().T_W_B;
-    if (after == poses_.end()) return poses_.back().T_W_B;
-    const auto before = after - 1;
-    return evaluation::interpolate(before->T_W_B, after->T_W_B,
-                                   toSeconds(t - before->t) / toSeconds(after->t - before->t));
-  }
-
   /// To first order: the errors of simulateOdometry grow like this.
   Mat3 covarianceAt(double s, const Vec3& p_O) const {
     const OdometrySimulationOptions& o = odometry_;

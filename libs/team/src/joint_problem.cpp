@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "vir/geometry/interpolation.h"
 #include "vir/ranging/anchor_initialization.h"
+#include "vir/types/interpolation.h"
 
 namespace vir::team {
 namespace {
@@ -13,26 +15,12 @@ namespace {
 using Triplets = std::vector<Eigen::Triplet<double>>;
 using Vec5 = Eigen::Matrix<double, 5, 1>;
 
+constexpr TimeNs kLongestGap = 1000000000;  // between two poses of a path
 constexpr double kWeakPrior = 1e-6;   // information on every unknown: keeps the system solvable
 constexpr double kStartSigma = 1e-3;  // of the first robot's first pose: the gauge
 constexpr double kGate = 4;           // sigmas
 constexpr double kLevel = 1e-3;       // [m]; a robot whose odometry rises by less moves in a plane
 constexpr double kLevelSigma = 1e-3;  // [m], of its height
-
-/// The pose at `t` between two neighbours.
-std::optional<Pose> interpolated(const std::vector<StampedPose>& path, TimeNs t) {
-  constexpr TimeNs kLongestGap = 1000000000;
-  const auto next = std::lower_bound(path.begin(), path.end(), t,
-                                     [](const StampedPose& p, TimeNs s) { return p.t < s; });
-  if (next == path.end()) return std::nullopt;
-  if (next->t == t) return next->T_W_B;
-  if (next == path.begin()) return std::nullopt;
-  const auto before = next - 1;
-  if (next->t - before->t > kLongestGap) return std::nullopt;
-  const double u = toSeconds(t - before->t) / toSeconds(next->t - before->t);
-  return Pose(before->T_W_B.q.slerp(u, next->T_W_B.q),
-              before->T_W_B.p + u * (next->T_W_B.p - before->T_W_B.p));
-}
 
 Vec3 turned(const Vec3& v) { return {-v.y(), v.x(), 0}; }
 
@@ -80,7 +68,7 @@ void JointProblem::addNodes(const JointRobot& robot) {
   double metres = 0, radians = 0, lowest = 1e300, highest = -1e300;
   const StampedPose* before = nullptr;
   for (const StampedPose& odometry : robot.odometry) {
-    const auto estimate = interpolated(robot.estimate, odometry.t);
+    const auto estimate = vir::poseAt(robot.estimate, odometry.t, kLongestGap);
     if (before != nullptr) {
       metres += (odometry.T_W_B.p - before->T_W_B.p).norm();
       radians += std::abs(wrapAngle(yawOf(odometry.T_W_B.R()) - yawOf(before->T_W_B.R())));
@@ -112,7 +100,7 @@ void JointProblem::addNodes(const JointRobot& robot) {
 
 std::optional<NodePoint> JointProblem::pointAt(const JointRobot& robot, std::size_t index, TimeNs t,
                                                const Vec3& p_B_U) const {
-  const auto pose = interpolated(robot.odometry, t);
+  const auto pose = vir::poseAt(robot.odometry, t, kLongestGap);
   const auto& list = nodes_[index];
   if (!pose || t < list.front().t || t > list.back().t + fromSeconds(5)) return std::nullopt;
   auto next = std::upper_bound(list.begin(), list.end(), t,
@@ -136,7 +124,7 @@ void JointProblem::addRanges(const std::vector<JointRobot>& robots,
     return std::isfinite(range) && range > 0 && std::isfinite(sigma) && sigma > 0;
   };
   for (std::size_t i = 0; i < robots.size(); ++i) {
-    for (const JointAnchorRange& r : robots[i].anchor_ranges) {
+    for (const Range& r : robots[i].anchor_ranges) {
       const auto point = pointAt(robots[i], i, r.t, r.p_B_U);
       if (!point || !good(r.range_m, r.sigma_m)) continue;
       ranges_.push_back({*point, std::nullopt, r.anchor, r.range_m, r.sigma_m});
@@ -218,8 +206,7 @@ Pose JointProblem::poseAt(std::size_t robot, TimeNs t, const Pose& T_O_B) const 
   const JointNode& before = *(next - 1);
   if (next == list.end()) return from(before);
   const double u = toSeconds(t - before.t) / toSeconds(next->t - before.t);
-  const Pose a = from(before), b = from(*next);
-  return {a.q.slerp(u, b.q), a.p + u * (b.p - a.p)};
+  return interpolate(from(before), from(*next), u);
 }
 
 double JointProblem::residual(const JointRange& r, Vec3* direction) const {
@@ -289,13 +276,10 @@ double JointProblem::buildEdges(Triplets* triplets, Vector* g) const {
     for (std::size_t k = 1; k < list.size(); ++k) {
       const JointNode &a = list[k - 1], &b = list[k];
       const double seconds = toSeconds(b.t - a.t);
-      const double position = o.sigma_per_sqrt_m * o.sigma_per_sqrt_m * b.metres +
-                              o.sigma_per_sqrt_s * o.sigma_per_sqrt_s * seconds + 1e-8;
-      const double yaw = o.yaw_per_sqrt_m * o.yaw_per_sqrt_m * b.metres +
-                         o.yaw_per_sqrt_rad * o.yaw_per_sqrt_rad * b.radians +
-                         o.yaw_per_sqrt_s * o.yaw_per_sqrt_s * seconds + 1e-10;
+      const double position = o.noise.positionVariance(b.metres, b.radians, seconds) + 1e-8;
+      const double yaw = o.noise.yawVariance(b.metres, b.radians, seconds) + 1e-10;
       const double scale = o.scale_walk_per_sqrt_m * o.scale_walk_per_sqrt_m * b.metres + 1e-10;
-      const double share = std::max(o.vertical_share, 1e-2);
+      const double share = o.noise.usableVerticalShare();
       const Mat3 Rt = rotZ(-a.x[3]);
       const Vec3 apart = Rt * (b.x - a.x).head<3>();
       const Vec3 moved = std::exp(-a.x[4]) * (b.p_O - a.p_O);

@@ -77,21 +77,23 @@ void fillCovariances(const JointProblem& problem, const Eigen::MatrixXd& rows, J
 
 }  // namespace
 
+OdometryNoise jointNoiseDefaults() {
+  OdometryNoise o;
+  o.sigma_per_sqrt_m = 0.02;
+  o.sigma_per_sqrt_s = 0.002;
+  o.yaw_per_sqrt_m = 0.01;
+  o.yaw_per_sqrt_rad = 0.01;
+  o.yaw_per_sqrt_s = 0.001;
+  o.vertical_share = 0.1;
+  return o;
+}
+
 void describe(OptionVisitor& v, JointOptions& o) {
   v.section("Joint", "Recordings of several robots solved together");
   v.value("node_distance_m", o.node_distance_m, {0.01, 100.0}, "distance between nodes");
   v.value("node_turn_rad", o.node_turn_rad, {0.01, 10.0}, "turn between nodes");
   v.value("node_interval_s", o.node_interval_s, {0.05, 1e4}, "longest time between nodes");
-  v.value("sigma_per_sqrt_m", o.sigma_per_sqrt_m, {1e-5, 10.0},
-          "random walk of the odometry's position with the distance [m/sqrt(m)]");
-  v.value("sigma_per_sqrt_s", o.sigma_per_sqrt_s, {0.0, 10.0}, "and with time [m/sqrt(s)]");
-  v.value("yaw_per_sqrt_m", o.yaw_per_sqrt_m, {0.0, 10.0},
-          "random walk of its heading with the distance [rad/sqrt(m)]");
-  v.value("yaw_per_sqrt_rad", o.yaw_per_sqrt_rad, {0.0, 10.0},
-          "and with the angle turned [rad/sqrt(rad)]");
-  v.value("yaw_per_sqrt_s", o.yaw_per_sqrt_s, {0.0, 10.0}, "and with time [rad/sqrt(s)]");
-  v.value("vertical_share", o.vertical_share, {0.0, 10.0},
-          "vertical position noise as a share of the horizontal (0: motion in a plane)");
+  describe(v, o.noise);
   v.value("scale_sigma", o.scale_sigma, {0.0, 10.0},
           "standard deviation of the odometry's scale; 0: it is right");
   v.value("scale_walk_per_sqrt_m", o.scale_walk_per_sqrt_m, {0.0, 10.0},

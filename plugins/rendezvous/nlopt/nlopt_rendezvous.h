@@ -1,6 +1,6 @@
 #pragma once
 /// Rendezvous plugin `nlopt`: closed forms, NLopt's DIRECT where they give nothing to start from,
-/// and a refinement of the full robust cost (libs/alignment).
+/// and a refinement of the full robust cost (libs/team).
 #include <optional>
 
 #include "vir/roles/rendezvous.h"

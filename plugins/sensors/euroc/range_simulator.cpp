@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/geometry/interpolation.h"
+
 namespace vir::euroc {
 namespace {
 
@@ -52,9 +54,7 @@ bool RangeSimulator::poseAt(TimeNs t, Pose* T_W_B) {
     return true;
   }
   const double s = static_cast<double>(t - before_.t) / static_cast<double>(span);
-  const Pose& a = before_.T_W_B;
-  const Pose& b = after_.T_W_B;
-  *T_W_B = Pose(a.q.slerp(s, b.q).normalized(), a.p + s * (b.p - a.p)) * T_B_I_;
+  *T_W_B = interpolate(before_.T_W_B, after_.T_W_B, s) * T_B_I_;
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include <mrpt/obs/CObservationStereoImagesFeatures.h>
 
 #include "observations.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 
@@ -67,15 +68,9 @@ CObservation::Ptr rangeObservation(const char* label, const simulation::Simulate
 }
 
 CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told) {
-  auto obs = std::make_shared<CObservationRobotPose>();
-  obs->sensorLabel = std::string(rawlog::kPeerLabel) + ":" + std::to_string(peer);
-  if (told.anchor >= 0) obs->sensorLabel += ":ANCHOR:" + std::to_string(told.anchor);
-  obs->pose.mean = mrpt::poses::CPose3D(told.p_O.x(), told.p_O.y(), told.p_O.z(), 0, 0, 0);
-  obs->pose.cov.setZero();
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) obs->pose.cov(r, c) = told.covariance(r, c);
-  }
-  return obs;
+  PeerBroadcast broadcast{peer, std::nullopt, {0, told.p_O, told.covariance}};
+  if (told.anchor >= 0) broadcast.anchor = static_cast<std::uint64_t>(told.anchor);
+  return rawlog::toObservation(broadcast, rawlog::kPeerLabel);
 }
 
 CObservationImage::Ptr emptyImage(const CameraCalibration& calibration, const Pose& T_B_C) {

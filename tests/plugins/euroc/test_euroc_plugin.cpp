@@ -13,6 +13,7 @@
 #include "vir/roles/sensor_registry.h"
 #include "vir_test_data.h"
 #include "vir_test_euroc_folder.h"
+#include "vir_test_paths.h"
 
 namespace vir {
 namespace {
@@ -30,7 +31,7 @@ struct Content {
 };
 
 mrpt::hwdrivers::CGenericSensor::Ptr makeSensor(const std::string& name) {
-  roles::loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_euroc.so");
+  roles::loadPlugin(test::buildDir() + "/lib/vir-slam/plugins/libvir_plugin_euroc.so");
   return roles::createSensor(name);
 }
 

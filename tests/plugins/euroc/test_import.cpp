@@ -10,6 +10,7 @@
 
 #include "vir_test_data.h"
 #include "vir_test_euroc_folder.h"
+#include "vir_test_paths.h"
 
 namespace vir {
 namespace {
@@ -23,7 +24,7 @@ struct Outcome {
 
 Outcome call(const std::string& arguments, const fs::path& log) {
   const std::string command =
-      std::string(VIR_BINARY_DIR) + "/bin/vir-slam " + arguments + " > " + log.string() + " 2>&1";
+      test::buildDir() + "/bin/vir-slam " + arguments + " > " + log.string() + " 2>&1";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::readText(log)};
 }

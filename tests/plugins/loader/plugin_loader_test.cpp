@@ -7,6 +7,7 @@
 
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/sensor_registry.h"
+#include "vir_test_paths.h"
 #include "vir_test_temp_folder.h"
 
 namespace vir {
@@ -15,10 +16,10 @@ namespace {
 using testing::Test;
 
 std::string good(const std::string& name) {
-  return std::string(VIR_FIXTURES) + "/good/libfixture_" + name + ".so";
+  return test::buildDir() + "/tests/fixtures/good/libfixture_" + name + ".so";
 }
 std::string bad(const std::string& name) {
-  return std::string(VIR_FIXTURES) + "/bad/libfixture_" + name + ".so";
+  return test::buildDir() + "/tests/fixtures/bad/libfixture_" + name + ".so";
 }
 
 template <typename Work>
@@ -51,7 +52,7 @@ TEST(PluginLoader, LoadsAndCreditsWhatAPluginRegisters) {
 }
 
 TEST(PluginLoader, FolderIsLoadedInNameOrder) {
-  const auto files = roles::loadPluginFolder(std::string(VIR_FIXTURES) + "/good");
+  const auto files = roles::loadPluginFolder(test::buildDir() + "/tests/fixtures/good");
   ASSERT_EQ(files.size(), 2u);
   EXPECT_TRUE(has(files[0], "estimator"));
   EXPECT_TRUE(has(files[1], "sensor"));
@@ -104,7 +105,7 @@ TEST(PluginLoader, UnknownNamesListWhatThereIs) {
   if (roles::registeredEstimators().empty()) {  // ctest runs each case in a process of its own
     EXPECT_TRUE(has(errorOf([] { roles::estimatorSettings("nope"); }), "none (no plugin loaded)"));
   }
-  roles::loadPluginFolder(std::string(VIR_FIXTURES) + "/good");
+  roles::loadPluginFolder(test::buildDir() + "/tests/fixtures/good");
   EXPECT_EQ(errorOf([] { roles::estimatorSettings("nope"); }),
             "unknown estimator 'nope'; available: counting");
   EXPECT_EQ(errorOf([] { roles::createSensor("nope"); }),

@@ -8,6 +8,7 @@
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/recorded_source.h"
 #include "vir/roles/sensor_registry.h"
+#include "vir_test_paths.h"
 #include "vir_test_pyfg.h"
 #include "vir_test_temp_folder.h"
 
@@ -24,7 +25,7 @@ struct Content {
 class PyfgPlugin : public ::testing::Test {
  protected:
   void SetUp() override {
-    roles::loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_pyfg.so");
+    roles::loadPlugin(test::buildDir() + "/lib/vir-slam/plugins/libvir_plugin_pyfg.so");
     test::writeText(folder / "g.pyfg", test::twoRobots(100));
   }
   mrpt::hwdrivers::CGenericSensor::Ptr sensor(const std::string& more, const char* name) {

@@ -11,6 +11,7 @@
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/sensor_registry.h"
+#include "vir_test_paths.h"
 #include "vir_test_pty.h"
 #include "vir_test_temp_folder.h"
 
@@ -24,8 +25,7 @@ using Readings = std::vector<CObservationIMU::Ptr>;
 class ImuPlugin : public ::testing::Test {
  protected:
   void SetUp() override {
-    roles::loadPlugin(std::string(VIR_BINARY_DIR) +
-                      "/lib/vir-slam/plugins/libvir_plugin_serial_imu.so");
+    roles::loadPlugin(test::buildDir() + "/lib/vir-slam/plugins/libvir_plugin_serial_imu.so");
   }
   CGenericSensor::Ptr sensor(const std::string& port, const std::string& more) {
     const auto s = roles::createSensor("SerialImu");

@@ -14,6 +14,7 @@
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/recorded_source.h"
 #include "vir/roles/sensor_registry.h"
+#include "vir_test_paths.h"
 #include "vir_test_temp_folder.h"
 
 namespace vir {
@@ -39,8 +40,7 @@ const std::vector<std::string> kSmall{"simulator.robots=A B",
 class SimulatorPlugin : public ::testing::Test {
  protected:
   void SetUp() override {
-    roles::loadPlugin(std::string(VIR_BINARY_DIR) +
-                      "/lib/vir-slam/plugins/libvir_plugin_simulator.so");
+    roles::loadPlugin(test::buildDir() + "/lib/vir-slam/plugins/libvir_plugin_simulator.so");
   }
 
   mrpt::hwdrivers::CGenericSensor::Ptr sensor(const std::vector<std::string>& more = {}) {

@@ -13,6 +13,7 @@
 #include "vir/rawlog/rawlog_writer.h"
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/sensor_registry.h"
+#include "vir_test_paths.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
 
@@ -29,8 +30,7 @@ class DeviceEmulator : public ::testing::Test {
  protected:
   void SetUp() override {
     for (const char* name : {"uwb", "serial_imu"}) {
-      roles::loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_" +
-                        name + ".so");
+      roles::loadPlugin(test::buildDir() + "/lib/vir-slam/plugins/libvir_plugin_" + name + ".so");
     }
   }
 
@@ -83,7 +83,8 @@ class DeviceEmulator : public ::testing::Test {
 
   std::future<test::Outcome> emulate(const std::string& arguments) {
     return std::async(std::launch::async, [arguments] {
-      return test::shell(test::quoted(VIR_BINARY_DIR "/bin/vir-device-emulator") + " " + arguments);
+      return test::shell(test::quoted(test::buildDir() + "/bin/vir-device-emulator") + " " +
+                         arguments);
     });
   }
 

@@ -8,6 +8,7 @@
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/sensor_registry.h"
+#include "vir_test_paths.h"
 #include "vir_test_pty.h"
 #include "vir_test_temp_folder.h"
 
@@ -21,7 +22,7 @@ using Ranges = std::vector<CObservationBeaconRanges::Ptr>;
 class UwbPlugin : public ::testing::Test {
  protected:
   void SetUp() override {
-    roles::loadPlugin(std::string(VIR_BINARY_DIR) + "/lib/vir-slam/plugins/libvir_plugin_uwb.so");
+    roles::loadPlugin(test::buildDir() + "/lib/vir-slam/plugins/libvir_plugin_uwb.so");
   }
   CGenericSensor::Ptr sensor(const std::string& more) {
     const auto s = roles::createSensor("UwbSerial");

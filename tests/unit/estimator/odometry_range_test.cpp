@@ -150,11 +150,11 @@ TEST(OdometryRange, IsAsSureAsItMayBe) {
     o.position_walk = 0.02;
     o.yaw_walk = 0.005;
     OdometryRangeConfig config;
-    config.odometry.sigma_per_sqrt_m = o.position_walk / std::sqrt(kSpeed);
-    config.odometry.sigma_per_rad_m = 0;
-    config.odometry.vertical_share = 1;
-    config.odometry.yaw_per_sqrt_m = config.odometry.yaw_per_sqrt_rad = 0;
-    config.odometry.yaw_per_sqrt_s = o.yaw_walk;
+    config.odometry.noise.sigma_per_sqrt_m = o.position_walk / std::sqrt(kSpeed);
+    config.odometry.noise.sigma_per_rad_m = 0;
+    config.odometry.noise.vertical_share = 1;
+    config.odometry.noise.yaw_per_sqrt_m = config.odometry.noise.yaw_per_sqrt_rad = 0;
+    config.odometry.noise.yaw_per_sqrt_s = o.yaw_walk;
     config.long_window.scale_sigma = kScale;
     config.long_window.scale_walk_per_sqrt_m =
         o.scale_wander * std::sqrt(2 / o.scale_wander_s / kSpeed);

@@ -186,8 +186,8 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
     gentle.position_walk = 0.003;
     gentle.yaw_walk = 0.003;
     OdometryRangeConfig config;
-    config.odometry.sigma_per_sqrt_m = 0.01;
-    config.odometry.yaw_per_sqrt_m = 0.005;
+    config.odometry.noise.sigma_per_sqrt_m = 0.01;
+    config.odometry.noise.yaw_per_sqrt_m = 0.005;
     auto ranges = rangesTo({Vec3(4, 6, z)});
     ranges.lever_arm_m = {0, 0, 0};
     const RangeWorld world(simulation::flyAlong(points, level), gentle, ranges);

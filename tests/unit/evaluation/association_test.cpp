@@ -6,19 +6,9 @@ namespace vir::evaluation {
 namespace {
 
 constexpr TimeNs kSecond = 1000000000;
-constexpr double kPi = 3.14159265358979323846;
 
 StampedPose at(double s, double x, double yaw = 0) {
   return {fromSeconds(s), Pose(expQuat(Vec3(0, 0, yaw)), Vec3(x, 0, 0))};
-}
-
-TEST(Interpolate, LinearAndTheShorterWayRound) {
-  const Pose a(expQuat(Vec3(0, 0, 0.9 * kPi)), Vec3(0, 0, 0));
-  Pose b(expQuat(Vec3(0, 0, -0.9 * kPi)), Vec3(1, 2, 3));
-  b.q.coeffs() = -b.q.coeffs();  // the same attitude
-  const Pose m = interpolate(a, b, 0.5);
-  EXPECT_LT((m.p - Vec3(0.5, 1, 1.5)).norm(), 1e-15);
-  EXPECT_NEAR(std::abs(logQuat(m.q).z()), kPi, 1e-12);
 }
 
 TEST(Associate, InterpolatesBetweenNeighbours) {

@@ -9,6 +9,7 @@
 
 #include "made_trajectories.h"
 #include "vir/evaluation/evaluate.h"
+#include "vir_test_paths.h"
 
 namespace vir::evaluation {
 namespace {
@@ -109,7 +110,7 @@ TEST(ReferenceAte, AgreesOnMadeMotion) {
 TEST(ReferenceAte, AgreesOnRecordedMotion) {
   const char* env = std::getenv("VIR_TEST_DATA");
   const std::string folder =
-      std::string(env ? env : VIR_SOURCE_DIR "/../shared/data") + "/trajectories/";
+      std::string(env ? env : test::sourceDir() + "/../shared/data") + "/trajectories/";
   int found = 0;
   for (const char* file : {"MH_01_easy.tum", "V1_02_medium.tum", "V2_01_easy.tum"}) {
     std::ifstream in(folder + file);

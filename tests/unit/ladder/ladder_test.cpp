@@ -10,11 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "vir_test_paths.h"
+
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kLibs = fs::path(VIR_SOURCE_DIR) / "libs";
+const fs::path kLibs = fs::path(vir::test::sourceDir()) / "libs";
 
 std::map<std::string, int> readRungs() {
   std::map<std::string, int> rungs;
@@ -89,7 +91,7 @@ TEST(Ladder, OnlyTheUpperRungsKnowMrptBeyondItsSettings) {
 template <typename Visit>
 void forEachSource(const std::vector<std::string>& folders, Visit visit) {
   for (const std::string& folder : folders) {
-    for (const auto& item : fs::recursive_directory_iterator(fs::path(VIR_SOURCE_DIR) / folder)) {
+    for (const auto& item : fs::recursive_directory_iterator(fs::path(test::sourceDir()) / folder)) {
       if (!item.is_regular_file() || !isSource(item.path())) continue;
       std::ifstream in(item.path());
       std::ostringstream text;

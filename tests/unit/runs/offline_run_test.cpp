@@ -8,6 +8,7 @@
 #include "vir/core/settings.h"
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/plugin_loader.h"
+#include "vir_test_paths.h"
 #include "vir_test_rawlog.h"
 #include "vir_test_temp_folder.h"
 
@@ -20,7 +21,7 @@ using test::kStart;
 class OfflineRunTest : public testing::Test {
  protected:
   void SetUp() override {
-    roles::loadPlugin(std::string(VIR_FIXTURES) + "/good/libfixture_estimator.so");
+    roles::loadPlugin(test::buildDir() + "/tests/fixtures/good/libfixture_estimator.so");
     rawlog_ = (folder_ / "a.rawlog").string();
   }
 

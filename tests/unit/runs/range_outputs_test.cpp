@@ -9,6 +9,7 @@
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/plugin_loader.h"
 #include "vir/runs/offline_run.h"
+#include "vir_test_paths.h"
 #include "vir_test_rawlog.h"
 #include "vir_test_temp_folder.h"
 
@@ -34,7 +35,7 @@ Table cells(const std::string& text) {
 class RangeOutputs : public testing::Test {
  protected:
   void SetUp() override {
-    roles::loadPlugin(std::string(VIR_FIXTURES) + "/good/libfixture_estimator.so");
+    roles::loadPlugin(test::buildDir() + "/tests/fixtures/good/libfixture_estimator.so");
     rawlog_ = (folder_ / "a.rawlog").string();
   }
 

@@ -9,6 +9,12 @@
 
 namespace vir::test {
 
+using team::MutualRange;
+using team::SharedAnchor;
+using team::TransformOptions;
+using team::WorldTransform;
+using team::wrapAngle;
+
 struct Meeting {
   WorldTransform truth{1.1, Vec3(3, -2, 0.4)};
   int ranges = 200;

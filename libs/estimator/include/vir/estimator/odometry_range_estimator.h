@@ -7,20 +7,19 @@
 #include <vector>
 
 #include "vir/estimator/range_layer.h"
+#include "vir/types/odometry_noise.h"
 #include "vir/types/state.h"
 
 namespace vir::estimator {
+
+/// Of a device that is carried or flown.
+OdometryNoise odometryNoiseDefaults();
 
 struct OdometryOptions {
   double node_distance_m = 0.25;
   double node_turn_rad = 0.5;
   double node_interval_s = 5.0;
-  double sigma_per_sqrt_m = 0.05;
-  double sigma_per_rad_m = 0.005;
-  double yaw_per_sqrt_m = 0.015;
-  double yaw_per_sqrt_rad = 0.01;
-  double yaw_per_sqrt_s = 0.0005;
-  double vertical_share = 0.5;
+  OdometryNoise noise = odometryNoiseDefaults();
   double max_step_m = 2.0;
   double max_gap_s = 2.0;
 

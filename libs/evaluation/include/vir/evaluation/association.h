@@ -31,9 +31,6 @@ struct Association {
   double coverage = 0;
 };
 
-/// Pose between two others: position linear, attitude slerp, `s` in 0..1.
-Pose interpolate(const Pose& a, const Pose& b, double s);
-
 /// Never extrapolates. Both trajectories ascending in time; either may be empty.
 Association associate(const Trajectory& reference, const Trajectory& estimate,
                       const AssociationOptions& options);

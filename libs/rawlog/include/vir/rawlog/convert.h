@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "vir/types/imu_sample.h"
+#include "vir/types/peer_broadcast.h"
 #include "vir/types/range.h"
 #include "vir/types/state.h"
 
@@ -45,6 +46,13 @@ struct DroppedAnchor {
   double sigma_m = 0.2;
 };
 std::optional<DroppedAnchor> droppedAnchorOf(const mrpt::obs::CObservation& observation);
+
+/// A CObservationRobotPose labelled as a broadcast (labels.h): a position with its covariance and
+/// no attitude. Empty for any other class or label; what it says may be no number.
+std::optional<PeerBroadcast> broadcastOf(const mrpt::obs::CObservation& observation,
+                                         const std::string& peer_label);
+std::shared_ptr<mrpt::obs::CObservationRobotPose> toObservation(const PeerBroadcast& broadcast,
+                                                                const std::string& peer_label);
 
 /// An image, or the feature tracks that stand for one.
 bool isImage(const mrpt::obs::CObservation& observation);

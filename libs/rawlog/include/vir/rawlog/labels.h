@@ -22,4 +22,18 @@ std::optional<std::uint64_t> droppedAnchorOf(const std::string& label);
 bool isDroppedAnchorLabel(const std::string& label);
 std::string droppedAnchorLabel(std::uint64_t id);
 
+/// Whose broadcast a label announces, and of which anchor (empty: of the sender's own antenna).
+struct BroadcastSource {
+  int peer = 0;
+  std::optional<std::uint64_t> anchor;
+};
+/// Does `label` begin as one of another robot's broadcasts, `<peer_label>:`?
+bool isBroadcastLabel(const std::string& label, const std::string& peer_label = kPeerLabel);
+/// Of `<peer_label>:<id>` and `<peer_label>:<id>:ANCHOR:<a>`; empty for any other label, also one
+/// that only begins so.
+std::optional<BroadcastSource> broadcastSourceOf(const std::string& label,
+                                                 const std::string& peer_label = kPeerLabel);
+std::string broadcastLabel(const BroadcastSource& source,
+                           const std::string& peer_label = kPeerLabel);
+
 }  // namespace vir::rawlog

@@ -10,7 +10,7 @@
 #include "vir/results/results_folder.h"
 #include "vir/results/run_observer.h"
 #include "vir/roles/estimator.h"
-#include "vir/roles/peer_result.h"
+#include "vir/team/peer_result.h"
 
 namespace vir::results {
 
@@ -47,7 +47,7 @@ struct RunSummary {
   std::vector<AnchorResult> anchors;  ///< ordered by id
   /// Ranges by what became of them: used, kept for an anchor without a position, not used.
   long ranges_accepted = 0, ranges_collected = 0, ranges_rejected = 0;
-  std::vector<roles::PeerResult> peers;  ///< other robots, ordered by id
+  std::vector<team::PeerResult> peers;  ///< other robots, ordered by id
   int resets = 0;
   bool interrupted = false;
   std::string longest_wait_reason;

@@ -10,21 +10,16 @@
 #include "vir/core/options.h"
 #include "vir/ranging/robust_range.h"
 #include "vir/team/world_transform.h"
+#include "vir/types/odometry_noise.h"
+#include "vir/types/range.h"
 #include "vir/types/state.h"
 
 namespace vir::team {
 
-struct JointAnchorRange {
-  TimeNs t = 0;
-  std::uint64_t anchor = 0;
-  double range_m = 0, sigma_m = 0.1;
-  Vec3 p_B_U = Vec3::Zero();  ///< antenna on the robot
-};
-
 struct JointRobot {
   std::vector<StampedPose> odometry;  ///< T_O_B, z up, in order of time
   std::vector<StampedPose> estimate;  ///< T_W_B as estimated alone: where to start, and its world
-  std::vector<JointAnchorRange> anchor_ranges;
+  std::vector<Range> anchor_ranges;
   WorldTransform T_C_W;  ///< from its world to the common one, as found from the mutual ranges
 };
 
@@ -35,12 +30,12 @@ struct JointMutualRange {
   Vec3 p_first_U = Vec3::Zero(), p_second_U = Vec3::Zero();  ///< antennas
 };
 
+/// Of wheels on a floor: hardly any noise upwards.
+OdometryNoise jointNoiseDefaults();
+
 struct JointOptions {
   double node_distance_m = 0.15, node_turn_rad = 0.3, node_interval_s = 2.0;
-  double sigma_per_sqrt_m = 0.02;   ///< random walk of the odometry's position
-  double sigma_per_sqrt_s = 0.002;  ///< and with time
-  double yaw_per_sqrt_m = 0.01, yaw_per_sqrt_rad = 0.01, yaw_per_sqrt_s = 0.001;
-  double vertical_share = 0.1;
+  OdometryNoise noise = jointNoiseDefaults();
   double scale_sigma = 0.1, scale_walk_per_sqrt_m = 0.01;
   double range_worth = 0.15;  ///< of a range among many: their errors are correlated
   int iterations = 30;

@@ -1,9 +1,9 @@
-#include "robots/pair_rendezvous.h"
+#include "vir/team/pairing.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace vir::app {
+namespace vir::team {
 namespace {
 
 constexpr double kSameRange = 1e-4;  // [m]; recordings keep ranges as float
@@ -12,25 +12,33 @@ struct AntennaState {
   Vec3 p_W = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();
   int segment = 0;
+  Vec3 p_B_U = Vec3::Zero();
+  bool unknown = false;
 };
 
-std::optional<AntennaState> ownState(const RobotRecord& robot, TimeNs t, const Vec3& p_B_U) {
+/// Where the antenna was; the body's origin if nobody knows where on the robot it is.
+std::optional<AntennaState> antennaState(const RobotRecord& robot, TimeNs t,
+                                         const std::optional<Vec3>& p_B_U) {
   const auto pose = robot.at(t);
   if (!pose) return std::nullopt;
-  return AntennaState{pose->T_W_B * p_B_U, pose->covariance.topLeftCorner<3, 3>(), pose->segment};
-}
-
-/// Lever arm of a robot's antenna, as its own recording says it.
-Vec3 leverOf(const RobotRecord& robot) {
-  return robot.peer_ranges.empty() ? Vec3(Vec3::Zero()) : robot.peer_ranges.front().p_B_U;
+  AntennaState out;
+  out.p_B_U = p_B_U.value_or(Vec3::Zero());
+  out.p_W = pose->T_W_B * out.p_B_U;
+  out.covariance = pose->covariance.topLeftCorner<3, 3>();
+  out.segment = pose->segment;
+  out.unknown = !p_B_U;
+  if (out.unknown) {
+    out.covariance += kUnknownAntennaSigma * kUnknownAntennaSigma * Mat3::Identity();
+  }
+  return out;
 }
 
 void addRanges(const RobotRecord& listener, const RobotRecord& peer, bool listener_is_A,
                MutualRanges* out) {
-  for (const PeerObservation& o : listener.peer_ranges) {
-    if (o.peer != peer.id) continue;
-    const auto own = ownState(listener, o.t, o.p_B_U);
-    const auto other = ownState(peer, o.t, leverOf(peer));
+  for (const Range& r : listener.peer_ranges) {
+    if (robotOf(r) != peer.id) continue;
+    const auto own = antennaState(listener, r.t, r.p_B_U);
+    const auto other = antennaState(peer, r.t, peer.antenna());
     if (!own || !other) {
       ++out->without_state;
       continue;
@@ -38,9 +46,12 @@ void addRanges(const RobotRecord& listener, const RobotRecord& peer, bool listen
     const AntennaState& a = listener_is_A ? *own : *other;
     const AntennaState& b = listener_is_A ? *other : *own;
     MutualObservation m;
-    m.range = {o.t, o.range_m, o.sigma_m, a.p_W, b.p_W, a.covariance, b.covariance};
+    m.range = {r.t, r.range_m, r.sigma_m, a.p_W, b.p_W, a.covariance, b.covariance};
     m.segment_A = a.segment;
     m.segment_B = b.segment;
+    m.antenna_A = a.p_B_U;
+    m.antenna_B = b.p_B_U;
+    m.antenna_unknown = other->unknown;
     out->list.push_back(m);
   }
 }
@@ -64,6 +75,7 @@ MutualRanges mutualRanges(const RobotRecord& a, const RobotRecord& b) {
     if (again) {
       ++out.doubled;
     } else {
+      out.antenna_unknown += m.antenna_unknown ? 1 : 0;
       kept.push_back(m);
     }
   }
@@ -71,9 +83,8 @@ MutualRanges mutualRanges(const RobotRecord& a, const RobotRecord& b) {
   return out;
 }
 
-std::vector<team::SharedAnchor> sharedAnchors(const RobotRecord& a, const RobotRecord& b,
-                                              TimeNs t) {
-  std::vector<team::SharedAnchor> out;
+std::vector<SharedAnchor> sharedAnchors(const RobotRecord& a, const RobotRecord& b, TimeNs t) {
+  std::vector<SharedAnchor> out;
   for (const Anchor& own : a.anchorsAt(t)) {
     const auto in_A = believed(own);
     if (!in_A) continue;
@@ -86,7 +97,7 @@ std::vector<team::SharedAnchor> sharedAnchors(const RobotRecord& a, const RobotR
   return out;
 }
 
-PairResult playPair(const RobotRecord& a, const RobotRecord& b, roles::Rendezvous* solver,
+PairResult playPair(const RobotRecord& a, const RobotRecord& b, PairSolver* solver,
                     double interval_s, bool use_anchors) {
   PairResult out;
   out.transform.from = b.name;
@@ -106,7 +117,7 @@ PairResult playPair(const RobotRecord& a, const RobotRecord& b, roles::Rendezvou
     due = t + fromSeconds(interval_s);
     if (use_anchors) solver->setAnchors(sharedAnchors(a, b, t));
     PairMoment moment{toSeconds(t - first), solver->answer()};
-    if (moment.answer.status == team::TransformStatus::unique && !out.transform.first_unique_s) {
+    if (moment.answer.status == TransformStatus::unique && !out.transform.first_unique_s) {
       out.transform.first_unique_s = moment.since_first_s;
     }
     out.history.push_back(std::move(moment));
@@ -115,4 +126,4 @@ PairResult playPair(const RobotRecord& a, const RobotRecord& b, roles::Rendezvou
   return out;
 }
 
-}  // namespace vir::app
+}  // namespace vir::team

@@ -1,8 +1,9 @@
-#include "robots/joint_merge.h"
+#include "vir/team/joint_merge.h"
 
 #include <algorithm>
+#include <cmath>
 
-namespace vir::app {
+namespace vir::team {
 namespace {
 
 /// Where there are images, odometry poses were not what the robot was estimated from.
@@ -13,17 +14,15 @@ struct Member {
   std::size_t place;  // in the joint problem
 };
 
-team::JointRobot jointRobotOf(const RobotRecord& record, const team::WorldTransform& T_root) {
-  team::JointRobot robot;
+JointRobot jointRobotOf(const RobotRecord& record, const WorldTransform& T_root) {
+  JointRobot robot;
   robot.T_C_W = T_root;
   for (const StampedPose& p : record.odometry) {
     if (!robot.odometry.empty() && p.t <= robot.odometry.back().t) continue;
     robot.odometry.push_back({p.t, p.T_W_B});
   }
   for (const KnownPose& p : record.poses) robot.estimate.push_back({p.t, p.T_W_B});
-  for (const AnchorRangeObservation& r : record.anchor_ranges) {
-    robot.anchor_ranges.push_back({r.t, r.anchor, r.range_m, r.sigma_m, r.p_B_U});
-  }
+  robot.anchor_ranges = record.anchor_ranges;
   return robot;
 }
 
@@ -33,29 +32,28 @@ const Member* find(const std::vector<Member>& members, const std::string& name) 
   return it == members.end() ? nullptr : &*it;
 }
 
-Vec3 leverOf(const RobotRecord& robot) {
-  return robot.peer_ranges.empty() ? Vec3(Vec3::Zero()) : robot.peer_ranges.front().p_B_U;
-}
-
-std::vector<team::JointMutualRange> mutualOf(const std::vector<PairResult>& pairs,
-                                             const std::vector<Member>& members) {
-  std::vector<team::JointMutualRange> out;
+std::vector<JointMutualRange> mutualOf(const std::vector<PairResult>& pairs,
+                                       const std::vector<Member>& members) {
+  std::vector<JointMutualRange> out;
   for (const PairResult& pair : pairs) {
     const Member* a = find(members, pair.transform.to);
     const Member* b = find(members, pair.transform.from);
     if (a == nullptr || b == nullptr) continue;
     for (const MutualObservation& m : pair.ranges.list) {
-      out.push_back({m.range.t, a->place, b->place, m.range.range_m, m.range.sigma_m,
-                     leverOf(*a->record), leverOf(*b->record)});
+      // The joint problem has no doubt about antennas: the range bears it.
+      const double sigma_m =
+          m.antenna_unknown ? std::hypot(m.range.sigma_m, kUnknownAntennaSigma) : m.range.sigma_m;
+      out.push_back(
+          {m.range.t, a->place, b->place, m.range.range_m, sigma_m, m.antenna_A, m.antenna_B});
     }
   }
   return out;
 }
 
-void takeOver(const team::JointSolution& solution, const std::vector<Member>& members,
-              MergedMap* map, std::vector<PairResult>* pairs) {
+void takeOver(const JointSolution& solution, const std::vector<Member>& members, MergedMap* map,
+              std::vector<PairResult>* pairs) {
   // The root's own world is the common frame of the files, not that of the problem.
-  const team::WorldTransform T_root_C = solution.T_C_W[0].inverse();
+  const WorldTransform T_root_C = solution.T_C_W[0].inverse();
   for (const Member& m : members) {
     map->T_root[m.record->name] = T_root_C * solution.T_C_W[m.place];
     Trajectory& out = map->trajectories[m.record->name];
@@ -68,10 +66,10 @@ void takeOver(const team::JointSolution& solution, const std::vector<Member>& me
     const Member* a = find(members, pair.transform.to);
     const Member* b = find(members, pair.transform.from);
     if (a == nullptr || b == nullptr || pair.transform.answer.solutions.empty()) continue;
-    if (pair.transform.answer.status != team::TransformStatus::unique) continue;
-    team::TransformSolution& s = pair.transform.answer.solutions[0];
+    if (pair.transform.answer.status != TransformStatus::unique) continue;
+    TransformSolution& s = pair.transform.answer.solutions[0];
     s.T_A_B = solution.between(a->place, b->place);
-    s.T_A_B.yaw_rad = team::wrapAngle(s.T_A_B.yaw_rad);
+    s.T_A_B.yaw_rad = wrapAngle(s.T_A_B.yaw_rad);
     const double height = s.covariance(3, 3);
     s.covariance = solution.covarianceBetween(a->place, b->place);
     // Level robots kept the height that was found before.
@@ -82,10 +80,9 @@ void takeOver(const team::JointSolution& solution, const std::vector<Member>& me
 
 }  // namespace
 
-std::string mergeJointly(const std::vector<RobotRecord>& robots, const team::JointOptions& options,
-                         MergedMap* map, std::vector<PairResult>* pairs,
-                         team::JointSolution* solution) {
-  std::vector<team::JointRobot> problem;
+std::string mergeJointly(const std::vector<RobotRecord>& robots, const JointOptions& options,
+                         MergedMap* map, std::vector<PairResult>* pairs, JointSolution* solution) {
+  std::vector<JointRobot> problem;
   std::vector<Member> members;
   // The first one's world is that of the problem.
   std::vector<const RobotRecord*> ordered;
@@ -109,10 +106,10 @@ std::string mergeJointly(const std::vector<RobotRecord>& robots, const team::Joi
   if (problem.size() < 2 || members[0].record->name != map->root) {
     return "no joint solution: it needs two robots with poses that are tied together";
   }
-  *solution = team::solveJointly(problem, mutualOf(*pairs, members), options);
+  *solution = solveJointly(problem, mutualOf(*pairs, members), options);
   if (!solution->solved) return "no joint solution: " + solution->problem;
   takeOver(*solution, members, map, pairs);
   return "";
 }
 
-}  // namespace vir::app
+}  // namespace vir::team

@@ -1,13 +1,10 @@
-#include "robots/peer_tracking.h"
+#include "vir/team/peer_tracker.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
-#include "output/rendezvous_output.h"
-#include "vir/rawlog/mrpt_time.h"
-#include "vir/results/run_recorder.h"
-
-namespace vir::app {
+namespace vir::team {
 namespace {
 
 constexpr TimeNs kBroadcastDelay = 200000000;  // it may come later than its range
@@ -29,7 +26,14 @@ const SentPosition* sentAt(const std::vector<SentPosition>& list, TimeNs t) {
   return next != list.end() && next->t <= t + kSameStamp ? &*next : nullptr;
 }
 
-std::string placed(const roles::PeerResult& peer, const team::TransformSolution& s) {
+/// Farther than the robot can have come: its world is another one.
+bool jumped(const SentPosition& before, const SentPosition& now) {
+  const double expected = kJump + kFastest * toSeconds(now.t - before.t) +
+                          4 * std::sqrt(std::max(0.0, now.covariance.trace()));
+  return (now.p_W - before.p_W).norm() > expected;
+}
+
+std::string placed(const PeerResult& peer, const TransformSolution& s) {
   const Eigen::Vector4d sigma = s.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   char text[200];
   std::snprintf(text, sizeof text,
@@ -43,13 +47,12 @@ std::string placed(const roles::PeerResult& peer, const team::TransformSolution&
 
 }  // namespace
 
-PeerTracking::Peer* PeerTracking::peerOf(int id) {
+PeerTracker::Peer* PeerTracker::peerOf(int id) {
   const auto known = peers_.find(id);
   if (known != peers_.end()) return &known->second;
   if (peers_.size() >= kMostPeers) return nullptr;
   Peer& peer = peers_[id];
-  peer.solver = create_solver_();
-  peer.solver->start([log = log_, id](LogLevel level, const std::string& text) {
+  peer.solver = create_solver_([log = log_, id](LogLevel level, const std::string& text) {
     vir::log(log, level, "robot " + std::to_string(id) + ": " + text);
   });
   peer.result.id = id;
@@ -59,10 +62,26 @@ PeerTracking::Peer* PeerTracking::peerOf(int id) {
   return &peer;
 }
 
-void PeerTracking::hear(const PeerBroadcast& broadcast) {
+void PeerTracker::advance(TimeNs t) { now_ = std::max(now_, t); }
+
+void PeerTracker::addRange(const Range& peer_range) {
+  Peer* peer = peerOf(robotOf(peer_range));
+  if (peer == nullptr) {
+    ++too_many_;
+    return;
+  }
+  ++peer->result.ranges;
+  waiting_.push_back(peer_range);
+}
+
+void PeerTracker::hear(const PeerBroadcast& broadcast) {
+  const SentPosition& sent = broadcast.sent;
+  if (!sent.p_W.allFinite() || !sent.covariance.allFinite()) {
+    ++unusable_;
+    return;
+  }
   Peer* peer = peerOf(broadcast.peer);
   if (peer == nullptr) return;
-  const SentPosition& sent = broadcast.sent;
   if (broadcast.anchor) {
     const bool known = peer->anchors.count(*broadcast.anchor) > 0;
     if (!known && peer->anchors.size() >= kMostAnchors) {
@@ -75,9 +94,7 @@ void PeerTracking::hear(const PeerBroadcast& broadcast) {
   if (!peer->heard.empty()) {
     const SentPosition& before = peer->heard.back();
     if (sent.t <= before.t) return;
-    const double expected = kJump + kFastest * toSeconds(sent.t - before.t) +
-                            4 * std::sqrt(std::max(0.0, sent.covariance.trace()));
-    if ((sent.p_W - before.p_W).norm() > expected) {
+    if (jumped(before, sent)) {
       const int segment = peer->new_worlds.empty() ? 1 : peer->new_worlds.back().second + 1;
       peer->new_worlds.emplace_back(sent.t, segment);
       peer->anchors.clear();
@@ -87,45 +104,18 @@ void PeerTracking::hear(const PeerBroadcast& broadcast) {
   trim(&peer->heard);
 }
 
-void PeerTracking::onObservation(const mrpt::obs::CObservation& observation) {
-  // Only labels are looked at where no robot is ranged to.
-  now_ = std::max(now_, rawlog::fromMrptTime(observation.timestamp));
-  const std::string& label = observation.sensorLabel;
-  if (label.compare(0, options_.peer_label.size(), options_.peer_label) == 0) {
-    for (const PeerObservation& r : peerRangesOf(observation, options_.peer_label)) {
-      if (Peer* peer = peerOf(r.peer)) {
-        ++peer->result.ranges;
-        waiting_.push_back(r);
-      } else {
-        ++too_many_;
-      }
-    }
-    const auto broadcast = broadcastOf(observation, options_.peer_label, &unusable_);
-    if (broadcast) hear(*broadcast);
-  }
+void PeerTracker::addState(const StateEstimate& estimate) {
+  if (keepPose(estimate, &poses_)) trim(&poses_);
 }
 
-void PeerTracking::keepPose(const StateEstimate& e) {
-  if (!e.valid || !e.state.T_W_B.p.allFinite() || !e.state.T_W_B.q.coeffs().allFinite()) return;
-  if (!poses_.empty() && e.state.t <= poses_.back().t) return;
-  poses_.push_back({e.state.t, e.state.T_W_B, e.covariance, e.segment});
-  trim(&poses_);
-}
-
-void PeerTracking::onOutput(const roles::EstimatorOutput& output,
-                            const roles::Estimator& estimator) {
-  for (const StateEstimate& e : output.states) keepPose(e);
-  useWaiting(estimator);
-}
-
-void PeerTracking::useWaiting(const roles::Estimator& estimator) {
+void PeerTracker::use(const AnchorsNow& anchors) {
   std::size_t done = 0;
-  while (done < waiting_.size() && useOrCount(waiting_[done], estimator)) ++done;
+  while (done < waiting_.size() && useOrCount(waiting_[done], anchors)) ++done;
   waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<long>(done));
 }
 
-bool PeerTracking::useOrCount(const PeerObservation& range, const roles::Estimator& estimator) {
-  Peer& peer = peers_.at(range.peer);
+bool PeerTracker::useOrCount(const Range& range, const AnchorsNow& anchors) {
+  Peer& peer = peers_.at(robotOf(range));
   const bool behind = !poses_.empty() && poses_.back().t >= range.t;
   if (!behind && !finished_ && now_ < range.t + kLongestWait) return false;
   const SentPosition* sent = sentAt(peer.heard, range.t);
@@ -136,13 +126,14 @@ bool PeerTracking::useOrCount(const PeerObservation& range, const roles::Estimat
   } else if (!own) {
     ++peer.result.without_pose;
   } else {
-    use(range, *own, *sent, estimator, &peer);
+    give(range, *own, *sent, &peer);
+    if (range.t >= peer.due) ask(anchors, &peer);
   }
   return true;
 }
 
-void PeerTracking::use(const PeerObservation& range, const KnownPose& own, const SentPosition& sent,
-                       const roles::Estimator& estimator, Peer* peer) {
+void PeerTracker::give(const Range& range, const KnownPose& own, const SentPosition& sent,
+                       Peer* peer) {
   int segment = 0;
   for (const auto& [from, number] : peer->new_worlds) {
     if (sent.t >= from) segment = number;
@@ -154,15 +145,14 @@ void PeerTracking::use(const PeerObservation& range, const KnownPose& own, const
   if (peer->last == 0) peer->first = peer->due = range.t;
   peer->last = range.t;
   peer->asked = false;
-  if (range.t >= peer->due) ask(estimator, peer);
 }
 
-void PeerTracking::ask(const roles::Estimator& estimator, Peer* peer) {
+void PeerTracker::ask(const AnchorsNow& anchors, Peer* peer) {
   peer->asked = true;
   peer->due = peer->last + fromSeconds(options_.interval_s);
   if (options_.use_anchors) {
-    std::vector<team::SharedAnchor> shared;
-    for (const Anchor& a : estimator.anchors()) {
+    std::vector<SharedAnchor> shared;
+    for (const Anchor& a : anchors()) {
       const auto own = believed(a);
       const auto other = peer->anchors.find(a.id);
       if (!own || other == peer->anchors.end()) continue;
@@ -171,10 +161,10 @@ void PeerTracking::ask(const roles::Estimator& estimator, Peer* peer) {
     }
     peer->solver->setAnchors(shared);
   }
-  team::PairTransform& t = peer->result.transform;
-  const bool was_unique = t.answer.status == team::TransformStatus::unique;
+  PairTransform& t = peer->result.transform;
+  const bool was_unique = t.answer.status == TransformStatus::unique;
   t.answer = peer->solver->answer();
-  const bool is_unique = t.answer.status == team::TransformStatus::unique;
+  const bool is_unique = t.answer.status == TransformStatus::unique;
   const double since_first_s = toSeconds(peer->last - peer->first);
   if (is_unique && !t.first_unique_s) t.first_unique_s = since_first_s;
   if (is_unique && !was_unique) {
@@ -187,54 +177,28 @@ void PeerTracking::ask(const roles::Estimator& estimator, Peer* peer) {
   peer->history.push_back({since_first_s, t.answer});
 }
 
-std::vector<roles::PeerResult> PeerTracking::peers() const {
-  std::vector<roles::PeerResult> out;
+void PeerTracker::finish(const AnchorsNow& anchors) {
+  finished_ = true;
+  use(anchors);
+  for (auto& [id, peer] : peers_) {
+    if (!peer.asked) ask(anchors, &peer);
+  }
+}
+
+std::vector<PeerResult> PeerTracker::peers() const {
+  std::vector<PeerResult> out;
   for (const auto& [id, peer] : peers_) {
-    if (peer.result.ranges > 0) out.push_back(peer.result);  // the others were only overheard
+    if (peer.result.ranges > 0) out.push_back(peer.result);
   }
   return out;
 }
 
-void PeerTracking::onEnd(const roles::Estimator& estimator, results::RunSummary* summary) {
-  finished_ = true;
-  useWaiting(estimator);
-  for (auto& [id, peer] : peers_) {
-    if (!peer.asked) ask(estimator, &peer);
-  }
-  summary->peers = peers();
-  if (peers_.empty() && unusable_ == 0) return;
-  long ranges = 0, without_broadcast = 0, without_pose = 0;
+std::vector<PairResult> PeerTracker::pairs() const {
+  std::vector<PairResult> out;
   for (const auto& [id, peer] : peers_) {
-    const roles::PeerResult& r = peer.result;
-    ranges += r.ranges;
-    without_broadcast += r.without_broadcast;
-    without_pose += r.without_pose;
-    if (r.without_broadcast == 0) continue;
-    summary->warnings.push_back(
-        std::to_string(r.without_broadcast) + " of " + std::to_string(r.ranges) +
-        " ranges to robot " + std::to_string(id) + " came without its position (" +
-        options_.peer_label + ":" + std::to_string(id) + " with the range's stamp): not used");
+    if (peer.result.ranges > 0) out.push_back({peer.result.transform, peer.history, {}});
   }
-  const auto count = [&](const char* name, long n) { summary->counters.emplace_back(name, n); };
-  count("peer_ranges", ranges);
-  count("peer_ranges_without_broadcast", without_broadcast);
-  count("peer_ranges_without_pose", without_pose);
-  if (unusable_ > 0) count("peer_broadcasts_unusable", unusable_);
-  if (too_many_ > 0) count("peer_ranges_of_too_many_robots", too_many_);
+  return out;
 }
 
-void PeerTracking::write(const results::ResultsFolder& folder) const {
-  std::vector<team::PairTransform> transforms;
-  std::vector<PairResult> pairs;
-  for (const auto& [id, peer] : peers_) {
-    if (peer.result.ranges == 0) continue;
-    transforms.push_back(peer.result.transform);
-    pairs.push_back({peer.result.transform, peer.history, {}});
-  }
-  if (pairs.empty()) return;
-  results::writeTextFile(folder.file("transforms.json"),
-                         results::transformsJson(transforms, {}, kThisRobot));
-  writeHistory(folder, pairs);
-}
-
-}  // namespace vir::app
+}  // namespace vir::team

@@ -2,14 +2,14 @@
 /// What a robot knows of another one that it ranges to.
 #include "vir/team/pair_transform.h"
 
-namespace vir::roles {
+namespace vir::team {
 
 struct PeerResult {
-  int id = 0;                     ///< the other robot's, as a beacon
-  team::PairTransform transform;  ///< p_own = T p_other, from what came over the air
-  long ranges = 0;                ///< measured to it
+  int id = 0;               ///< the other robot's, as a beacon
+  PairTransform transform;  ///< p_own = T p_other, from what came over the air
+  long ranges = 0;          ///< measured to it
   /// Not used: no broadcast of the other robot's position with the range; no own pose at its time.
   long without_broadcast = 0, without_pose = 0;
 };
 
-}  // namespace vir::roles
+}  // namespace vir::team

@@ -1,0 +1,34 @@
+#pragma once
+#include <string>
+#include <utility>
+
+#include "robots/rendezvous_options.h"
+#include "vir/results/results_folder.h"
+#include "vir/results/run_observer.h"
+#include "vir/team/peer_tracker.h"
+
+namespace vir::app {
+
+/// Tells a PeerTracker of a run: ranges to other robots (`PEER`) and what these broadcast with them
+/// (`PEER:<id>`, `PEER:<id>:ANCHOR:<a>`).
+class PeerFollower final : public results::RunObserver {
+ public:
+  PeerFollower(const RendezvousRunOptions& options, team::PairSolverFactory create_solver,
+               LogSink log)
+      : peer_label_(options.peer_label),
+        tracker_({options.interval_s, options.use_anchors}, std::move(create_solver),
+                 std::move(log)) {}
+
+  void onObservation(const mrpt::obs::CObservation& observation) override;
+  void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override;
+  void onEnd(const roles::Estimator& estimator, results::RunSummary* summary) override;
+
+  /// transforms.json and transforms_over_time.csv; nothing if no robot was ranged to.
+  void write(const results::ResultsFolder& folder) const;
+
+ private:
+  std::string peer_label_;
+  team::PeerTracker tracker_;
+};
+
+}  // namespace vir::app

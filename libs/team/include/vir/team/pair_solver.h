@@ -1,0 +1,21 @@
+#pragma once
+#include <vector>
+
+#include "vir/team/find_transform.h"
+
+namespace vir::team {
+
+/// Mutual ranges with both robots' states in, the transform between their worlds out. One object
+/// per pair of robots, A and B.
+class PairSolver {
+ public:
+  virtual ~PairSolver() = default;
+  /// In order of time. Segments count up when a robot's estimator starts anew: another world.
+  virtual void add(const MutualRange& range, int segment_A, int segment_B) = 0;
+  /// All anchors that both robots know, as believed now; replaces what was set before.
+  virtual void setAnchors(const std::vector<SharedAnchor>& anchors) = 0;
+  /// p_A = T p_B from all that was added, valid at the newest range.
+  virtual TransformAnswer answer() = 0;
+};
+
+}  // namespace vir::team
