@@ -64,24 +64,24 @@ Settings settings(const std::string& text) {
 const std::string kGood = "[good]\ndriver = MoodySensor\nprocess_rate = 200\n";
 
 struct Collected {
-  std::map<std::size_t, std::vector<Arrival>> by_sensor;
+  std::map<std::size_t, std::vector<live::Arrival>> by_sensor;
   std::vector<std::string> log;
-  std::vector<SensorStatus> status;
+  std::vector<live::SensorStatus> status;
 };
 
 Collected collectFor(const std::string& ini, double seconds) {
   Collected out;
   std::mutex mutex;
-  AcquisitionOptions options;
+  live::AcquisitionOptions options;
   options.first_retry_s = 0.05;
-  Acquisition acquisition(settings(ini), "", options, [&](LogLevel, const std::string& line) {
+  live::Acquisition acquisition(settings(ini), "", options, [&](LogLevel, const std::string& line) {
     const std::lock_guard<std::mutex> lock(mutex);
     out.log.push_back(line);
   });
   acquisition.start();
   const TimeNs end = hostNow() + fromSeconds(seconds);
-  const auto keep = [&](const std::vector<Arrival>& arrivals) {
-    for (const Arrival& a : arrivals) out.by_sensor[a.sensor].push_back(a);
+  const auto keep = [&](const std::vector<live::Arrival>& arrivals) {
+    for (const live::Arrival& a : arrivals) out.by_sensor[a.sensor].push_back(a);
   };
   while (hostNow() < end) keep(acquisition.take(10 * kMs));
   acquisition.stop();
@@ -106,13 +106,13 @@ TEST(Acquisition, ASensorThatFailsIsStartedAgainWhileTheOthersGoOn) {
 }
 
 TEST(Acquisition, WhoHearsTheLogMayAskForTheState) {
-  Acquisition* asked = nullptr;
+  live::Acquisition* asked = nullptr;
   std::atomic<int> heard{0};
-  AcquisitionOptions options;
+  live::AcquisitionOptions options;
   options.first_retry_s = 0.05;
   const Settings ini =
       settings(kGood + "[bad]\ndriver = MoodySensor\nprocess_rate = 200\nfail_at = 10\n");
-  Acquisition acquisition(ini, "", options, [&](LogLevel, const std::string& text) {
+  live::Acquisition acquisition(ini, "", options, [&](LogLevel, const std::string& text) {
     if (text.find("works again") == std::string::npos) return;
     heard += static_cast<int>(asked->sensors().size());
   });
@@ -126,7 +126,7 @@ TEST(Acquisition, WhoHearsTheLogMayAskForTheState) {
 
 TEST(Acquisition, AMissingSensorEndsItAllUnlessItIsOptional) {
   const std::string bad = "[bad]\ndriver = MoodySensor\nprocess_rate = 100\nmissing = true\n";
-  Acquisition acquisition(settings(kGood + bad), "", {}, {});
+  live::Acquisition acquisition(settings(kGood + bad), "", {}, {});
   try {
     acquisition.start();
     FAIL() << "started without the sensor";
@@ -149,13 +149,13 @@ TEST(Acquisition, AClockOfItsOwnIsPutOnTheHosts) {
   EXPECT_TRUE(got.status[1].clock_mapped);
   EXPECT_FALSE(got.status[2].clock_mapped);
   TimeNs last = 0;
-  for (const Arrival& a : got.by_sensor.at(1)) {
+  for (const live::Arrival& a : got.by_sensor.at(1)) {
     const TimeNs t = rawlog::fromMrptTime(a.observation->timestamp);
     EXPECT_GT(t, last);
     EXPECT_NEAR(toSeconds(t - a.arrival), 0, 0.2);
     last = t;
   }
-  const Arrival& kept = got.by_sensor.at(2).front();
+  const live::Arrival& kept = got.by_sensor.at(2).front();
   EXPECT_NEAR(toSeconds(rawlog::fromMrptTime(kept.observation->timestamp) - kept.arrival), 3600,
               0.2);
 }
@@ -176,14 +176,14 @@ TEST(Acquisition, ACameraIsCompletedFromTheIni) {
   EXPECT_EQ(image->cameraParams.k2(), 0.2);
   EXPECT_NEAR(image->cameraPose.y(), 2, 1e-12);
   EXPECT_NEAR(image->cameraPose.yaw(), M_PI / 2, 1e-12);
-  const Arrival& a = got.by_sensor.at(0).front();
+  const live::Arrival& a = got.by_sensor.at(0).front();
   EXPECT_NEAR(toSeconds(rawlog::fromMrptTime(image->timestamp) - a.arrival), -0.4, 0.1);
 }
 
 TEST(Acquisition, WrongSettingsAreRefusedBeforeAnythingStarts) {
   const auto refused = [](const std::string& ini, const std::string& why) {
     try {
-      Acquisition acquisition(settings(ini), "", {}, {});
+      live::Acquisition acquisition(settings(ini), "", {}, {});
       FAIL() << ini;
     } catch (const std::exception& e) {
       EXPECT_NE(std::string(e.what()).find(why), std::string::npos) << e.what();

@@ -18,12 +18,12 @@ struct Flight {
   bool noise = true;
 };
 
-inline std::vector<AntennaRange> fly(const Flight& f, std::uint64_t seed = 1) {
+inline std::vector<ranging::AntennaRange> fly(const Flight& f, std::uint64_t seed = 1) {
   Noise noise(seed);
-  std::vector<AntennaRange> out;
+  std::vector<ranging::AntennaRange> out;
   for (int i = 0; i < f.ranges; ++i) {
     const double t = 15.0 * i / f.ranges;
-    AntennaRange r;
+    ranging::AntennaRange r;
     r.p_W = f.turn * Vec3(f.amplitude.x() * std::sin(0.5 * t),
                           f.amplitude.y() * std::sin(0.7 * t + 0.3),
                           f.amplitude.z() * std::sin(0.9 * t + 1));
@@ -36,8 +36,8 @@ inline std::vector<AntennaRange> fly(const Flight& f, std::uint64_t seed = 1) {
 }
 
 /// No drift of the path unless a test is about it.
-inline AnchorInitOptions plainOptions() {
-  AnchorInitOptions options;
+inline ranging::AnchorInitOptions plainOptions() {
+  ranging::AnchorInitOptions options;
   options.drift_ratio = 0;
   return options;
 }

@@ -14,35 +14,36 @@ using namespace vir;
 using vir_test::calibration;
 using vir_test::lookingAhead;
 
-CameraSimulationOptions perfect() {
-  CameraSimulationOptions o;
+vir::rendering::CameraSimulationOptions perfect() {
+  vir::rendering::CameraSimulationOptions o;
   o.noise_grey = o.shot_noise = o.vignetting = o.exposure_s = o.exposure_wander = 0;
   return o;
 }
 
-CameraSimulator simulator(const CameraSimulationOptions& o) {
-  return CameraSimulator(o, vir_test::twoCrates(),
-                         camera::makeCamera(calibration(Distortion::radtan)));
+vir::rendering::CameraSimulator simulator(const vir::rendering::CameraSimulationOptions& o) {
+  return vir::rendering::CameraSimulator(o, vir_test::twoCrates(),
+                                         camera::makeCamera(calibration(Distortion::radtan)));
 }
 
 Pose still(double) { return lookingAhead(Vec3(0.2, 0, 0)); }
 /// Turns to the right by 2 rad/s: 460 px/s.
 Pose turning(double dt) { return lookingAhead(Vec3(0.2, 0, 0), Vec3(0, 2 * dt, 0)); }
 
-GrayImage taken(const CameraSimulationOptions& o, double s = 1, std::uint64_t number = 0,
-                const CameraSimulator::PoseAt& pose = still) {
-  CameraSimulator camera = simulator(o);
+vir::rendering::GrayImage taken(const vir::rendering::CameraSimulationOptions& o, double s = 1,
+                                std::uint64_t number = 0,
+                                const vir::rendering::CameraSimulator::PoseAt& pose = still) {
+  vir::rendering::CameraSimulator camera = simulator(o);
   return camera.take(s, number, pose);
 }
 
-double mean(const GrayImage& image) {
+double mean(const vir::rendering::GrayImage& image) {
   double sum = 0;
   for (const std::uint8_t v : image.pixels) sum += v;
   return sum / static_cast<double>(image.pixels.size());
 }
 
 /// Mean square of the difference of neighbours along x or y.
-double gradient(const GrayImage& image, int dx, int dy) {
+double gradient(const vir::rendering::GrayImage& image, int dx, int dy) {
   double sum = 0;
   for (int y = 0; y + 1 < image.height; ++y) {
     for (int x = 0; x + 1 < image.width; ++x) {
@@ -55,13 +56,13 @@ double gradient(const GrayImage& image, int dx, int dy) {
 }
 
 TEST(CameraSimulator, SameSeedSameBytes) {
-  CameraSimulationOptions o;
+  vir::rendering::CameraSimulationOptions o;
   o.exposure_s = 0.02;
-  const GrayImage a = taken(o, 1, 7, turning);
+  const vir::rendering::GrayImage a = taken(o, 1, 7, turning);
   EXPECT_EQ(a.pixels, taken(o, 1, 7, turning).pixels);
   EXPECT_NE(a.pixels, taken(o, 1, 8, turning).pixels);  // other noise
   // An image does not depend on those before it.
-  CameraSimulator camera = simulator(o);
+  vir::rendering::CameraSimulator camera = simulator(o);
   camera.take(0.5, 6, still);
   EXPECT_EQ(a.pixels, camera.take(1, 7, turning).pixels);
   o.seed = 2;
@@ -69,10 +70,10 @@ TEST(CameraSimulator, SameSeedSameBytes) {
 }
 
 TEST(CameraSimulator, HasTheNoiseAskedFor) {
-  CameraSimulationOptions o = perfect();
+  vir::rendering::CameraSimulationOptions o = perfect();
   o.noise_grey = 3;
-  CameraSimulator camera = simulator(o);
-  const GrayImage a = camera.take(1, 1, still), b = camera.take(1, 2, still);
+  vir::rendering::CameraSimulator camera = simulator(o);
+  const vir::rendering::GrayImage a = camera.take(1, 1, still), b = camera.take(1, 2, still);
   double sum = 0, square = 0;
   const auto n = static_cast<double>(a.pixels.size());
   for (std::size_t k = 0; k < a.pixels.size(); ++k) {
@@ -86,10 +87,10 @@ TEST(CameraSimulator, HasTheNoiseAskedFor) {
 }
 
 TEST(CameraSimulator, CornersAreDarker) {
-  CameraSimulationOptions o = perfect();
-  const GrayImage plain = taken(o);
+  vir::rendering::CameraSimulationOptions o = perfect();
+  const vir::rendering::GrayImage plain = taken(o);
   o.vignetting = 0.5;
-  const GrayImage dim = taken(o);
+  const vir::rendering::GrayImage dim = taken(o);
   const auto ratio = [&](int x, int y) {
     const auto at = static_cast<std::size_t>(y * plain.width + x);
     return (dim.pixels[at] + 0.5) / (plain.pixels[at] + 0.5);
@@ -99,7 +100,7 @@ TEST(CameraSimulator, CornersAreDarker) {
 }
 
 TEST(CameraSimulator, ExposureJumpsAndDarkPhases) {
-  CameraSimulationOptions o = perfect();
+  vir::rendering::CameraSimulationOptions o = perfect();
   o.exposure_jump = {2, 0.5, 4, 1.2};
   o.dark_s = {6, 7};
   const double before = mean(taken(o, 1));
@@ -110,9 +111,9 @@ TEST(CameraSimulator, ExposureJumpsAndDarkPhases) {
 }
 
 TEST(CameraSimulator, BrightnessWandersButNotFar) {
-  CameraSimulationOptions o = perfect();
+  vir::rendering::CameraSimulationOptions o = perfect();
   o.exposure_wander = 0.1;
-  CameraSimulator camera = simulator(o);
+  vir::rendering::CameraSimulator camera = simulator(o);
   double sum = 0, square = 0;
   constexpr int kImages = 60;
   for (int k = 0; k < kImages; ++k) {
@@ -126,28 +127,28 @@ TEST(CameraSimulator, BrightnessWandersButNotFar) {
 }
 
 TEST(CameraSimulator, PoorTextureHasNothingToHoldOnTo) {
-  CameraSimulationOptions o = perfect();
+  vir::rendering::CameraSimulationOptions o = perfect();
   o.poor_texture_s = {2, 3};
   EXPECT_LT(gradient(taken(o, 2.5), 1, 0), 0.2 * gradient(taken(o, 1), 1, 0));
   EXPECT_NEAR(mean(taken(o, 2.5)), mean(taken(o, 1)), 15);
 }
 
 TEST(CameraSimulator, BlursAlongTheMotionOnly) {
-  CameraSimulationOptions o = perfect();
-  const GrayImage sharp = taken(o, 1, 0, turning);
+  vir::rendering::CameraSimulationOptions o = perfect();
+  const vir::rendering::GrayImage sharp = taken(o, 1, 0, turning);
   o.exposure_s = 0.02;  // 9 px
-  const GrayImage blurred = taken(o, 1, 0, turning);
+  const vir::rendering::GrayImage blurred = taken(o, 1, 0, turning);
   EXPECT_LT(gradient(blurred, 1, 0), 0.35 * gradient(sharp, 1, 0));
   EXPECT_GT(gradient(blurred, 0, 1), 0.35 * gradient(sharp, 0, 1));
   EXPECT_NEAR(mean(blurred), mean(sharp), 1);
   // At rest the shutter time does not matter.
-  const GrayImage resting = taken(o);
+  const vir::rendering::GrayImage resting = taken(o);
   o.exposure_s = 0;
   EXPECT_EQ(resting.pixels, taken(o).pixels);
 }
 
 TEST(CameraSimulator, RefusesHalfAPair) {
-  CameraSimulationOptions o;
+  vir::rendering::CameraSimulationOptions o;
   o.dark_s = {1};
   EXPECT_THROW(simulator(o), std::invalid_argument);
   o.dark_s.clear();

@@ -19,7 +19,7 @@ const Distortion kModels[] = {Distortion::none, Distortion::radtan, Distortion::
 
 /// Where a dark-bright edge crosses row y near x0, from the grey levels of the pixels it covers
 /// partly: the area left of the edge [px]. Both sides may change linearly.
-double edgeAt(const FloatImage& image, int x0, int y) {
+double edgeAt(const vir::rendering::FloatImage& image, int x0, int y) {
   constexpr int kReach = 5;
   const auto slope = [&](int x, int step) {
     return (image.at(x + step, y) - image.at(x, y)) / static_cast<double>(step);
@@ -37,13 +37,13 @@ double edgeAt(const FloatImage& image, int x0, int y) {
 TEST(SceneRenderer, DrawsEdgesWhereTheyProject) {
   for (const Distortion kind : kModels) {
     const auto camera = camera::makeCamera(calibration(kind));
-    SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
+    vir::rendering::SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
     int checked = 0;
     double square = 0;
     for (int view = 0; view < 12; ++view) {
       const Pose T_W_C = lookingAhead(Vec3(0.07 * view, 0.07 * view - 0.4, 0.03 * view),
                                       Vec3(0.01 * view, 0.013 * view - 0.1, 0.004 * view));
-      const FloatImage image = rendered(&renderer, T_W_C, 0);
+      const vir::rendering::FloatImage image = rendered(&renderer, T_W_C, 0);
       // Points along both upright front edges of the near crate.
       for (const double y : {-0.5, 0.45}) {
         for (double z = -0.4; z < 0.45; z += 0.05) {
@@ -74,13 +74,13 @@ TEST(SceneRenderer, DrawsEdgesWhereTheyProject) {
 }
 
 /// Distance along a ray of W to the first surface of the scene, by brute force.
-double firstHit(const Scene& scene, const Vec3& eye, const Vec3& ray) {
+double firstHit(const vir::rendering::Scene& scene, const Vec3& eye, const Vec3& ray) {
   double nearest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 3; ++k) {
     const double wall = ray[k] > 0 ? scene.interior().high[k] : scene.interior().low[k];
     nearest = std::min(nearest, (wall - eye[k]) / ray[k]);
   }
-  for (const Box& b : scene.boxes()) {
+  for (const vir::rendering::Box& b : scene.boxes()) {
     for (int k = 0; k < 3; ++k) {
       for (const double side : {b.low[k], b.high[k]}) {
         const double t = (side - eye[k]) / ray[k];
@@ -93,7 +93,7 @@ double firstHit(const Scene& scene, const Vec3& eye, const Vec3& ray) {
   return nearest;
 }
 
-double interpolated(const FloatImage& image, const Vec2& px) {
+double interpolated(const vir::rendering::FloatImage& image, const Vec2& px) {
   const int x = static_cast<int>(std::floor(px.x())), y = static_cast<int>(std::floor(px.y()));
   const double a = px.x() - x, b = px.y() - y;
   return (1 - b) * ((1 - a) * image.at(x, y) + a * image.at(x + 1, y)) +
@@ -108,9 +108,9 @@ struct Alignment {
 
 /// Carries a patch of image 0 over to image 1 by the true geometry, pixel by pixel, and measures by
 /// how much it is off there.
-Alignment align(const Scene& scene, const camera::CameraModel& camera, const Pose& T_W_C0,
-                const FloatImage& image0, const Pose& T_W_C1, const FloatImage& image1,
-                const Vec2& centre) {
+Alignment align(const vir::rendering::Scene& scene, const camera::CameraModel& camera,
+                const Pose& T_W_C0, const vir::rendering::FloatImage& image0, const Pose& T_W_C1,
+                const vir::rendering::FloatImage& image1, const Vec2& centre) {
   constexpr int kHalf = 8, kRim = 3;
   Alignment out;
   Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
@@ -154,9 +154,9 @@ TEST(SceneRenderer, TexturesStayOnTheirSurfaces) {
   const auto scene = vir_test::twoCrates();
   for (const Distortion kind : kModels) {
     const auto camera = camera::makeCamera(calibration(kind));
-    SceneRenderer renderer(scene, camera, 1);
+    vir::rendering::SceneRenderer renderer(scene, camera, 1);
     const Pose T_W_C0 = lookingAhead(Vec3(0.2, 0.1, 0.1), Vec3(0.05, -0.03, 0.02));
-    const FloatImage image0 = rendered(&renderer, T_W_C0);
+    const vir::rendering::FloatImage image0 = rendered(&renderer, T_W_C0);
     int checked = 0;
     double square = 0;
     Vec2 mean = Vec2::Zero();
@@ -164,7 +164,7 @@ TEST(SceneRenderer, TexturesStayOnTheirSurfaces) {
       // Up to a quarter of a metre and some degrees to the side.
       const Pose T_W_C1 = lookingAhead(Vec3(0.2 + 0.03 * view, 0.1 - 0.04 * view, 0.1),
                                        Vec3(0.05 - 0.006 * view, -0.03 + 0.004 * view, 0.02));
-      const FloatImage image1 = rendered(&renderer, T_W_C1);
+      const vir::rendering::FloatImage image1 = rendered(&renderer, T_W_C1);
       for (int y = 16; y < 224; y += 12) {
         for (int x = 16; x < 360; x += 12) {
           const Alignment a = align(*scene, *camera, T_W_C0, image0, T_W_C1, image1, Vec2(x, y));
@@ -185,12 +185,14 @@ TEST(SceneRenderer, TexturesStayOnTheirSurfaces) {
 
 TEST(SceneRenderer, WhatIsHiddenChangesNothing) {
   const auto camera = camera::makeCamera(calibration(Distortion::radtan));
-  std::vector<Box> boxes = vir_test::crates();
+  std::vector<vir::rendering::Box> boxes = vir_test::crates();
   // Behind the near crate as seen from the origin; the same number of boxes, so the same surfaces.
   boxes.push_back({Vec3(4.5, -0.2, -0.2), Vec3(4.8, 0.2, 0.2)});
-  SceneRenderer with(std::make_shared<Scene>(vir_test::room(), boxes), camera, 1);
+  vir::rendering::SceneRenderer with(
+      std::make_shared<vir::rendering::Scene>(vir_test::room(), boxes), camera, 1);
   boxes.back() = {Vec3(4.6, -0.1, -0.1), Vec3(4.7, 0.1, 0.1)};
-  SceneRenderer other(std::make_shared<Scene>(vir_test::room(), boxes), camera, 1);
+  vir::rendering::SceneRenderer other(
+      std::make_shared<vir::rendering::Scene>(vir_test::room(), boxes), camera, 1);
   const Pose ahead = lookingAhead(Vec3::Zero());
   EXPECT_EQ(rendered(&with, ahead).pixels, rendered(&other, ahead).pixels);
   // From above both show.
@@ -200,12 +202,14 @@ TEST(SceneRenderer, WhatIsHiddenChangesNothing) {
 
 TEST(SceneRenderer, NearHidesFar) {
   const auto camera = camera::makeCamera(calibration(Distortion::none));
-  SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
+  vir::rendering::SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
   // Plain faces: every pixel of the near crate's front has nearly the same grey level, which is not
   // that of the wall behind it.
-  const FloatImage image = rendered(&renderer, lookingAhead(Vec3::Zero()), 0);
-  SceneRenderer empty(std::make_shared<Scene>(vir_test::room(), std::vector<Box>()), camera, 1);
-  const FloatImage wall = rendered(&empty, lookingAhead(Vec3::Zero()), 0);
+  const vir::rendering::FloatImage image = rendered(&renderer, lookingAhead(Vec3::Zero()), 0);
+  vir::rendering::SceneRenderer empty(
+      std::make_shared<vir::rendering::Scene>(vir_test::room(), std::vector<vir::rendering::Box>()),
+      camera, 1);
+  const vir::rendering::FloatImage wall = rendered(&empty, lookingAhead(Vec3::Zero()), 0);
   const float centre = image.at(184, 124);
   EXPECT_GT(std::abs(centre - wall.at(184, 124)), 3);
   for (int y = 90; y < 160; y += 5) {
@@ -215,14 +219,15 @@ TEST(SceneRenderer, NearHidesFar) {
 
 TEST(SceneRenderer, IsRepeatableAndAddsUp) {
   const auto camera = camera::makeCamera(calibration(Distortion::equidistant));
-  SceneRenderer a(vir_test::twoCrates(), camera, 3), b(vir_test::twoCrates(), camera, 3);
-  SceneRenderer c(vir_test::twoCrates(), camera, 4);
+  vir::rendering::SceneRenderer a(vir_test::twoCrates(), camera, 3),
+      b(vir_test::twoCrates(), camera, 3);
+  vir::rendering::SceneRenderer c(vir_test::twoCrates(), camera, 4);
   const Pose T = lookingAhead(Vec3(0.3, 0.2, 0));
   rendered(&a, lookingAhead(Vec3::Zero()));  // what was drawn before does not matter
-  const FloatImage once = rendered(&a, T);
+  const vir::rendering::FloatImage once = rendered(&a, T);
   EXPECT_EQ(once.pixels, rendered(&b, T).pixels);
   EXPECT_NE(once.pixels, rendered(&c, T).pixels);
-  FloatImage twice;
+  vir::rendering::FloatImage twice;
   a.add(T, 1, 0.5F, &twice);
   a.add(T, 1, 0.25F, &twice);
   for (std::size_t k = 0; k < once.pixels.size(); k += 97) {
@@ -232,7 +237,7 @@ TEST(SceneRenderer, IsRepeatableAndAddsUp) {
 
 TEST(SceneRenderer, SeesBlackFromOutsideTheRoom) {
   const auto camera = camera::makeCamera(calibration(Distortion::none));
-  SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
+  vir::rendering::SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
   for (const float grey : rendered(&renderer, lookingAhead(Vec3(-5, 0, 0))).pixels) {
     ASSERT_EQ(grey, 0);
   }
@@ -240,8 +245,8 @@ TEST(SceneRenderer, SeesBlackFromOutsideTheRoom) {
 
 TEST(SceneRenderer, TextureIsEverywhere) {
   const auto camera = camera::makeCamera(calibration(Distortion::radtan));
-  SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
-  const FloatImage image = rendered(&renderer, lookingAhead(Vec3::Zero()));
+  vir::rendering::SceneRenderer renderer(vir_test::twoCrates(), camera, 1);
+  const vir::rendering::FloatImage image = rendered(&renderer, lookingAhead(Vec3::Zero()));
   // The spread of grey levels within squares of 40 pixels.
   int plain = 0, squares = 0;
   for (int y = 0; y + 40 <= image.height; y += 40) {
@@ -262,8 +267,9 @@ TEST(SceneRenderer, TextureIsEverywhere) {
 
 TEST(SceneRenderer, NeedsSceneAndCamera) {
   const auto camera = camera::makeCamera(calibration(Distortion::none));
-  EXPECT_THROW(SceneRenderer(nullptr, camera, 1), std::invalid_argument);
-  EXPECT_THROW(SceneRenderer(vir_test::twoCrates(), nullptr, 1), std::invalid_argument);
+  EXPECT_THROW(vir::rendering::SceneRenderer(nullptr, camera, 1), std::invalid_argument);
+  EXPECT_THROW(vir::rendering::SceneRenderer(vir_test::twoCrates(), nullptr, 1),
+               std::invalid_argument);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 using namespace vir;
 
 TEST(Scene, MeasuresWhatIsInTheWay) {
-  const Scene scene(vir_test::room(), vir_test::crates());
+  const vir::rendering::Scene scene(vir_test::room(), vir_test::crates());
   // Straight through the first crate, which is 0.8 m deep.
   EXPECT_NEAR(scene.solidBetween(Vec3(0, 0, 0), Vec3(7, 0, 0)), 0.8, 1e-12);
   EXPECT_NEAR(scene.solidBetween(Vec3(7, 0, 0), Vec3(0, 0, 0)), 0.8, 1e-12);
@@ -28,7 +28,7 @@ TEST(Scene, MeasuresWhatIsInTheWay) {
 }
 
 TEST(Scene, HidesWhatIsBehindButNotTheSurfaceItself) {
-  const Scene scene(vir_test::room(), vir_test::crates());
+  const vir::rendering::Scene scene(vir_test::room(), vir_test::crates());
   EXPECT_TRUE(scene.hidden(Vec3(0, 0, 0), Vec3(5, 0, 0)));
   EXPECT_TRUE(scene.hidden(Vec3(0, 0, 0), Vec3(3.8, 0, 0)));   // the far side of the crate
   EXPECT_FALSE(scene.hidden(Vec3(0, 0, 0), Vec3(3.0, 0, 0)));  // the near side
@@ -37,12 +37,12 @@ TEST(Scene, HidesWhatIsBehindButNotTheSurfaceItself) {
 }
 
 TEST(Scene, RefusesBoxesWithoutInside) {
-  const Box flat{Vec3(0, 0, 0), Vec3(1, 1, 0)};
-  EXPECT_THROW(Scene(flat, {}), std::invalid_argument);
-  EXPECT_THROW(Scene(vir_test::room(), {flat}), std::invalid_argument);
-  Box odd = vir_test::room();
+  const vir::rendering::Box flat{Vec3(0, 0, 0), Vec3(1, 1, 0)};
+  EXPECT_THROW(vir::rendering::Scene(flat, {}), std::invalid_argument);
+  EXPECT_THROW(vir::rendering::Scene(vir_test::room(), {flat}), std::invalid_argument);
+  vir::rendering::Box odd = vir_test::room();
   odd.high.x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(Scene(odd, {}), std::invalid_argument);
+  EXPECT_THROW(vir::rendering::Scene(odd, {}), std::invalid_argument);
 }
 
 std::vector<Vec3> path() {
@@ -52,48 +52,50 @@ std::vector<Vec3> path() {
   return out;
 }
 
-bool same(const Scene& a, const Scene& b) {
+bool same(const vir::rendering::Scene& a, const vir::rendering::Scene& b) {
   return std::equal(a.boxes().begin(), a.boxes().end(), b.boxes().begin(), b.boxes().end(),
-                    [](const Box& x, const Box& y) { return x.low == y.low && x.high == y.high; });
+                    [](const vir::rendering::Box& x, const vir::rendering::Box& y) {
+                      return x.low == y.low && x.high == y.high;
+                    });
 }
 
 TEST(MadeScene, LeavesThePathAndTheAnchorsFree) {
   for (const char* layout : {"room", "corridors"}) {
-    SceneOptions o;
+    vir::rendering::SceneOptions o;
     o.layout = layout;
     o.boxes = 80;
     const std::vector<Vec3> anchors{Vec3(3, 3, 2), Vec3(-2, -2, 0)};
-    const Scene scene = makeScene(o, path(), anchors);
+    const vir::rendering::Scene scene = vir::rendering::makeScene(o, path(), anchors);
     EXPECT_GT(scene.boxes().size(), 40u) << layout;
-    for (const Box& b : scene.boxes()) {
+    for (const vir::rendering::Box& b : scene.boxes()) {
       for (const Vec3& p : path()) EXPECT_FALSE(b.holds(p, 0.2)) << layout;
       for (const Vec3& a : anchors) EXPECT_FALSE(b.holds(a)) << layout;
     }
     for (const Vec3& p : path()) EXPECT_TRUE(scene.interior().holds(p, -1.0)) << layout;
     for (const Vec3& a : anchors) EXPECT_TRUE(scene.interior().holds(a)) << layout;
-    EXPECT_TRUE(same(scene, makeScene(o, path(), anchors))) << layout;
+    EXPECT_TRUE(same(scene, vir::rendering::makeScene(o, path(), anchors))) << layout;
     o.seed = 2;
-    EXPECT_FALSE(same(scene, makeScene(o, path(), anchors))) << layout;
+    EXPECT_FALSE(same(scene, vir::rendering::makeScene(o, path(), anchors))) << layout;
   }
 }
 
 TEST(MadeScene, CorridorsAreSolidAroundTheCorner) {
-  SceneOptions o;
+  vir::rendering::SceneOptions o;
   o.layout = "corridors";
   o.boxes = 0;
-  const Scene scene = makeScene(o, path(), {});
+  const vir::rendering::Scene scene = vir::rendering::makeScene(o, path(), {});
   // Along a leg of the path there is sight, across the corner none.
   EXPECT_FALSE(scene.hidden(Vec3(0, 0, 0.5), Vec3(9, 0, 0.5)));
   EXPECT_TRUE(scene.hidden(Vec3(0, 0, 0.5), Vec3(10, 5, 0.5)));
   o.layout = "room";
-  EXPECT_FALSE(makeScene(o, path(), {}).hidden(Vec3(0, 0, 0.5), Vec3(10, 5, 0.5)));
+  EXPECT_FALSE(vir::rendering::makeScene(o, path(), {}).hidden(Vec3(0, 0, 0.5), Vec3(10, 5, 0.5)));
 }
 
 TEST(MadeScene, SaysWhatIsWrong) {
-  SceneOptions o;
-  EXPECT_THROW(makeScene(o, {}, {}), std::invalid_argument);
+  vir::rendering::SceneOptions o;
+  EXPECT_THROW(vir::rendering::makeScene(o, {}, {}), std::invalid_argument);
   o.layout = "castle";
-  EXPECT_THROW(makeScene(o, path(), {}), std::invalid_argument);
+  EXPECT_THROW(vir::rendering::makeScene(o, path(), {}), std::invalid_argument);
 }
 
 }  // namespace

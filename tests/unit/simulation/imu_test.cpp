@@ -10,8 +10,8 @@ namespace {
 
 using namespace vir;
 
-ImuSimulationOptions perfect() {
-  ImuSimulationOptions o;
+vir::simulation::ImuSimulationOptions perfect() {
+  vir::simulation::ImuSimulationOptions o;
   o.gyro_noise_density = o.acc_noise_density = o.gyro_random_walk = o.acc_random_walk = 0;
   o.initial_bias_gyro = o.initial_bias_acc = 0;
   return o;
@@ -19,11 +19,11 @@ ImuSimulationOptions perfect() {
 
 TEST(SimulatedImu, WithoutErrorsReadsTheMotion) {
   const auto motion = vir_test::briskFlight();
-  const SimulatedImu imu = simulateImu(*motion, perfect());
+  const vir::simulation::SimulatedImu imu = vir::simulation::simulateImu(*motion, perfect());
   EXPECT_NEAR(static_cast<double>(imu.samples.size()), motion->duration() * 200, 2);
   for (std::size_t k = 0; k < imu.samples.size(); k += 37) {
     const ImuSample& s = imu.samples[k];
-    const MotionState m = motion->at(s.t);
+    const vir::simulation::MotionState m = motion->at(s.t);
     EXPECT_LT((s.gyro - m.rate_B).norm(), 1e-12);
     const Vec3 a_W = m.T_W_B.q * s.acc + Vec3(0, 0, -9.81);
     EXPECT_LT((a_W - m.a_W).norm(), 1e-12);
@@ -32,7 +32,7 @@ TEST(SimulatedImu, WithoutErrorsReadsTheMotion) {
 
 TEST(SimulatedImu, AtRestReadsUpwards) {
   const auto motion = vir_test::standing(2);
-  for (const ImuSample& s : simulateImu(*motion, perfect()).samples) {
+  for (const ImuSample& s : vir::simulation::simulateImu(*motion, perfect()).samples) {
     EXPECT_LT((motion->poseAt(s.t).q * s.acc - Vec3(0, 0, 9.81)).norm(), 1e-9);
   }
 }
@@ -52,13 +52,14 @@ double allan(const std::vector<double>& x, std::size_t n) {
 
 TEST(SimulatedImu, AllanDeviationFitsTheDensities) {
   const auto motion = vir_test::standing(1000);
-  ImuSimulationOptions noise = perfect(), walk = perfect();
+  vir::simulation::ImuSimulationOptions noise = perfect(), walk = perfect();
   noise.gyro_noise_density = 2e-4;
   noise.acc_noise_density = 1.5e-3;
   walk.gyro_random_walk = 3e-5;
   walk.acc_random_walk = 3e-3;
-  const SimulatedImu white = simulateImu(*motion, noise), walking = simulateImu(*motion, walk);
-  const auto column = [](const SimulatedImu& imu, bool gyro, int axis) {
+  const vir::simulation::SimulatedImu white = vir::simulation::simulateImu(*motion, noise),
+                                      walking = vir::simulation::simulateImu(*motion, walk);
+  const auto column = [](const vir::simulation::SimulatedImu& imu, bool gyro, int axis) {
     std::vector<double> out;
     for (const ImuSample& s : imu.samples) out.push_back(gyro ? s.gyro[axis] : s.acc[axis]);
     return out;
@@ -78,23 +79,24 @@ TEST(SimulatedImu, AllanDeviationFitsTheDensities) {
 
 TEST(SimulatedImu, FirstBiasesHaveTheirSpread) {
   const auto motion = vir_test::standing(1);
-  ImuSimulationOptions o;
+  vir::simulation::ImuSimulationOptions o;
   double square = 0;
   for (int seed = 1; seed <= 200; ++seed) {
     o.seed = seed;
-    square += simulateImu(*motion, o).bias_gyro.front().squaredNorm() / 3;
+    square += vir::simulation::simulateImu(*motion, o).bias_gyro.front().squaredNorm() / 3;
   }
   EXPECT_NEAR(std::sqrt(square / 200), o.initial_bias_gyro, 0.1 * o.initial_bias_gyro);
 }
 
 TEST(SimulatedImu, SameSeedSameReadingsAndOneErrorLeavesTheOthers) {
   const auto motion = vir_test::standing(3);
-  ImuSimulationOptions o;
-  const SimulatedImu a = simulateImu(*motion, o), b = simulateImu(*motion, o);
-  ImuSimulationOptions walking = o;
+  vir::simulation::ImuSimulationOptions o;
+  const vir::simulation::SimulatedImu a = vir::simulation::simulateImu(*motion, o),
+                                      b = vir::simulation::simulateImu(*motion, o);
+  vir::simulation::ImuSimulationOptions walking = o;
   walking.gyro_random_walk *= 10;
   walking.dropped_share = 0;
-  const SimulatedImu c = simulateImu(*motion, walking);
+  const vir::simulation::SimulatedImu c = vir::simulation::simulateImu(*motion, walking);
   ASSERT_EQ(a.samples.size(), b.samples.size());
   for (std::size_t k = 0; k < a.samples.size(); ++k) {
     EXPECT_EQ(a.samples[k].gyro, b.samples[k].gyro);
@@ -102,15 +104,15 @@ TEST(SimulatedImu, SameSeedSameReadingsAndOneErrorLeavesTheOthers) {
     EXPECT_EQ(a.samples[k].acc, c.samples[k].acc);
   }
   o.seed = 2;
-  EXPECT_NE(simulateImu(*motion, o).samples[0].gyro, a.samples[0].gyro);
+  EXPECT_NE(vir::simulation::simulateImu(*motion, o).samples[0].gyro, a.samples[0].gyro);
 }
 
 TEST(SimulatedImu, ReadingsAreLostAndClippedAsAskedFor) {
   const auto motion = vir_test::standing(50);
-  ImuSimulationOptions o = perfect();
+  vir::simulation::ImuSimulationOptions o = perfect();
   o.dropped_share = 0.2;
   o.saturation_acc_mps2 = 5;
-  const SimulatedImu imu = simulateImu(*motion, o);
+  const vir::simulation::SimulatedImu imu = vir::simulation::simulateImu(*motion, o);
   EXPECT_NEAR(static_cast<double>(imu.samples.size()), 0.8 * 50 * 200, 200);
   for (const ImuSample& s : imu.samples) EXPECT_LE(s.acc.cwiseAbs().maxCoeff(), 5);
 }

@@ -14,11 +14,13 @@ using namespace vir;
 const Vec3 kGravity(0, 0, -9.81);
 
 /// What a navigator knows who has only rates and accelerations: fourth order in time.
-MotionState integrate(const Motion& motion, TimeNs begin, TimeNs end, TimeNs step) {
-  MotionState s = motion.at(begin);
+vir::simulation::MotionState integrate(const vir::simulation::Motion& motion, TimeNs begin,
+                                       TimeNs end, TimeNs step) {
+  vir::simulation::MotionState s = motion.at(begin);
   for (TimeNs t = begin; t + step <= end; t += step) {
     const double h = toSeconds(step);
-    const MotionState a = motion.at(t), b = motion.at(t + step / 2), c = motion.at(t + step);
+    const vir::simulation::MotionState a = motion.at(t), b = motion.at(t + step / 2),
+                                       c = motion.at(t + step);
     // Magnus expansion of the attitude to fourth order, with the rates at the ends and the middle.
     const auto turn = [](const Vec3& w0, const Vec3& w1, const Vec3& w2, double dt) {
       const Vec3 mean = (w0 + 4 * w1 + w2) / 6, slope = (w2 - w0) / dt;
@@ -28,7 +30,7 @@ MotionState integrate(const Motion& motion, TimeNs begin, TimeNs end, TimeNs ste
     const Quat q0 = s.T_W_B.q;
     const Quat q1 = q0 * expQuat(turn(a.rate_B, quarter_rate, b.rate_B, h / 2));
     const Quat q2 = (q0 * expQuat(turn(a.rate_B, b.rate_B, c.rate_B, h))).normalized();
-    const auto force = [](const MotionState& m) {
+    const auto force = [](const vir::simulation::MotionState& m) {
       return Vec3(m.T_W_B.q.conjugate() * (m.a_W - kGravity));
     };
     const Vec3 a0 = q0 * force(a) + kGravity, a1 = q1 * force(b) + kGravity,
@@ -43,8 +45,8 @@ MotionState integrate(const Motion& motion, TimeNs begin, TimeNs end, TimeNs ste
 TEST(Motion, RatesAndAccelerationsLeadBackToThePoses) {
   const auto motion = vir_test::briskFlight();
   const TimeNs begin = motion->begin() + fromSeconds(5), end = begin + fromSeconds(30);
-  const MotionState got = integrate(*motion, begin, end, fromSeconds(0.005));
-  const MotionState truth = motion->at(end);
+  const vir::simulation::MotionState got = integrate(*motion, begin, end, fromSeconds(0.005));
+  const vir::simulation::MotionState truth = motion->at(end);
   EXPECT_LT((got.T_W_B.p - truth.T_W_B.p).norm(), 1e-3);
   EXPECT_LT((got.v_W - truth.v_W).norm(), 1e-4);
   EXPECT_LT(logQuat(got.T_W_B.q.conjugate() * truth.T_W_B.q).norm(), 1e-6);
@@ -53,10 +55,10 @@ TEST(Motion, RatesAndAccelerationsLeadBackToThePoses) {
 TEST(Motion, FliesARecordingAgainNearby) {
   const auto motion = vir_test::briskFlight();
   const Trajectory recorded = motion->sampled(200);
-  FlyAgainOptions o;
+  vir::simulation::FlyAgainOptions o;
   o.from_s = 2;
   o.duration_s = 20;
-  const Motion again = flyAgain(recorded, o);
+  const vir::simulation::Motion again = vir::simulation::flyAgain(recorded, o);
   EXPECT_EQ(again.begin(), recorded.front().t + fromSeconds(2));
   EXPECT_NEAR(again.duration(), 20, 0.06);
   for (const StampedPose& s : again.sampled(33)) {
@@ -77,7 +79,7 @@ TEST(Motion, NoiseOfARecordingIsSmoothedAway) {
       s.T_W_B.p[axis] += 1e-3 * std::sqrt(3.0) * (x / 2147483648.0 - 1);
     }
   }
-  const Motion again = flyAgain(recorded, {});
+  const vir::simulation::Motion again = vir::simulation::flyAgain(recorded, {});
   double square = 0;
   int n = 0;
   for (TimeNs t = again.begin(); t < again.end(); t += 10000000, ++n) {
@@ -87,22 +89,22 @@ TEST(Motion, NoiseOfARecordingIsSmoothedAway) {
 }
 
 TEST(Motion, RefusesWhatCannotBeFlown) {
-  EXPECT_THROW(flyAgain({}, {}), std::invalid_argument);
+  EXPECT_THROW(vir::simulation::flyAgain({}, {}), std::invalid_argument);
   const Trajectory recorded = vir_test::standing(5)->sampled(20);
-  FlyAgainOptions o;
+  vir::simulation::FlyAgainOptions o;
   o.from_s = 4.8;
-  EXPECT_THROW(flyAgain(recorded, o), std::invalid_argument);
+  EXPECT_THROW(vir::simulation::flyAgain(recorded, o), std::invalid_argument);
   o.from_s = -3;
-  EXPECT_THROW(flyAgain(recorded, o), std::invalid_argument);
+  EXPECT_THROW(vir::simulation::flyAgain(recorded, o), std::invalid_argument);
   const auto motion = vir_test::standing(5);
   EXPECT_THROW(motion->at(motion->end() + 1000000000), std::out_of_range);
 }
 
 TEST(Flights, AreAsLongAndFastAsSaid) {
-  FlightOptions o;
-  for (const std::string& name : flightNames()) {
+  vir::simulation::FlightOptions o;
+  for (const std::string& name : vir::simulation::flightNames()) {
     if (name == "standing") continue;
-    const Motion m = flight(name, o);
+    const vir::simulation::Motion m = vir::simulation::flight(name, o);
     EXPECT_NEAR(m.pathLength(), o.length_m, 0.18 * o.length_m) << name;
     double fastest = 0, hardest = 0;
     for (TimeNs t = m.begin(); t <= m.end(); t += 10000000) {
@@ -115,40 +117,42 @@ TEST(Flights, AreAsLongAndFastAsSaid) {
 }
 
 TEST(Flights, BeginAndEndAtRest) {
-  FlightOptions o;
+  vir::simulation::FlightOptions o;
   o.rest_s = 2;
-  const Motion m = flight("corridor", o);
+  const vir::simulation::Motion m = vir::simulation::flight("corridor", o);
   for (const double s : {0.0, 1.0, 1.7, m.duration() - 1.5, m.duration()}) {
-    const MotionState x = m.at(m.begin() + fromSeconds(s));
+    const vir::simulation::MotionState x = m.at(m.begin() + fromSeconds(s));
     EXPECT_LT(x.v_W.norm(), 2e-3) << s;
     EXPECT_LT(x.rate_B.norm(), 2e-3) << s;
   }
-  const Motion still = flight("standing", o);
+  const vir::simulation::Motion still = vir::simulation::flight("standing", o);
   EXPECT_LT(still.pathLength(), 1e-9);
   EXPECT_GT(still.duration(), 20);
 }
 
 TEST(Flights, LookAheadAndStayUpright) {
-  const Motion m = flight("corridor", {});
+  const vir::simulation::Motion m = vir::simulation::flight("corridor", {});
   for (TimeNs t = m.begin() + fromSeconds(6); t < m.end() - fromSeconds(6); t += 200000000) {
-    const MotionState s = m.at(t);
+    const vir::simulation::MotionState s = m.at(t);
     EXPECT_GT((s.T_W_B.q * Vec3::UnitZ()).z(), 0.9);
     const double yaw = yawOf(s.T_W_B.R()), course = std::atan2(s.v_W.y(), s.v_W.x());
     EXPECT_GT(std::cos(yaw - course), 0.6);
   }
 }
 
-TEST(Flights, UnknownNameIsRefused) { EXPECT_THROW(flight("looping", {}), std::invalid_argument); }
+TEST(Flights, UnknownNameIsRefused) {
+  EXPECT_THROW(vir::simulation::flight("looping", {}), std::invalid_argument);
+}
 
 TEST(Flights, StopAndGoStandsStill) {
-  FlightOptions o;
+  vir::simulation::FlightOptions o;
   o.stop_s = 5;
-  const Motion m = flight("stop_and_go", o);
+  const vir::simulation::Motion m = vir::simulation::flight("stop_and_go", o);
   // Stretches of rest after the start and before the end.
   int stops = 0;
   double longest = 0, since = -1;
   for (double s = o.rest_s + 3; s < m.duration() - o.rest_s - 4; s += 0.02) {
-    const MotionState x = m.at(m.begin() + fromSeconds(s));
+    const vir::simulation::MotionState x = m.at(m.begin() + fromSeconds(s));
     const bool still = x.v_W.norm() < 1e-3 && x.rate_B.norm() < 1e-3 && x.a_W.norm() < 0.02;
     if (still && since < 0) since = s;
     if (still) longest = std::max(longest, s - since);
@@ -162,10 +166,10 @@ TEST(Flights, StopAndGoStandsStill) {
 }
 
 TEST(Flights, HelixAndLettersHaveTheirShapes) {
-  FlightOptions o;
+  vir::simulation::FlightOptions o;
   o.sway_m = o.sway_deg = o.height_m = 0;
   o.length_m = 75;  // four turns
-  const Motion helix = flight("helix", o);
+  const vir::simulation::Motion helix = vir::simulation::flight("helix", o);
   EXPECT_NEAR(helix.poseAt(helix.end()).p.z(), 4.8, 0.2);
   for (const StampedPose& s : helix.sampled(5)) {
     EXPECT_LT((s.T_W_B.p - Vec3(0, 3, 0)).head<2>().norm(), 3.05);
@@ -173,7 +177,7 @@ TEST(Flights, HelixAndLettersHaveTheirShapes) {
   o.length_m = 16;
   o.start_m = {10, -5, 2};
   o.start_heading_deg = 90;
-  const Motion letter = flight("letter_i", o);
+  const vir::simulation::Motion letter = vir::simulation::flight("letter_i", o);
   // Along y before the turn, along -x after it.
   EXPECT_LT((letter.poseAt(letter.begin()).p - Vec3(10, -5, 2)).norm(), 0.01);
   double farthest = 0;

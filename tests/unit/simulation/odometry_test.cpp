@@ -8,8 +8,8 @@ namespace {
 
 using namespace vir;
 
-OdometrySimulationOptions perfect() {
-  OdometrySimulationOptions o;
+vir::simulation::OdometrySimulationOptions perfect() {
+  vir::simulation::OdometrySimulationOptions o;
   o.scale_error = o.scale_wander = o.yaw_walk = o.position_walk = 0;
   o.position_noise_m = o.attitude_noise_rad = 0;
   return o;
@@ -17,7 +17,7 @@ OdometrySimulationOptions perfect() {
 
 TEST(SimulatedOdometry, WithoutErrorsIsTheMotionFromItsStart) {
   const auto motion = vir_test::briskFlight();
-  const Trajectory odometry = simulateOdometry(*motion, perfect());
+  const Trajectory odometry = vir::simulation::simulateOdometry(*motion, perfect());
   const Pose first = motion->poseAt(motion->begin());
   EXPECT_NEAR(yawOf(odometry.front().T_W_B.R()), 0, 1e-12);
   for (const StampedPose& s : odometry) {
@@ -30,15 +30,15 @@ TEST(SimulatedOdometry, WithoutErrorsIsTheMotionFromItsStart) {
 
 TEST(SimulatedOdometry, ScaleAndYawDrift) {
   const auto motion = vir_test::briskFlight();
-  OdometrySimulationOptions o = perfect();
+  vir::simulation::OdometrySimulationOptions o = perfect();
   o.scale_error = 0.15;
-  const Trajectory longer = simulateOdometry(*motion, o);
+  const Trajectory longer = vir::simulation::simulateOdometry(*motion, o);
   const Vec3 truth = motion->poseAt(longer.back().t).p - motion->poseAt(motion->begin()).p;
   EXPECT_NEAR(longer.back().T_W_B.p.norm(), 1.15 * truth.norm(), 1e-9);
 
   o = perfect();
   o.yaw_drift_radps = 0.01;
-  const Trajectory turned = simulateOdometry(*motion, o);
+  const Trajectory turned = vir::simulation::simulateOdometry(*motion, o);
   const Mat3 R = turned.back().T_W_B.R() * motion->poseAt(turned.back().t).R().transpose();
   const double drift = std::remainder(
       std::atan2(R(1, 0), R(0, 0)) + yawOf(motion->poseAt(motion->begin()).R()), 2 * M_PI);
@@ -47,13 +47,13 @@ TEST(SimulatedOdometry, ScaleAndYawDrift) {
 
 TEST(SimulatedOdometry, ScaleWandersAboutItsMean) {
   const auto motion = vir_test::briskFlight();
-  OdometrySimulationOptions o = perfect();
+  vir::simulation::OdometrySimulationOptions o = perfect();
   o.scale_wander = 0.1;
   double sum = 0, square = 0;
   constexpr int n = 40;
   for (int seed = 1; seed <= n; ++seed) {
     o.seed = seed;
-    const Trajectory t = simulateOdometry(*motion, o);
+    const Trajectory t = vir::simulation::simulateOdometry(*motion, o);
     // Over one second in full flight, far less than the time constant.
     const std::size_t k = t.size() / 2;
     const double got = (t[k + 20].T_W_B.p - t[k].T_W_B.p).norm();
@@ -67,7 +67,8 @@ TEST(SimulatedOdometry, ScaleWandersAboutItsMean) {
 
 TEST(SimulatedOdometry, SameSeedSamePoses) {
   const auto motion = vir_test::standing(5);
-  const Trajectory a = simulateOdometry(*motion, {}), b = simulateOdometry(*motion, {});
+  const Trajectory a = vir::simulation::simulateOdometry(*motion, {}),
+                   b = vir::simulation::simulateOdometry(*motion, {});
   for (std::size_t k = 0; k < a.size(); ++k) EXPECT_EQ(a[k].T_W_B.p, b[k].T_W_B.p);
 }
 

@@ -29,21 +29,23 @@ Pose forward() {
   return {Quat(R), Vec3(0.05, 0.02, -0.01)};
 }
 
-TrackSimulationOptions perfect() {
-  TrackSimulationOptions o;
+vir::simulation::TrackSimulationOptions perfect() {
+  vir::simulation::TrackSimulationOptions o;
   o.noise_px = o.offset_px = o.drift_px = 0;
   o.outlier_share = 0;
   return o;
 }
 
-TrackSimulator simulator(const TrackSimulationOptions& o,
-                         const std::shared_ptr<const Motion>& motion) {
-  return TrackSimulator(o, motion, camera::makeCamera(calibration()), forward());
+vir::simulation::TrackSimulator simulator(
+    const vir::simulation::TrackSimulationOptions& o,
+    const std::shared_ptr<const vir::simulation::Motion>& motion) {
+  return vir::simulation::TrackSimulator(o, motion, camera::makeCamera(calibration()), forward());
 }
 
-std::vector<vision::TrackedFrame> allFrames(const TrackSimulationOptions& o,
-                                            const std::shared_ptr<const Motion>& motion) {
-  TrackSimulator s = simulator(o, motion);
+std::vector<vision::TrackedFrame> allFrames(
+    const vir::simulation::TrackSimulationOptions& o,
+    const std::shared_ptr<const vir::simulation::Motion>& motion) {
+  vir::simulation::TrackSimulator s = simulator(o, motion);
   std::vector<vision::TrackedFrame> out;
   for (const TimeNs t : s.times()) out.push_back(s.at(t));
   return out;
@@ -51,7 +53,7 @@ std::vector<vision::TrackedFrame> allFrames(const TrackSimulationOptions& o,
 
 TEST(SimulatedTracks, WithoutErrorsAreProjectionsOfTheirPoints) {
   const auto motion = vir_test::briskFlight();
-  TrackSimulator s = simulator(perfect(), motion);
+  vir::simulation::TrackSimulator s = simulator(perfect(), motion);
   const auto camera = camera::makeCamera(calibration());
   std::map<std::uint64_t, vision::FeatureObservation> before;
   TimeNs last = 0;
@@ -90,9 +92,10 @@ TEST(SimulatedTracks, WithoutErrorsAreProjectionsOfTheirPoints) {
 
 TEST(SimulatedTracks, ThereAreEnoughAllAlongEveryFlight) {
   for (const char* name : {"corridor", "route", "eight"}) {
-    FlightOptions flight_options;
+    vir::simulation::FlightOptions flight_options;
     flight_options.length_m = 120;
-    const auto motion = std::make_shared<Motion>(flight(name, flight_options));
+    const auto motion =
+        std::make_shared<vir::simulation::Motion>(vir::simulation::flight(name, flight_options));
     int fewest = 1000, most = 0;
     const auto frames = allFrames({}, motion);
     for (const vision::TrackedFrame& f : frames) {
@@ -106,7 +109,7 @@ TEST(SimulatedTracks, ThereAreEnoughAllAlongEveryFlight) {
 
 TEST(SimulatedTracks, LiveAsLongAsSaid) {
   // At rest nothing leaves the image: only losses end a track.
-  TrackSimulationOptions o = perfect();
+  vir::simulation::TrackSimulationOptions o = perfect();
   o.weak_share = 0;
   o.mean_track_images = 20;
   double ends = 0, images = 0;
@@ -119,10 +122,10 @@ TEST(SimulatedTracks, LiveAsLongAsSaid) {
 
 TEST(SimulatedTracks, HaveTheNoiseAskedFor) {
   const auto motion = vir_test::briskFlight();
-  TrackSimulationOptions o = perfect();
+  vir::simulation::TrackSimulationOptions o = perfect();
   o.noise_px = 0.4;
   o.offset_px = 0.3;
-  TrackSimulator s = simulator(o, motion);
+  vir::simulation::TrackSimulator s = simulator(o, motion);
   const auto camera = camera::makeCamera(calibration());
   double total = 0, steps = 0, n_total = 0, n_steps = 0;
   std::map<std::uint64_t, Vec2> before;
@@ -160,11 +163,11 @@ TEST(SimulatedTracks, AtRestTheImageHardlyMoves) {
 }
 
 TEST(SimulatedTracks, SomeSlideOff) {
-  TrackSimulationOptions o = perfect();
+  vir::simulation::TrackSimulationOptions o = perfect();
   o.outlier_share = 0.1;
   o.weak_share = 0;
   const auto motion = vir_test::standing(30);
-  TrackSimulator s = simulator(o, motion);
+  vir::simulation::TrackSimulator s = simulator(o, motion);
   std::map<std::uint64_t, Vec2> first;
   std::map<std::uint64_t, double> far;
   for (const TimeNs t : s.times()) {
@@ -179,7 +182,7 @@ TEST(SimulatedTracks, SomeSlideOff) {
 }
 
 TEST(SimulatedTracks, DarkImagesAreReportedAndTracksEnd) {
-  TrackSimulationOptions o;
+  vir::simulation::TrackSimulationOptions o;
   o.blackout_s = {3, 5};
   const auto motion = vir_test::briskFlight();
   std::uint64_t newest_before = 0;
@@ -200,7 +203,7 @@ TEST(SimulatedTracks, DarkImagesAreReportedAndTracksEnd) {
 
 TEST(SimulatedTracks, DroppedOnesDoNotComeBack) {
   const auto motion = vir_test::standing(2);
-  TrackSimulator s = simulator(perfect(), motion);
+  vir::simulation::TrackSimulator s = simulator(perfect(), motion);
   const auto times = s.times();
   const std::uint64_t id = s.at(times[0]).features.front().id;
   s.drop({id});
@@ -212,7 +215,7 @@ TEST(SimulatedTracks, DroppedOnesDoNotComeBack) {
 TEST(SimulatedTracks, SameSeedSameTracks) {
   const auto motion = vir_test::briskFlight();
   const auto a = allFrames({}, motion), b = allFrames({}, motion);
-  TrackSimulationOptions other;
+  vir::simulation::TrackSimulationOptions other;
   other.seed = 2;
   const auto c = allFrames(other, motion);
   ASSERT_EQ(a.size(), b.size());
@@ -228,15 +231,16 @@ TEST(SimulatedTracks, SameSeedSameTracks) {
 
 TEST(SimulatedTracks, RefusesWhatCannotBe) {
   const auto motion = vir_test::standing(2);
-  EXPECT_THROW(TrackSimulator({}, nullptr, camera::makeCamera(calibration()), forward()),
-               std::invalid_argument);
-  TrackSimulationOptions o;
+  EXPECT_THROW(
+      vir::simulation::TrackSimulator({}, nullptr, camera::makeCamera(calibration()), forward()),
+      std::invalid_argument);
+  vir::simulation::TrackSimulationOptions o;
   o.rate_hz = 0;
   EXPECT_THROW(simulator(o, motion), std::invalid_argument);
   o = {};
   o.blackout_s = {1};
   EXPECT_THROW(simulator(o, motion), std::invalid_argument);
-  TrackSimulator s = simulator({}, motion);
+  vir::simulation::TrackSimulator s = simulator({}, motion);
   s.at(motion->begin() + 10);
   EXPECT_THROW(s.at(motion->begin() + 10), std::invalid_argument);
 }
@@ -247,7 +251,7 @@ TEST(SimulatedTracks, HideBehindTheScenesBoxes) {
   for (const StampedPose& p : motion->sampled(4)) path.push_back(p.T_W_B.p);
   const auto scene = std::make_shared<rendering::Scene>(rendering::makeScene({}, path, {}));
   const auto camera = camera::makeCamera(calibration());
-  TrackSimulator s(perfect(), motion, camera, forward(), scene);
+  vir::simulation::TrackSimulator s(perfect(), motion, camera, forward(), scene);
   std::size_t fewest = 1000;
   for (const TimeNs t : s.times()) {
     const vision::TrackedFrame frame = s.at(t);

@@ -16,7 +16,7 @@ using team::WorldTransform;
 using team::wrapAngle;
 
 struct Meeting {
-  WorldTransform truth{1.1, Vec3(3, -2, 0.4)};
+  team::WorldTransform truth{1.1, Vec3(3, -2, 0.4)};
   int ranges = 200;
   double rate_hz = 5;
   double sigma_m = 0.05;
@@ -30,8 +30,8 @@ struct Meeting {
 };
 
 struct MadeMeeting {
-  std::vector<MutualRange> ranges;
-  std::vector<SharedAnchor> anchors;
+  std::vector<team::MutualRange> ranges;
+  std::vector<team::SharedAnchor> anchors;
 };
 
 /// Ornstein-Uhlenbeck, standard deviation 1.
@@ -59,7 +59,7 @@ inline MadeMeeting meet(const Meeting& m, std::uint64_t seed) {
   std::vector<SlowNoise> slow;
   for (int i = 0; i < 6; ++i) slow.emplace_back(&noise, m.position_time_s);
   SlowNoise slow_range(&noise, m.slow_time_s);
-  const WorldTransform T_B_A = m.truth.inverse();
+  const team::WorldTransform T_B_A = m.truth.inverse();
   MadeMeeting out;
   const double dt = 1 / m.rate_hz;
   const Mat3 C = Mat3::Identity() * m.position_sigma_m * m.position_sigma_m;
@@ -68,7 +68,7 @@ inline MadeMeeting meet(const Meeting& m, std::uint64_t seed) {
     const auto wave = [&](int k) { return std::sin(2 * M_PI * f[k] * 0.3 * t + p[k]); };
     const Vec3 a(m.size_m * wave(0), m.size_m * wave(1), m.height_m * wave(2));
     const Vec3 b = middle + Vec3(m.size_m * wave(3), m.size_m * wave(4), m.height_m * wave(5));
-    MutualRange r;
+    team::MutualRange r;
     r.t = fromSeconds(100 + t);
     r.sigma_m = m.sigma_m;
     r.range_m = (a - b).norm();
@@ -85,7 +85,7 @@ inline MadeMeeting meet(const Meeting& m, std::uint64_t seed) {
     r.cov_A = r.cov_B = C;
     out.ranges.push_back(r);
   }
-  SharedAnchor anchor;
+  team::SharedAnchor anchor;
   const Vec3 at(-m.size_m, 0.5 * m.size_m, 1);
   const auto error = [&] {
     return Vec3(m.anchor_sigma_m * Vec3(noise.normal(), noise.normal(), noise.normal()));
@@ -98,16 +98,16 @@ inline MadeMeeting meet(const Meeting& m, std::uint64_t seed) {
 }
 
 /// Without drift: what the simulated worlds do not do.
-inline TransformOptions plainTransformOptions() {
-  TransformOptions o;
+inline team::TransformOptions plainTransformOptions() {
+  team::TransformOptions o;
   o.drift_m_per_sqrt_s = 0;
   o.drift_rad_per_sqrt_s = 0;
   return o;
 }
 
-inline Eigen::Vector4d errorOf(const WorldTransform& T, const WorldTransform& truth) {
+inline Eigen::Vector4d errorOf(const team::WorldTransform& T, const team::WorldTransform& truth) {
   Eigen::Vector4d e;
-  e[0] = wrapAngle(T.yaw_rad - truth.yaw_rad);
+  e[0] = team::wrapAngle(T.yaw_rad - truth.yaw_rad);
   e.tail<3>() = T.t_m - truth.t_m;
   return e;
 }
