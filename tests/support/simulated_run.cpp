@@ -19,7 +19,7 @@ LogSink sinkOf(const RunSettings& s, int seed) {
 /// Feeds what the sensors saw in the order of time, images after the readings that they need.
 class Feeder {
  public:
-  Feeder(const std::shared_ptr<const Motion>& motion, const RunSettings& s, int seed)
+  Feeder(const std::shared_ptr<const simulation::Motion>& motion, const RunSettings& s, int seed)
       : settings_(s),
         imu_(simulation::simulateImu(*motion, s.imu)),
         tracks_(s.tracks, motion, camera::makeCamera(s.camera), s.T_B_C),
@@ -87,7 +87,7 @@ PoseError errorOf(const StateEstimate& f, const Pose& truth, const Pose& T_R_E) 
   const Mat3 P = T_R_E.R() * f.covariance.topLeftCorner<3, 3>() * T_R_E.R().transpose();
   out.sigma = P.diagonal().cwiseMax(0).cwiseSqrt();
   double value = 0;
-  if (nees(out.position, P, &value)) out.nees = value;
+  if (evaluation::nees(out.position, P, &value)) out.nees = value;
   return out;
 }
 
@@ -108,12 +108,13 @@ AnchorError errorOf(const Anchor& a, const simulation::RangeSimulationOptions& r
   out.error_m = after.norm();
   out.horizontal_m = after.head<2>().norm();
   double value = 0;
-  if (nees(error, T_R_E.R() * a.covariance * T_R_E.R().transpose(), &value)) out.nees = value;
+  if (evaluation::nees(error, T_R_E.R() * a.covariance * T_R_E.R().transpose(), &value))
+    out.nees = value;
   return out;
 }
 
 /// Of the keyframes as they were last seen, position and yaw aligned; -1 if there are too few.
-double smoothedError(const Motion& motion, const std::vector<State>& keyframes) {
+double smoothedError(const simulation::Motion& motion, const std::vector<State>& keyframes) {
   Trajectory estimate, truth;
   for (const State& k : keyframes) {
     if (!estimate.empty() && k.t <= estimate.back().t) continue;
@@ -125,7 +126,8 @@ double smoothedError(const Motion& motion, const std::vector<State>& keyframes) 
 
 }  // namespace
 
-RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings s, int seed) {
+RunResult simulateRun(const std::shared_ptr<const simulation::Motion>& motion, RunSettings s,
+                      int seed) {
   s.imu.seed = s.tracks.seed = s.ranges.seed = seed;
   Feeder feeder(motion, s, seed);
   feeder.run();

@@ -69,6 +69,7 @@ struct RunResult {
   std::map<std::string, long> decisions;  ///< what became of the ranges
 };
 
-RunResult simulateRun(const std::shared_ptr<const Motion>& motion, RunSettings settings, int seed);
+RunResult simulateRun(const std::shared_ptr<const simulation::Motion>& motion, RunSettings settings,
+                      int seed);
 
 }  // namespace vir::tool

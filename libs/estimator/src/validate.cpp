@@ -29,16 +29,17 @@ void checkPriors(const std::vector<double>& list) {
   for (std::size_t i = 0; i + 4 < list.size(); i += 5) {
     const double id = list[i], sigma = list[i + 4];
     if (!(id >= 0 && id <= std::numeric_limits<int>::max()) || id != std::floor(id)) {
-      refuse("an anchor's id is " + numberText(id) +
-             "; allowed: a whole number of 0 to 2147483647 (five numbers for every anchor, id x y "
-             "z sigma)");
+      refuse(
+          "an anchor's id is " + numberText(id) +
+          "; allowed: a whole number from 0 to 2147483647 (five numbers for every anchor, id x y "
+          "z sigma)");
     }
     if (!ids.insert(id).second) {
       refuse("anchor " + numberText(id) + " is there twice; allowed: one prior for every anchor");
     }
     if (!(sigma >= kLeastPriorSigma && sigma <= kLargestPriorSigma)) {
       refuse("the sigma of anchor " + numberText(id) + " is " + numberText(sigma) +
-             "; allowed: a number of " + numberText(kLeastPriorSigma) + " to " +
+             "; allowed: a number from " + numberText(kLeastPriorSigma) + " to " +
              numberText(kLargestPriorSigma) + " m");
     }
   }

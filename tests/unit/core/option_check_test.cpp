@@ -44,7 +44,7 @@ TEST(OptionCheck, TakesWhatTheDeclarationAllows) {
 TEST(OptionCheck, SaysWhatIsWrongAndWhatIsAllowed) {
   Oven o;
   o.trays = 6;
-  EXPECT_EQ(refusalOf(o), "[Oven] trays = 6: out of bounds; allowed: a whole number of 1 to 5");
+  EXPECT_EQ(refusalOf(o), "[Oven] trays = 6: out of bounds; allowed: a whole number from 1 to 5");
   o = {};
   o.heat_deg = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(refusalOf(o).find("[Oven] heat_deg = nan: out of bounds"), std::string::npos);

@@ -17,6 +17,8 @@ namespace vir_test {
 using vir::Anchor;
 using vir::Pose;
 using vir::Range;
+using vir::RangeDecision;
+using vir::RangeRecord;
 using vir::StateEstimate;
 using vir::TimeNs;
 using vir::Vec3;

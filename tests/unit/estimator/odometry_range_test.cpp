@@ -34,8 +34,8 @@ TEST(OdometryRange, RangesHalveTheDrift) {
     EXPECT_LT(with, 0.6 * without) << seed;
     ASSERT_TRUE(run.anchor(0) && run.anchor(0)->has_position);
     EXPECT_LT((run.anchor(0)->p_W - world.anchor(0)).norm(), 0.5) << seed;
-    mean_scale += run.estimates.back().scale / 3;
-    EXPECT_NEAR(run.estimates.back().scale, 1.05, 0.05) << seed;
+    mean_scale += run.estimates.back().odometry_scale / 3;
+    EXPECT_NEAR(run.estimates.back().odometry_scale, 1.05, 0.05) << seed;
   }
   EXPECT_LT(sum_with, 0.5 * sum_without);
   EXPECT_NEAR(mean_scale, 1.05, 0.03);
@@ -83,7 +83,7 @@ TEST(OdometryRange, AMovedAnchorIsNoticedAndFoundAgain) {
   EXPECT_LT((run.anchor(0)->p_W - world.anchor(0, 200)).norm(), 0.6);
   // What the wrong ranges did before they were noticed has been taken back.
   const Pose truth = world.truth(run.estimates.back().state.t);
-  EXPECT_LT((run.estimates.back().T_W_B.p - truth.p).norm(), 0.6);
+  EXPECT_LT((run.estimates.back().state.T_W_B.p - truth.p).norm(), 0.6);
 }
 
 TEST(OdometryRange, AnAnchorThatOnlySeemedMovedIsTakenUpAgain) {
@@ -113,9 +113,9 @@ TEST(OdometryRange, AnOutageCausesNoJump) {
     double worst = 0, largest = 0, error = 0;
     for (std::size_t k = 1; k < run.estimates.size(); ++k) {
       const StateEstimate &a = run.estimates[k - 1], &b = run.estimates[k];
-      if (a.t < world.time(45) || a.t > world.time(80)) continue;
+      if (a.state.t < world.time(45) || a.state.t > world.time(80)) continue;
       const Pose step = world.odometry[k - 1].T_W_B.inverse() * world.odometry[k].T_W_B;
-      const Vec3 jump = b.T_W_B.p - (a.T_W_B * step).p;
+      const Vec3 jump = b.state.T_W_B.p - (a.state.T_W_B * step).p;
       const Mat3 P = a.covariance.topLeftCorner<3, 3>();
       largest = std::max(largest, jump.norm());
       worst = std::max(worst, std::sqrt(jump.dot(P.ldlt().solve(jump))));
@@ -188,7 +188,7 @@ TEST(OdometryRange, IsAsSureAsItMayBe) {
     }
     std::printf("seed %2d: position NEES %.2f, anchor NEES %.2f (%.3f m off), scale %.3f of %.3f\n",
                 seed, sum / static_cast<double>(n), value, (a.p_W - world.anchor(0)).norm(),
-                run.estimates.back().scale, 1 + o.scale_error);
+                run.estimates.back().odometry_scale, 1 + o.scale_error);
   }
   position /= static_cast<double>(positions);
   anchor /= anchors;
@@ -239,7 +239,7 @@ TEST(OdometryRange, BadOdometryIsCountedAndChangesNothing) {
   }
   ASSERT_EQ(out.size(), clean.estimates.size());
   for (std::size_t k = 0; k < out.size(); ++k) {
-    ASSERT_EQ(out[k].T_W_B.p, clean.estimates[k].T_W_B.p) << k;
+    ASSERT_EQ(out[k].state.T_W_B.p, clean.estimates[k].state.T_W_B.p) << k;
     ASSERT_EQ(out[k].covariance, clean.estimates[k].covariance) << k;
   }
   std::map<std::string, long> counts;

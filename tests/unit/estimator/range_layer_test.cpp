@@ -27,7 +27,7 @@ std::vector<double> numbersOf(const RangeRun& run) {
     for (int i = 0; i < 3; ++i) out.push_back(e.state.T_W_B.p[i]);
     for (int i = 0; i < 4; ++i) out.push_back(e.state.T_W_B.q.coeffs()[i]);
     out.insert(out.end(), e.covariance.data(), e.covariance.data() + 36);
-    out.push_back(e.scale);
+    out.push_back(e.odometry_scale);
   }
   return out;
 }

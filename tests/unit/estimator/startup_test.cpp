@@ -68,8 +68,8 @@ struct Starter {
   std::function<void(ImuSample*)> spoil_imu;
 };
 
-/// 2 cm/s, straight on.
-Pose creeping(double t) { return {expQuat(Vec3(0, 0.1, 0)), Vec3(0.02 * t, 0, 0)}; }
+/// 3 cm/s, sideways.
+Pose creeping(double t) { return {expQuat(Vec3(0, 0.1, 0)), Vec3(0, 0.03 * t, 0)}; }
 /// Sideways at walking speed, without a turn.
 Pose sideways(double t) { return {Quat::Identity(), Vec3(0, 1.0 * t, 0)}; }
 
@@ -165,7 +165,7 @@ TEST(Startup, WaitsForTheScale) {
 
 TEST(Startup, WaitsForSightsThatAgree) {
   Starter s(vir_test::circling);
-  s.scene.noise_px = 0.8;  // of the 0.3 px that the window expects
+  s.scene.noise_px = 1.2;  // of the 0.3 px that the window expects
   EXPECT_FALSE(s.run(3));
   EXPECT_EQ(s.reasons.count("inconsistent"), 1u);
   EXPECT_TRUE(s.window.empty()) << "a refused start leaves nothing behind";

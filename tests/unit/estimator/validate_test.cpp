@@ -52,14 +52,14 @@ TEST(Validate, AnchorPriors) {
                 "five for every anchor");
   expectRefused(refusalOf(withPrior({3, 1, 2, 3, 0})),
                 "[Ranges] anchor_prior = 3 1 2 3 0: the sigma of anchor 3 is 0",
-                "0.0001 to 1000000");
+                "from 1e-04 to 1e+06 m");
   for (const double sigma : {-0.1, 1e-9, 1e7}) {
     expectRefused(refusalOf(withPrior({3, 1, 2, 3, sigma})), "[Ranges] anchor_prior = 3 1 2 3",
-                  "0.0001 to 1000000");
+                  "from 1e-04 to 1e+06 m");
   }
   for (const double id : {-1.0, 0.5, 2147483648.0, 1e300}) {
     expectRefused(refusalOf(withPrior({id, 1, 2, 3, 0.1})),
-                  "[Ranges] anchor_prior = ", "a whole number of 0 to 2147483647");
+                  "[Ranges] anchor_prior = ", "a whole number from 0 to 2147483647");
   }
   expectRefused(refusalOf(withPrior({1, 1, 2, 3, 0.1, 1, 4, 5, 6, 0.1})),
                 "[Ranges] anchor_prior = 1 1 2 3 0.1 1 4 5 6 0.1: anchor 1 is there twice",
@@ -78,8 +78,8 @@ TEST(Validate, ABiasModelThatNobodyHasRead) {
 TEST(Validate, BoundsHoldForProgramsToo) {
   EstimatorConfig c;
   c.imu.acc_noise_density = 0;
-  expectRefused(refusalOf(c.imu), "[Imu] acc_noise_density = 0: ", "a number of");
-  expectRefused(refusalOf(c), "[Imu] acc_noise_density = 0: ", "a number of");
+  expectRefused(refusalOf(c.imu), "[Imu] acc_noise_density = 0: ", "a number from");
+  expectRefused(refusalOf(c), "[Imu] acc_noise_density = 0: ", "a number from");
   c = {};
   c.window.loss = "Cauchy";
   expectRefused(refusalOf(c), "[Window] loss = Cauchy: ", "huber, cauchy");
@@ -88,19 +88,19 @@ TEST(Validate, BoundsHoldForProgramsToo) {
   expectRefused(refusalOf(c), "[Estimator] long_window = poses: ", "none, position, pose");
   c = {};
   c.long_window.gamma_r = std::numeric_limits<double>::quiet_NaN();
-  expectRefused(refusalOf(c), "[LongWindow] gamma_r = ", "a number of");
+  expectRefused(refusalOf(c), "[LongWindow] gamma_r = ", "a number from");
   c = {};
   c.failure.max_blind_s = 0;
-  expectRefused(refusalOf(c), "[Failure] max_blind_s = 0: ", "a number of");
+  expectRefused(refusalOf(c), "[Failure] max_blind_s = 0: ", "a number from");
   c = {};
   c.rest.min_tracks = 0;
-  expectRefused(refusalOf(c), "[Rest] min_tracks = 0: ", "a whole number of");
+  expectRefused(refusalOf(c), "[Rest] min_tracks = 0: ", "a whole number from");
   c = {};
   c.camera_time_offset_s = 11;
-  expectRefused(refusalOf(c), "[Camera] time_offset_s = 11: ", "a number of");
+  expectRefused(refusalOf(c), "[Camera] time_offset_s = 11: ", "a number from");
   OdometryRangeConfig o;
   o.odometry.node_distance_m = -1;
-  expectRefused(refusalOf(o), "[Odometry] node_distance_m = -1: ", "a number of");
+  expectRefused(refusalOf(o), "[Odometry] node_distance_m = -1: ", "a number from");
   o = {};
   o.iterations = 0;
   EXPECT_NE(refusalOf(o).find("iterations is 0"), std::string::npos);

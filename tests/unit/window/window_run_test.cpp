@@ -4,7 +4,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "window_driver.h"
 
@@ -129,21 +128,22 @@ TEST(WindowRun, TwoRunsGiveTheSameBits) {
 TEST(WindowRun, TheTimeOffsetMayBeEstimatedOnTheWay) {
   WindowOptions o;
   o.estimate_time_offset = true;
-  o.full_every_image = true;
+  o.time_offset_sigma_s = 0.02;
+  o.keyframes = 5;  // hosts go while their landmarks are followed
   WindowDriver d(vir_test::circling, 1, o);
-  d.camera_late_s = 0.005;
-  startNoisy(&d);
-  d.scene.noise_px = 0.1;
+  d.camera_late_s = 0.02;
+  d.start(d.scene.truth(d.t), StartPrior());
   double worst_rms = 0;
   for (int k = 0; k < 120; ++k) {
     d.step(0.05);
     ASSERT_TRUE(d.last.usable);
     if (k > 60) worst_rms = std::max(worst_rms, d.last.reprojection_rms);
   }
-  std::printf("offset %.6f, error %.4f, rms %.4f, rejected %ld\n", d.window.timeOffset(),
-              d.positionError(), worst_rms, d.rejected);
-  EXPECT_NEAR(d.window.timeOffset(), 0.005, 0.0005);
-  EXPECT_LT(d.positionError(), 0.2);
+  EXPECT_NEAR(d.window.timeOffset(), 0.02, 0.0005);
+  EXPECT_LT(d.positionError(), 0.02);
+  // With hosts that forgot the offset: 8 sigma, and 144 tracks given up.
+  EXPECT_LT(worst_rms, 1.0);
+  EXPECT_LT(d.rejected, 20);
 }
 
 /// An odometry whose metre is 5 % too short, and ranges that know it.
@@ -189,8 +189,6 @@ TEST(WindowRun, RangesFindTheScaleThatTheSettingsAskFor) {
     double scale = 0, held = 0;
     const double with = errorWithScale(0.1, settled, &scale);
     const double without = errorWithScale(0, settled, &held);
-    std::printf("settled %d: with %.4f (scale %.4f), without %.4f\n", settled, with, scale,
-                without);
     EXPECT_NEAR(scale, std::log(1.05), 0.005) << settled;
     EXPECT_LT(with, 0.02) << settled;
     EXPECT_EQ(held, 0);
