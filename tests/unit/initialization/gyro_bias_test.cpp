@@ -11,12 +11,12 @@ using vir_test::Scene;
 const Vec3 kBias(0.05, -0.03, 0.02);
 
 GyroBiasEstimate estimate(const std::vector<AlignmentFrame>& frames) {
-  return estimateGyroBias(frames, rendering::Scene::T_B_C().q, rendering::Scene::kFocal,
+  return estimateGyroBias(frames, Scene::T_B_C().q, Scene::kFocal,
                           Vec3::Zero());
 }
 
 TEST(GyroBias, ExactSightsGiveTheExactBias) {
-  rendering::Scene scene(vir_test::circling);
+  Scene scene(vir_test::circling);
   scene.bias_gyro = kBias;
   const GyroBiasEstimate e = estimate(framesOf(scene, 1.0, 11, 0.1, Vec3::Zero()));
   ASSERT_TRUE(e.ok) << e.reason;
@@ -29,7 +29,7 @@ TEST(GyroBias, ExactSightsGiveTheExactBias) {
 void expectBias(double spoil_px, double mean_limit, double worst_limit) {
   double sum = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    rendering::Scene scene(vir_test::circling, seed);
+    Scene scene(vir_test::circling, seed);
     scene.bias_gyro = kBias;
     scene.noise_px = 0.3;
     scene.noise_gyro = 2e-4;
@@ -51,7 +51,7 @@ TEST(GyroBias, NoisyTracksWithTenPercentWrongMatches) { expectBias(5, 4e-3, 1e-2
 
 TEST(GyroBias, GrosslyWrongMatchesShowInTheResidual) {
   // They are the tracker's to find: here they need not be survived, but must not go unnoticed.
-  rendering::Scene scene(vir_test::circling);
+  Scene scene(vir_test::circling);
   scene.bias_gyro = kBias;
   std::vector<AlignmentFrame> frames = framesOf(scene, 1.0, 11, 0.1, Vec3::Zero());
   vir_test::mixUpTenPercent(&frames);
@@ -61,7 +61,7 @@ TEST(GyroBias, GrosslyWrongMatchesShowInTheResidual) {
 }
 
 TEST(GyroBias, LinksMayBeIntegratedAroundAnotherBias) {
-  rendering::Scene scene(vir_test::circling);
+  Scene scene(vir_test::circling);
   scene.bias_gyro = kBias;
   const GyroBiasEstimate e = estimate(framesOf(scene, 1.0, 11, 0.1, Vec3(0.04, 0, 0)));
   ASSERT_TRUE(e.ok) << e.reason;
@@ -69,7 +69,7 @@ TEST(GyroBias, LinksMayBeIntegratedAroundAnotherBias) {
 }
 
 TEST(GyroBias, ATurnOnTheSpotShowsTheBiasToo) {
-  rendering::Scene scene(vir_test::turningOnTheSpot);
+  Scene scene(vir_test::turningOnTheSpot);
   scene.bias_gyro = kBias;
   scene.noise_px = 0.3;
   const GyroBiasEstimate e = estimate(framesOf(scene, 1.0, 11, 0.1, Vec3::Zero()));
@@ -78,7 +78,7 @@ TEST(GyroBias, ATurnOnTheSpotShowsTheBiasToo) {
 }
 
 TEST(GyroBias, StandingStillShowsTheBiasToo) {
-  rendering::Scene scene(vir_test::still);
+  Scene scene(vir_test::still);
   scene.bias_gyro = kBias;
   scene.noise_px = 0.3;
   const GyroBiasEstimate e = estimate(framesOf(scene, 1.0, 11, 0.1, Vec3::Zero()));
@@ -87,19 +87,19 @@ TEST(GyroBias, StandingStillShowsTheBiasToo) {
 }
 
 TEST(GyroBias, TooFewTracksIsRefusedWithAReason) {
-  rendering::Scene scene(vir_test::circling);
+  Scene scene(vir_test::circling);
   scene.max_tracks = 9;
   const GyroBiasEstimate few = estimate(framesOf(scene, 1.0, 11, 0.1, Vec3::Zero()));
   EXPECT_FALSE(few.ok);
   EXPECT_EQ(few.reason, "too few tracks");
   EXPECT_EQ(few.pairs, 0);
   EXPECT_FALSE(estimate({}).ok);
-  rendering::Scene other(vir_test::circling);
+  Scene other(vir_test::circling);
   EXPECT_FALSE(estimate(framesOf(other, 1.0, 1, 0.1, Vec3::Zero())).ok) << "one frame";
 }
 
 TEST(GyroBias, SightsThatAreAllTheSameAreFinite) {
-  rendering::Scene scene(vir_test::circling);
+  Scene scene(vir_test::circling);
   std::vector<AlignmentFrame> frames = framesOf(scene, 1.0, 5, 0.1, Vec3::Zero());
   for (AlignmentFrame& f : frames) {
     for (AlignmentSight& s : f.sights) s.bearing = Vec3::UnitZ();

@@ -11,20 +11,20 @@ using vir_test::framesOf;
 using vir_test::Scene;
 
 InertialAlignment align(const std::vector<AlignmentFrame>& frames) {
-  return alignInertial(frames, rendering::Scene::T_B_C(), rendering::Scene::kGravity,
-                       rendering::Scene::kFocal);
+  return alignInertial(frames, Scene::T_B_C(), Scene::kGravity,
+                       Scene::kFocal);
 }
 
 struct AlignmentError {
   double velocity = 0, tilt = 0, scale = 0, position = 0;
 };
 
-AlignmentError errorOf(const rendering::Scene& scene, const std::vector<AlignmentFrame>& frames,
+AlignmentError errorOf(const Scene& scene, const std::vector<AlignmentFrame>& frames,
                        const InertialAlignment& a) {
   AlignmentError e;
   const State first = scene.truth(frames.front().t);
   const Quat to_b0 = first.T_W_B.q.conjugate();
-  const Vec3 g = to_b0 * Vec3(0, 0, -rendering::Scene::kGravity);
+  const Vec3 g = to_b0 * Vec3(0, 0, -Scene::kGravity);
   e.tilt = std::acos(std::min(1.0, g.normalized().dot(a.g_B0.normalized())));
   double length = 0, estimated = 0;
   for (std::size_t k = 0; k < frames.size(); ++k) {
@@ -41,7 +41,7 @@ AlignmentError errorOf(const rendering::Scene& scene, const std::vector<Alignmen
 
 TEST(InertialAlignment, ExactDataGiveVelocityGravityAndScale) {
   for (double t0 : {0.5, 2.0, 4.0, 7.0}) {
-    rendering::Scene scene(vir_test::circling);
+    Scene scene(vir_test::circling);
     const auto frames = framesOf(scene, t0, 11, 0.15, Vec3::Zero());
     const InertialAlignment a = align(frames);
     ASSERT_TRUE(a.ok) << a.reason;
@@ -50,7 +50,7 @@ TEST(InertialAlignment, ExactDataGiveVelocityGravityAndScale) {
     EXPECT_LT(e.tilt, 3e-4);
     EXPECT_LT(e.scale, 2e-3);
     EXPECT_LT(e.position, 3e-3);
-    EXPECT_NEAR(a.g_B0.norm(), rendering::Scene::kGravity, 1e-9);
+    EXPECT_NEAR(a.g_B0.norm(), Scene::kGravity, 1e-9);
     EXPECT_LT(a.residual_px, 0.1);
     ASSERT_EQ(a.q_B0_B.size(), frames.size());
     const Quat q =
@@ -61,7 +61,7 @@ TEST(InertialAlignment, ExactDataGiveVelocityGravityAndScale) {
 
 TEST(InertialAlignment, NoisyData) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    rendering::Scene scene(vir_test::circling, seed);
+    Scene scene(vir_test::circling, seed);
     scene.noise_px = 0.3;
     scene.noise_gyro = 1.7e-4;
     scene.noise_acc = 2e-3;
@@ -77,7 +77,7 @@ TEST(InertialAlignment, NoisyData) {
 }
 
 TEST(InertialAlignment, WrongMatchesAreOutvoted) {
-  rendering::Scene scene(vir_test::circling, 3);
+  Scene scene(vir_test::circling, 3);
   scene.noise_px = 0.3;
   auto frames = framesOf(scene, 2.0, 11, 0.15, Vec3::Zero());
   vir_test::spoilTenPercent(&frames, 5);
@@ -89,20 +89,20 @@ TEST(InertialAlignment, WrongMatchesAreOutvoted) {
 }
 
 TEST(InertialAlignment, TooFewTracksIsRefused) {
-  rendering::Scene scene(vir_test::circling);
+  Scene scene(vir_test::circling);
   scene.max_tracks = 2;
   const InertialAlignment a = align(framesOf(scene, 1.0, 11, 0.15, Vec3::Zero()));
   EXPECT_FALSE(a.ok);
   EXPECT_EQ(a.reason, "too few tracks");
   EXPECT_FALSE(align({}).ok);
-  rendering::Scene two(vir_test::circling);
+  Scene two(vir_test::circling);
   EXPECT_FALSE(align(framesOf(two, 1.0, 2, 0.15, Vec3::Zero())).ok) << "tracks of two sights only";
 }
 
 /// Without translation of the camera, scale and velocity cannot be told: the result must either be
 /// refused or be right about what can be told (no motion).
 void expectHonest(const vir_test::Motion& motion) {
-  rendering::Scene scene(motion);
+  Scene scene(motion);
   scene.noise_px = 0.3;
   const auto frames = framesOf(scene, 1.0, 11, 0.15, Vec3::Zero());
   const InertialAlignment a = align(frames);
@@ -114,14 +114,14 @@ void expectHonest(const vir_test::Motion& motion) {
   for (std::size_t k = 0; k < frames.size(); ++k) {
     EXPECT_TRUE(a.p_B0[k].allFinite() && a.v_B0[k].allFinite());
   }
-  EXPECT_NEAR(a.g_B0.norm(), rendering::Scene::kGravity, 1e-9);
+  EXPECT_NEAR(a.g_B0.norm(), Scene::kGravity, 1e-9);
 }
 
 TEST(InertialAlignment, PureRotationIsRefusedOrFinite) {
   expectHonest([](double t) {
     // Turns about the camera's centre, not the body's.
     const Quat q = vir_test::circling(t).q;
-    return Pose(q, -(q * rendering::Scene::T_B_C().p));
+    return Pose(q, -(q * Scene::T_B_C().p));
   });
 }
 

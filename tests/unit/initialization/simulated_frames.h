@@ -9,7 +9,7 @@
 namespace vir_test {
 
 /// Images every `period_s` from t0 on, links integrated with the given bias.
-inline std::vector<vir::initialization::AlignmentFrame> framesOf(rendering::Scene& scene,
+inline std::vector<vir::initialization::AlignmentFrame> framesOf(Scene& scene,
                                                                  double t0_s, int count,
                                                                  double period_s,
                                                                  const Vec3& bias_gyro) {
@@ -39,7 +39,7 @@ inline void spoilTenPercent(std::vector<vir::initialization::AlignmentFrame>* fr
     for (std::size_t k = static_cast<std::size_t>(turn % 7); k < f.sights.size(); k += 10) {
       const double angle = 2.4 * ++turn;
       f.sights[k].bearing +=
-          px / rendering::Scene::kFocal * Vec3(std::cos(angle), std::sin(angle), 0);
+          px / Scene::kFocal * Vec3(std::cos(angle), std::sin(angle), 0);
       f.sights[k].bearing.normalize();
     }
   }
