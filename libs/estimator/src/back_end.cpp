@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "cpu_clock.h"
@@ -29,7 +30,10 @@ Feedback BackEnd::process(Packet packet) {
   takeIn(packet);
   if (packet.kind == Packet::Kind::clock_set_back) {
     clockSetBack();
-  } else if (packet.kind != Packet::Kind::end) {
+  } else if (packet.kind == Packet::Kind::end) {
+    // No image will come to hang them on; every range is told of.
+    ranges.discard(ranges.dueUntil(std::numeric_limits<TimeNs>::max()), RangeDecision::too_late);
+  } else {
     results.push_back(estimate(&packet));
   }
   Feedback out;
