@@ -37,9 +37,9 @@ inline Outcome configure(const std::string& source, const std::filesystem::path&
 inline void buildExample(const std::string& name, const std::filesystem::path& build,
                          const std::string& prefix = installTree().string()) {
   const Outcome configured = configure(sourceDir() + "/examples/" + name, build, prefix);
-  if (configured.code != 0) throw std::runtime_error(configured.text);
+  if (!(configured.code == 0)) throw std::runtime_error(configured.text);
   const Outcome built = shell("cmake --build " + quoted(build.string()));
-  if (built.code != 0) throw std::runtime_error(built.text);
+  if (!(built.code == 0)) throw std::runtime_error(built.text);
 }
 
 }  // namespace vir::test
