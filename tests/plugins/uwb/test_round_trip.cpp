@@ -37,7 +37,7 @@ TEST_P(RoundTrip, RangesComeBack) {
       m.items.push_back(item);
       expected.push_back(item);
     }
-    bytes += team::encode(m);
+    bytes += encode(m);
   }
   for (std::size_t piece : {0, 1, 13, 1000}) {
     const Parsed p = parse(protocol, bytes, piece);
