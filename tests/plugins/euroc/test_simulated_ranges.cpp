@@ -25,12 +25,12 @@ test::EurocFolder longFolder() {
   return test::EurocFolder(fo);
 }
 
-std::vector<simulation::SimulatedRange> draw(const test::EurocFolder& f, const EurocOptions& o,
-                                             ProblemLog* log) {
+std::vector<SimulatedRange> draw(const test::EurocFolder& f, const EurocOptions& o,
+                                 ProblemLog* log) {
   RangeSimulator sim(
       o, openGroundTruthCsv((f.mav0() / "state_groundtruth_estimate0/data.csv").string(), log),
       Pose(), log);
-  std::vector<simulation::SimulatedRange> out;
+  std::vector<SimulatedRange> out;
   for (; sim.peek(); sim.pop()) out.push_back(*sim.peek());
   return out;
 }

@@ -63,7 +63,7 @@ bool finite(const Event& e) {
   if (const auto* p = std::get_if<TruePose>(&e.what)) return p->T_W_B.p.allFinite();
   if (const auto* r = std::get_if<AnchorRange>(&e.what))
     return std::isfinite(r->range_m / r->sigma_m);
-  if (const auto* r = std::get_if<simulation::PeerRange>(&e.what))
+  if (const auto* r = std::get_if<PeerRange>(&e.what))
     return std::isfinite(r->range_m / r->sigma_m);
   const auto& o = std::get<OdometryPose>(e.what);
   return o.T_O_B.p.allFinite() && o.T_O_B.q.coeffs().allFinite() &&

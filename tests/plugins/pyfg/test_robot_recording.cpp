@@ -58,7 +58,7 @@ TEST_F(Recording, EveryKindOfOneRobotInTimeOrder) {
     EXPECT_EQ(ranges[1].second.anchor, 7);
     EXPECT_DOUBLE_EQ(ranges[1].second.range_m, 4);
     EXPECT_DOUBLE_EQ(ranges[1].second.sigma_m, 0.05);
-    const auto peers = only<simulation::PeerRange>(r);
+    const auto peers = only<PeerRange>(r);
     ASSERT_EQ(peers.size(), 5u) << "whichever is named first";
     EXPECT_EQ(peers[3].second.peer, robot == "A" ? 1 : 0);
     EXPECT_EQ(log.get("ranges_of_others"), 5);

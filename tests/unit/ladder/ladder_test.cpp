@@ -91,7 +91,8 @@ TEST(Ladder, OnlyTheUpperRungsKnowMrptBeyondItsSettings) {
 template <typename Visit>
 void forEachSource(const std::vector<std::string>& folders, Visit visit) {
   for (const std::string& folder : folders) {
-    for (const auto& item : fs::recursive_directory_iterator(fs::path(test::sourceDir()) / folder)) {
+    for (const auto& item :
+         fs::recursive_directory_iterator(fs::path(vir::test::sourceDir()) / folder)) {
       if (!item.is_regular_file() || !isSource(item.path())) continue;
       std::ifstream in(item.path());
       std::ostringstream text;
