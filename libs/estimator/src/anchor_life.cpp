@@ -89,7 +89,7 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInit
   a->advice = found.advice;
   a->search_covariance = best.covariance;
   a->next_search = kSearchPeriod;
-  settle(a, found.needed_sigma_m < kSettledSigma);
+  setSettled(a, found.needed_sigma_m < kSettledSigma);
   a->well_known = a->settled;
   a->found_at = t;
   a->moved = false;
@@ -118,7 +118,7 @@ bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, const Held& held) {
   return true;
 }
 
-void RangeLayer::Impl::settle(AnchorTrack* a, bool settled) {
+void RangeLayer::Impl::setSettled(AnchorTrack* a, bool settled) {
   a->settled = settled;
   window->anchor(a->key())->settled = settled;
 }
@@ -126,7 +126,7 @@ void RangeLayer::Impl::settle(AnchorTrack* a, bool settled) {
 void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W) {
   window::AnchorNode& state = *window->anchor(a->key());
   for (int i = 0; i < 3; ++i) state.x[i] = p_W[i];
-  // Its mirror image is another one now: settleMirror() looks for it.
+  // Its mirror image is another one now: decideMirror() looks for it.
   a->phase = AnchorPhase::estimated;
   a->mirror_closed = false;
   a->next_check = 1;
@@ -159,12 +159,12 @@ bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
     if (moved) moveTo(t, a, target);
   }
   const bool known = usable && !moved && found.needed_sigma_m < kSettledSigma;
-  if (old || known) settle(a, true);
+  if (old || known) setSettled(a, true);
   a->well_known = a->well_known || known;
   return moved;
 }
 
-bool RangeLayer::Impl::settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
+bool RangeLayer::Impl::decideMirror(TimeNs t, AnchorTrack* a, const Held& held,
                                     const std::vector<window::HeldRange>& front) {
   if (a->mirror_closed || --a->next_check > 0) return false;
   a->next_check = a->phase == AnchorPhase::mirror_open ? kOpenMirrorPeriod : kMirrorPeriod;
@@ -290,7 +290,7 @@ bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::He
       continue;
     }
     changed = s.searchAgain(t, &a, held, front) || changed;
-    changed = s.settleMirror(t, &a, held, front) || changed;
+    changed = s.decideMirror(t, &a, held, front) || changed;
     if (s.window->options().anchor_fixed_after_init && t - a.found_at > fromSeconds(1.0)) {
       s.window->anchor(a.key())->fixed = true;
     }

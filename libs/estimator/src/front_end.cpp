@@ -23,11 +23,8 @@ constexpr double kImuHistoryS = 2.0;
 }  // namespace
 
 FrontEnd::FrontEnd(const EstimatorConfig& config, std::function<Feedback(long*)> ask,
-                   std::function<void(Packet)> hand_over)
-    : config_(config),
-      ask_(std::move(ask)),
-      hand_over_(std::move(hand_over)),
-      imu_(kImuGapS, kImuBridgeS) {}
+                   std::function<void(Packet)> send)
+    : config_(config), ask_(std::move(ask)), send_(std::move(send)), imu_(kImuGapS, kImuBridgeS) {}
 
 void FrontEnd::setCamera(const CameraCalibration& calibration, const Pose& T_B_C) {
   T_B_C_ = T_B_C;
@@ -72,9 +69,9 @@ void FrontEnd::clockSetBack(const ImuSample& sample) {
   ++counters_.clock_steps;
   stepped_back_ = 0;
   counters_.images_without_imu += static_cast<long>(waiting_.size());
-  for (const WaitingImage& image : waiting_) handOver(Packet::Kind::lost, image.t);
+  for (const WaitingImage& image : waiting_) sendOn(Packet::Kind::lost, image.t);
   waiting_.clear();
-  handOver(Packet::Kind::clock_set_back, 0);
+  sendOn(Packet::Kind::clock_set_back, 0);
   imu_.clear();
   any_image_ = false;
   last_image_ = last_usable_ = 0;
@@ -84,7 +81,7 @@ void FrontEnd::clockSetBack(const ImuSample& sample) {
 
 void FrontEnd::finish() {
   processWaiting(true);
-  handOver(Packet::Kind::end, 0);
+  sendOn(Packet::Kind::end, 0);
 }
 
 void FrontEnd::processWaiting(bool force) {
@@ -104,12 +101,12 @@ void FrontEnd::process(const WaitingImage& image) {
   const TimeNs t = onImuClock(image.t);
   if (imu_.empty() || t < imu_.firstTime()) {
     ++counters_.images_without_imu;
-    handOver(Packet::Kind::before_imu, image.t);
+    sendOn(Packet::Kind::before_imu, image.t);
     return;
   }
   if (missesImu(t)) {
     ++counters_.images_without_imu;
-    handOver(Packet::Kind::silent_imu, image.t);
+    sendOn(Packet::Kind::silent_imu, image.t);
     return;
   }
   next_.since_last_s = any_image_ ? toSeconds(t - last_image_) : 0;
@@ -124,7 +121,7 @@ void FrontEnd::process(const WaitingImage& image) {
   last_image_ = t;
   if (next_.frame.usable) last_usable_ = t;
   imu_.dropBefore(std::min(last_usable_, last_image_) - fromSeconds(kImuHistoryS));
-  handOver(Packet::Kind::image, image.t);
+  sendOn(Packet::Kind::image, image.t);
 }
 
 void FrontEnd::follow(Feedback feedback) {
@@ -160,10 +157,10 @@ void FrontEnd::track(TimeNs t, const WaitingImage& image) {
   in_dark_ = !frame.usable;
 }
 
-void FrontEnd::handOver(Packet::Kind kind, TimeNs stamp) {
+void FrontEnd::sendOn(Packet::Kind kind, TimeNs stamp) {
   next_.kind = kind;
   next_.stamp = stamp;
-  hand_over_(std::exchange(next_, {}));
+  send_(std::exchange(next_, {}));
 }
 
 }  // namespace vir::estimator

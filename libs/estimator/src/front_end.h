@@ -20,9 +20,9 @@ struct WaitingImage {
 class FrontEnd {
  public:
   /// `ask` gives the feedback that must be known before the next image is tracked, with the number
-  /// of packets it covers; `hand_over` takes a packet.
+  /// of packets it covers; `send` takes a packet.
   FrontEnd(const EstimatorConfig& config, std::function<Feedback(long* covered)> ask,
-           std::function<void(Packet)> hand_over);
+           std::function<void(Packet)> send);
 
   void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
   bool hasCamera() const { return tracker_ != nullptr; }
@@ -46,12 +46,12 @@ class FrontEnd {
   Mat3 rotationSince(TimeNs t0, TimeNs t);
   void follow(Feedback feedback);
   void clockSetBack(const ImuSample& sample);
-  void handOver(Packet::Kind kind, TimeNs stamp);
+  void sendOn(Packet::Kind kind, TimeNs stamp);
   TimeNs onImuClock(TimeNs stamp) const;
 
   const EstimatorConfig& config_;
   std::function<Feedback(long*)> ask_;
-  std::function<void(Packet)> hand_over_;
+  std::function<void(Packet)> send_;
   std::unique_ptr<vision::FeatureTracker> tracker_;
   Pose T_B_C_;
   imu::ImuBuffer imu_;  // only for the rotation between images

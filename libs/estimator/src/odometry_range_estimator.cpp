@@ -17,8 +17,8 @@ constexpr int kIterationsOnChange = 15;
 /// Ranges of one anchor that the front holds before neighbours are averaged.
 constexpr std::size_t kMaxRangesPerNode = 16;
 
-/// The way from the front to the newest pose: what its uncertainty grows with.
-struct Way {
+/// What lies between the front and the newest pose: what its uncertainty grows with.
+struct Travelled {
   double metres = 0, radians = 0;
 };
 
@@ -79,7 +79,7 @@ struct OdometryRangeEstimator::Impl {
   bool plausible(TimeNs t, const Pose& T_O_B);
   void attachRanges(TimeNs t, const Pose& T_O_B);
   void advance(TimeNs t, const Pose& T_O_B);
-  Eigen::Matrix4d covarianceOf(const Way& way, double seconds) const;
+  Eigen::Matrix4d covarianceOf(const Travelled& travelled, double seconds) const;
   std::vector<window::HeldRange> heldRanges(std::uint64_t key) const;
   Eigen::Matrix<double, 6, 6> covarianceInWorld(const Pose& T_W_B) const;
   void warn(const std::string& text) {
@@ -100,7 +100,7 @@ struct OdometryRangeEstimator::Impl {
   std::vector<std::string> warnings;
   TimeNs last_t = 0;
   Pose last;
-  Way way;
+  Travelled travelled;
   bool jumped = false;
   int segment = 0;
   bool gap_warned = false;
@@ -121,10 +121,11 @@ bool OdometryRangeEstimator::Impl::plausible(TimeNs t, const Pose& T_O_B) {
   return true;
 }
 
-Eigen::Matrix4d OdometryRangeEstimator::Impl::covarianceOf(const Way& w, double seconds) const {
+Eigen::Matrix4d OdometryRangeEstimator::Impl::covarianceOf(const Travelled& done,
+                                                           double seconds) const {
   const OdometryNoise& noise = config.odometry.noise;
-  const double p = noise.positionVariance(w.metres, w.radians, seconds) + 1e-6;
-  const double yaw = noise.yawVariance(w.metres, w.radians, seconds) + 1e-10;
+  const double p = noise.positionVariance(done.metres, done.radians, seconds) + 1e-6;
+  const double yaw = noise.yawVariance(done.metres, done.radians, seconds) + 1e-10;
   const double share = noise.usableVerticalShare();
   return Eigen::Vector4d(p, p, p * share * share, yaw).asDiagonal();
 }
@@ -146,7 +147,7 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
     const Mat3 R_W_O = rotZ(window.front().x[3]);
     antenna.p_W = window.pointToWorld(at.p) + R_W_O * held.lever;
     antenna.inner_covariance =
-        covarianceOf(way, toSeconds(t - window.front().t)).topLeftCorner<3, 3>();
+        covarianceOf(travelled, toSeconds(t - window.front().t)).topLeftCorner<3, 3>();
     if (ranges.judge(r, antenna, &held)) front_ranges.push_back(held);
   }
   ranges.discard(late, RangeDecision::too_late);
@@ -169,7 +170,7 @@ std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uin
 }
 
 void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
-  Eigen::Matrix4d covariance = covarianceOf(way, toSeconds(t - window.front().t));
+  Eigen::Matrix4d covariance = covarianceOf(travelled, toSeconds(t - window.front().t));
   if (jumped) {
     covariance.diagonal().head<3>().array() += kJumpPosition * kJumpPosition;
     covariance(3, 3) += kJumpYaw * kJumpYaw;
@@ -178,7 +179,7 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
                  jumped ? window::NodeTie::lost : window::NodeTie::followed);
   jumped = false;
   front_ranges.clear();
-  way = Way();
+  travelled = Travelled();
   for (const window::LongNode& n : window.takeRetired()) retired.push_back({n.t, n.T_W_B()});
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
   // The covariances must know the new node before ranges are judged by them.
@@ -198,7 +199,7 @@ Eigen::Matrix<double, 6, 6> OdometryRangeEstimator::Impl::covarianceInWorld(
   J.block<3, 1>(0, 3) = Vec3::UnitZ().cross(arm);
   J.block<3, 1>(0, 4) = -arm;
   J.block<3, 1>(3, 3) = T_W_B.R().row(2).transpose();
-  const Eigen::Matrix4d own = covarianceOf(way, toSeconds(last_t - window.front().t));
+  const Eigen::Matrix4d own = covarianceOf(travelled, toSeconds(last_t - window.front().t));
   out = J * joint.topLeftCorner<5, 5>() * J.transpose();
   out.topLeftCorner<3, 3>() += own.topLeftCorner<3, 3>();
   const Vec3 up_B = T_W_B.R().row(2).transpose();
@@ -230,10 +231,11 @@ void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
         gap_warned = true;
       }
       attachRanges(t, T_O_B);
-      way.metres += step;
-      way.radians += logQuat(last.q.conjugate() * T_O_B.q).norm();
+      travelled.metres += step;
+      travelled.radians += logQuat(last.q.conjugate() * T_O_B.q).norm();
       const OdometryOptions& o = config.odometry;
-      out.keyframe = jumped || way.metres >= o.node_distance_m || way.radians >= o.node_turn_rad ||
+      out.keyframe = jumped || travelled.metres >= o.node_distance_m ||
+                     travelled.radians >= o.node_turn_rad ||
                      toSeconds(t - window.front().t) >= o.node_interval_s;
       if (out.keyframe) advance(t, T_O_B);
     }

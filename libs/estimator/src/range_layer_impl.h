@@ -46,12 +46,12 @@ struct RangeLayer::Impl {
                                       const std::vector<window::HeldRange>& held) const;
   bool tryToFind(TimeNs t, AnchorTrack* a, const Held& held);
   void adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found);
-  bool settleMirror(TimeNs t, AnchorTrack* a, const Held& held,
+  bool decideMirror(TimeNs t, AnchorTrack* a, const Held& held,
                     const std::vector<window::HeldRange>& front);
   bool searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
                    const std::vector<window::HeldRange>& front);
   void moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W);
-  void settle(AnchorTrack* a, bool settled);
+  void setSettled(AnchorTrack* a, bool settled);
   bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a);
   void reweigh(AnchorTrack* a, const Held& held);
   void warn(const std::string& text) {

@@ -33,17 +33,17 @@ void describe(OptionVisitor& v, EstimatorConfig& o) {
 struct VisualInertialEstimator::Impl {
   Impl(const EstimatorConfig& c, LogSink log)
       : config(c),
-        back(config, std::move(log)),
-        hand_over([this](Packet packet) { return back.process(std::move(packet)); },
+        back_end(config, std::move(log)),
+        hand_over([this](Packet packet) { return back_end.process(std::move(packet)); },
                   config.pipelined ? 1 : 0),
-        front(
+        front_end(
             config, [this](long* covered) { return hand_over.ask(covered); },
             [this](Packet packet) { hand_over.give(std::move(packet)); }) {}
 
   const EstimatorConfig config;
-  BackEnd back;
-  HandOver hand_over;  // after `back`: its thread ends before that
-  FrontEnd front;
+  BackEnd back_end;
+  HandOver hand_over;  // after `back_end`: its thread ends before that
+  FrontEnd front_end;
 };
 
 VisualInertialEstimator::VisualInertialEstimator(const EstimatorConfig& config, LogSink log) {
@@ -58,12 +58,12 @@ void VisualInertialEstimator::workBehind(std::function<void()> on_estimates) {
 
 void VisualInertialEstimator::setCamera(const CameraCalibration& calibration, const Pose& T_B_C) {
   impl_->hand_over.drain();
-  impl_->front.setCamera(calibration, T_B_C);
-  impl_->back.setCamera(calibration, T_B_C);
+  impl_->front_end.setCamera(calibration, T_B_C);
+  impl_->back_end.setCamera(calibration, T_B_C);
 }
-bool VisualInertialEstimator::hasCamera() const { return impl_->front.hasCamera(); }
+bool VisualInertialEstimator::hasCamera() const { return impl_->front_end.hasCamera(); }
 
-void VisualInertialEstimator::addImu(const ImuSample& sample) { impl_->front.addImu(sample); }
+void VisualInertialEstimator::addImu(const ImuSample& sample) { impl_->front_end.addImu(sample); }
 
 void VisualInertialEstimator::addImage(TimeNs t, const cv::Mat& gray) {
   if (!hasCamera()) {
@@ -72,7 +72,7 @@ void VisualInertialEstimator::addImage(TimeNs t, const cv::Mat& gray) {
   WaitingImage image;
   image.t = t;
   image.gray = gray;
-  impl_->front.addImage(std::move(image));
+  impl_->front_end.addImage(std::move(image));
 }
 
 void VisualInertialEstimator::addTracks(const vision::TrackedFrame& tracks) {
@@ -82,20 +82,20 @@ void VisualInertialEstimator::addTracks(const vision::TrackedFrame& tracks) {
   WaitingImage image;
   image.t = tracks.t;
   image.tracks = std::make_unique<vision::TrackedFrame>(tracks);
-  impl_->front.addImage(std::move(image));
+  impl_->front_end.addImage(std::move(image));
 }
 
 void VisualInertialEstimator::addRange(const Range& range) {
-  if (impl_->config.ranges.use) impl_->front.addRange(range);
+  if (impl_->config.ranges.use) impl_->front_end.addRange(range);
 }
 
 void VisualInertialEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
-  impl_->front.addDropped({id, p_B, sigma_m});
+  impl_->front_end.addDropped({id, p_B, sigma_m});
 }
 
 void VisualInertialEstimator::finish() {
   try {
-    impl_->front.finish();
+    impl_->front_end.finish();
   } catch (...) {
     impl_->hand_over.wait();
     throw;
@@ -104,46 +104,52 @@ void VisualInertialEstimator::finish() {
 }
 
 std::vector<StateEstimate> VisualInertialEstimator::take() {
-  return std::exchange(impl_->back.results, {});
+  return std::exchange(impl_->back_end.results, {});
 }
-std::vector<RangeRecord> VisualInertialEstimator::takeRanges() { return impl_->back.ranges.take(); }
+std::vector<RangeRecord> VisualInertialEstimator::takeRanges() {
+  return impl_->back_end.ranges.take();
+}
 std::vector<Anchor> VisualInertialEstimator::anchors() const {
-  return impl_->back.ranges.anchors();
+  return impl_->back_end.ranges.anchors();
 }
 std::vector<std::pair<std::string, long>> VisualInertialEstimator::rangeCounters() const {
-  return impl_->back.ranges.counters();
+  return impl_->back_end.ranges.counters();
 }
-std::vector<State> VisualInertialEstimator::keyframes() const { return impl_->back.keyframes(); }
-std::vector<Landmark> VisualInertialEstimator::landmarks() const { return impl_->back.landmarks(); }
+std::vector<State> VisualInertialEstimator::keyframes() const {
+  return impl_->back_end.keyframes();
+}
+std::vector<Landmark> VisualInertialEstimator::landmarks() const {
+  return impl_->back_end.landmarks();
+}
 const std::vector<Eigen::Vector2f>& VisualInertialEstimator::trackedPixels() const {
-  return impl_->back.pixels;
+  return impl_->back_end.pixels;
 }
 
 EstimatorCounters VisualInertialEstimator::counters() const {
-  EstimatorCounters out = impl_->front.counters();
-  out.imu_gaps += impl_->back.imu_gaps;
+  EstimatorCounters out = impl_->front_end.counters();
+  out.imu_gaps += impl_->back_end.imu_gaps;
   return out;
 }
 const imu::ImuBufferCounters& VisualInertialEstimator::imuCounters() const {
-  return impl_->front.imuCounters();
+  return impl_->front_end.imuCounters();
 }
 double VisualInertialEstimator::timeOffset() const {
-  const BackEnd& back = impl_->back;
+  const BackEnd& back = impl_->back_end;
   return back.window ? back.window->timeOffset() : impl_->config.camera_time_offset_s;
 }
 Pose VisualInertialEstimator::extrinsics() const {
-  const BackEnd& back = impl_->back;
+  const BackEnd& back = impl_->back_end;
   return back.window ? back.window->extrinsics() : back.T_B_C;
 }
-int VisualInertialEstimator::resets() const { return impl_->back.segment; }
+int VisualInertialEstimator::resets() const { return impl_->back_end.segment; }
 const std::vector<std::string>& VisualInertialEstimator::warnings() const {
-  return impl_->back.warnings;
+  return impl_->back_end.warnings;
 }
 
 std::string VisualInertialEstimator::longestWaitReason() const {
   std::string best;
   double longest = 0;
-  for (const auto& [reason, seconds] : impl_->back.wait_reasons) {
+  for (const auto& [reason, seconds] : impl_->back_end.wait_reasons) {
     if (!reason.empty() && seconds > longest) {
       longest = seconds;
       best = reason;
