@@ -4,9 +4,10 @@ namespace vir::app {
 
 void describe(OptionVisitor& v, RunOptions& o) {
   v.section("Estimator", "Which estimator runs, on what, and how");
-  v.value("driver", o.driver,
-          "Estimator plugin; `vir-slam plugins` lists them; auto: the one that finds all it needs in "
-          "the recording");
+  v.value(
+      "driver", o.driver,
+      "Estimator plugin; `vir-slam plugins` lists them; auto: the one that finds all it needs in "
+      "the recording");
   v.value("rawlog", o.rawlog, "Recording, relative to this file; --rawlog goes before it");
   v.value("start_offset_s", o.start_offset_s, {0, 1e9},
           "Leave out everything before the first image plus this");

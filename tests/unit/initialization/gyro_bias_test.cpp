@@ -11,8 +11,7 @@ using vir_test::Scene;
 const Vec3 kBias(0.05, -0.03, 0.02);
 
 GyroBiasEstimate estimate(const std::vector<AlignmentFrame>& frames) {
-  return estimateGyroBias(frames, Scene::T_B_C().q, Scene::kFocal,
-                          Vec3::Zero());
+  return estimateGyroBias(frames, Scene::T_B_C().q, Scene::kFocal, Vec3::Zero());
 }
 
 TEST(GyroBias, ExactSightsGiveTheExactBias) {

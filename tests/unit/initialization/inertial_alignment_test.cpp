@@ -11,8 +11,7 @@ using vir_test::framesOf;
 using vir_test::Scene;
 
 InertialAlignment align(const std::vector<AlignmentFrame>& frames) {
-  return alignInertial(frames, Scene::T_B_C(), Scene::kGravity,
-                       Scene::kFocal);
+  return alignInertial(frames, Scene::T_B_C(), Scene::kGravity, Scene::kFocal);
 }
 
 struct AlignmentError {

@@ -9,9 +9,8 @@
 namespace vir_test {
 
 /// Images every `period_s` from t0 on, links integrated with the given bias.
-inline std::vector<vir::initialization::AlignmentFrame> framesOf(Scene& scene,
-                                                                 double t0_s, int count,
-                                                                 double period_s,
+inline std::vector<vir::initialization::AlignmentFrame> framesOf(Scene& scene, double t0_s,
+                                                                 int count, double period_s,
                                                                  const Vec3& bias_gyro) {
   vir::imu::ImuBuffer imu;
   const double end = t0_s + count * period_s + 0.02;
@@ -38,8 +37,7 @@ inline void spoilTenPercent(std::vector<vir::initialization::AlignmentFrame>* fr
   for (vir::initialization::AlignmentFrame& f : *frames) {
     for (std::size_t k = static_cast<std::size_t>(turn % 7); k < f.sights.size(); k += 10) {
       const double angle = 2.4 * ++turn;
-      f.sights[k].bearing +=
-          px / Scene::kFocal * Vec3(std::cos(angle), std::sin(angle), 0);
+      f.sights[k].bearing += px / Scene::kFocal * Vec3(std::cos(angle), std::sin(angle), 0);
       f.sights[k].bearing.normalize();
     }
   }

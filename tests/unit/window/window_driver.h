@@ -15,9 +15,8 @@ inline vir::imu::ImuNoise unscaledNoise() {
 }
 
 struct WindowDriver {
-  WindowDriver(Motion motion, unsigned seed,
-               const vir::window::WindowOptions& window_options, double t0_s = 1.0,
-               const vir::window::LongWindowOptions& long_options = {})
+  WindowDriver(Motion motion, unsigned seed, const vir::window::WindowOptions& window_options,
+               double t0_s = 1.0, const vir::window::LongWindowOptions& long_options = {})
       : scene(std::move(motion), seed),
         options(window_options),
         long_window(long_options),
