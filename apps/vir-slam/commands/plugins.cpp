@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "commands/commands.h"
-#include "commands/run_options.h"
 #include "robots/rendezvous_options.h"
+#include "setup/run_options.h"
 #include "vir/core/ini_writer.h"
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/live_source.h"

@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <memory>
 
-#include "commands/auto_driver.h"
 #include "commands/commands.h"
-#include "commands/live_session.h"
-#include "commands/record_options.h"
-#include "commands/run_options.h"
+#include "live/live_session.h"
 #include "output/console.h"
 #include "recordings/companion.h"
+#include "setup/auto_driver.h"
+#include "setup/record_options.h"
+#include "setup/run_options.h"
 #include "vir/core/ini_writer.h"
 #include "vir/core/settings.h"
 #include "vir/live/acquisition.h"

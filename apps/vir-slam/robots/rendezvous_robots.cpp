@@ -8,11 +8,11 @@
 #include <set>
 #include <utility>
 
-#include "commands/auto_driver.h"
 #include "output/console.h"
 #include "output/run_folder.h"
 #include "recordings/companion.h"
 #include "robots/robot_recorder.h"
+#include "setup/auto_driver.h"
 #include "vir/core/ini_writer.h"
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/rendezvous_registry.h"

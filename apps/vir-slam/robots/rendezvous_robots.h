@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "commands/commands.h"
-#include "commands/run_options.h"
 #include "robots/rendezvous_options.h"
+#include "setup/run_options.h"
 #include "vir/core/settings.h"
 #include "vir/results/results_folder.h"
 #include "vir/roles/rendezvous.h"

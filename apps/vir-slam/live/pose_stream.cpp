@@ -1,4 +1,4 @@
-#include "output/pose_stream.h"
+#include "live/pose_stream.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

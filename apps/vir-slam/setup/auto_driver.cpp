@@ -1,4 +1,4 @@
-#include "commands/auto_driver.h"
+#include "setup/auto_driver.h"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "output/live_view.h"
+#include "live/live_view.h"
 
 #include <mrpt/gui/CDisplayWindow3D.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>

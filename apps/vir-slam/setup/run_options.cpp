@@ -1,4 +1,4 @@
-#include "commands/run_options.h"
+#include "setup/run_options.h"
 
 namespace vir::app {
 

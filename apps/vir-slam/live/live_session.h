@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "commands/record_options.h"
-#include "commands/run_options.h"
 #include "robots/peer_run.h"
+#include "setup/record_options.h"
+#include "setup/run_options.h"
 #include "vir/core/settings.h"
 #include "vir/roles/estimator.h"
 

@@ -1,4 +1,4 @@
-#include "commands/live_session.h"
+#include "live/live_session.h"
 
 #include <unistd.h>
 
@@ -8,9 +8,9 @@
 #include <cstdio>
 #include <optional>
 
+#include "live/live_view.h"
+#include "live/pose_stream.h"
 #include "output/console.h"
-#include "output/live_view.h"
-#include "output/pose_stream.h"
 #include "vir/live/acquisition.h"
 #include "vir/live/line_server.h"
 #include "vir/live/live_estimation.h"

@@ -1,4 +1,4 @@
-#include "commands/record_options.h"
+#include "setup/record_options.h"
 
 #include "vir/core/ini_writer.h"
 #include "vir/live/acquisition.h"

@@ -1,0 +1,85 @@
+#include "output/run_table.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "output/console.h"
+#include "robots/peer_run.h"
+
+namespace vir::app {
+namespace {
+
+/// One row with the position, one with the error where the truth is known.
+void addAnchorRows(const results::AnchorResult& anchor, std::vector<TableRow>* rows) {
+  const Anchor& a = anchor.estimate;
+  const std::string title = "anchor " + std::to_string(a.id);
+  if (!a.has_position) {
+    rows->push_back({title + " (" + name(a.state) + ")", "-", "m"});
+    return;
+  }
+  const Vec3 sigma = a.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  rows->push_back({title + " (" + name(a.state) + ")",
+                   fixed(a.p_W.x(), 3) + " " + fixed(a.p_W.y(), 3) + " " + fixed(a.p_W.z(), 3),
+                   "m"});
+  rows->push_back({"  standard deviation",
+                   fixed(sigma.x(), 3) + " " + fixed(sigma.y(), 3) + " " + fixed(sigma.z(), 3),
+                   "m"});
+  if (anchor.error_m) {
+    rows->push_back({"  error (horizontal)",
+                     fixed(*anchor.error_m, 3) + " (" + fixed(*anchor.error_horizontal_m, 3) + ")",
+                     "m"});
+  }
+}
+
+void addRangeRows(const results::RunSummary& s, std::vector<TableRow>* rows) {
+  if (s.anchors.empty() && s.ranges_accepted + s.ranges_collected + s.ranges_rejected == 0) return;
+  const auto found =
+      std::count_if(s.anchors.begin(), s.anchors.end(),
+                    [](const results::AnchorResult& a) { return a.estimate.has_position; });
+  rows->push_back(
+      {"anchors found", std::to_string(found) + " of " + std::to_string(s.anchors.size()), ""});
+  for (const results::AnchorResult& a : s.anchors) addAnchorRows(a, rows);
+  rows->push_back({"ranges used", std::to_string(s.ranges_accepted), ""});
+  rows->push_back({"ranges before there was an anchor", std::to_string(s.ranges_collected), ""});
+  rows->push_back({"ranges rejected", std::to_string(s.ranges_rejected), ""});
+}
+
+}  // namespace
+
+void printRunTable(const results::RunSummary& s, const std::string& folder) {
+  const auto optional = [](const std::optional<double>& v, int decimals) {
+    return v ? fixed(*v, decimals) : std::string("-");
+  };
+  std::vector<TableRow> rows{
+      {"images or odometry poses", std::to_string(s.frames), ""},
+      {"poses", std::to_string(s.poses), ""},
+      {"first pose after", optional(s.init_time_s, 2), "s"},
+      {"duration", fixed(s.duration_s, 2), "s"},
+      {"path", fixed(s.path_m, 2), "m"},
+  };
+  if (s.ate_posyaw_m) {
+    rows.push_back({"ATE (position + yaw aligned)", fixed(*s.ate_posyaw_m, 4), "m"});
+    rows.push_back({"ATE rotation (same alignment)", optional(s.ate_posyaw_deg, 3), "deg"});
+  }
+  if (s.ate_smoothed_posyaw_m) {
+    rows.push_back({"ATE of the smoothed keyframes", fixed(*s.ate_smoothed_posyaw_m, 4), "m"});
+  }
+  addRangeRows(s, &rows);
+  addPeerRows(s.peers, &rows);
+  rows.push_back({"resets", std::to_string(s.resets), ""});
+  rows.push_back({"CPU per image", fixed(s.cpu_ms_per_frame, 2), "ms"});
+  rows.push_back({"run time", fixed(s.wall_s, 2), "s"});
+  rows.push_back({"peak memory", fixed(s.peak_rss_mb, 0), "MB"});
+  rows.push_back({"warnings", std::to_string(s.warnings.size()), ""});
+  printTable(rows);
+  for (const results::AnchorResult& a : s.anchors) {
+    if (a.estimate.advice.empty()) continue;
+    std::printf("anchor %llu: %s\n", static_cast<unsigned long long>(a.estimate.id),
+                a.estimate.advice.c_str());
+  }
+  std::printf("Results in %s\n", folder.c_str());
+}
+
+}  // namespace vir::app

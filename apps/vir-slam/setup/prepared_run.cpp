@@ -1,0 +1,90 @@
+#include "setup/prepared_run.h"
+
+#include <filesystem>
+
+#include "output/console.h"
+#include "recordings/companion.h"
+#include "setup/auto_driver.h"
+#include "setup/record_options.h"
+#include "vir/core/ini_writer.h"
+#include "vir/core/settings.h"
+#include "vir/roles/estimator_registry.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+/// A path in an ini is relative to that ini, so that the file works from any folder.
+std::string rawlogPath(const Settings& settings, const RunOptions& options) {
+  if (options.rawlog.empty()) {
+    throw UsageError("no recording named: give --rawlog FILE, or rawlog = FILE in [Estimator] of " +
+                     settings.name());
+  }
+  const Setting* setting = settings.find("Estimator", "rawlog");
+  const bool from_file = setting != nullptr && setting->origin.line > 0;
+  if (!from_file || fs::path(options.rawlog).is_absolute()) return options.rawlog;
+  return (fs::path(settings.name()).parent_path() / options.rawlog).string();
+}
+
+/// What keeps an estimator from being made is a matter of its settings.
+std::unique_ptr<roles::Estimator> created(const roles::EstimatorSettings& settings,
+                                          const std::shared_ptr<LogSink>& log) {
+  try {
+    return settings.create([log](LogLevel level, const std::string& text) {
+      if (*log) (*log)(level, text);
+    });
+  } catch (const std::exception& e) {
+    throw UsageError(e.what());
+  }
+}
+
+}  // namespace
+
+PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
+  PreparedRun run;
+  Settings settings = Settings::fromFile(arguments.ini);
+  for (const std::string& assignment : arguments.assignments) settings.set(assignment);
+  if (!arguments.rawlog.empty()) settings.set("Estimator.rawlog=" + arguments.rawlog);
+  const std::vector<std::string> of_sensors = sectionsOfSensors(settings);
+  settings.eraseKey(kGrabberIgnore);
+  SettingsReader own(settings);
+  describe(own, run.options);
+  run.options.rawlog = rawlogPath(settings, run.options);
+  requireFile(run.options.rawlog, "rawlog");
+  const std::string companion = companionOf(run.options.rawlog);
+  if (!companion.empty()) {
+    const std::size_t taken = settings.mergeDefaults(Settings::fromFile(companion));
+    run.note = std::to_string(taken) + " settings of the recording taken from " + companion;
+  }
+
+  loadPlugins(common);
+  const std::string asked = run.options.driver;
+  run.options.driver = driverFor(asked, settings, run.options.rawlog);
+  const auto estimator = roles::estimatorSettings(run.options.driver);
+  run.peers.prepare(settings);
+  SettingsReader reader(settings);
+  // An ini of several robots will do for one of them.
+  reader.ignoreSection("Robots");
+  reader.ignoreSection("Joint");
+  // So will that of a live recording.
+  reader.ignoreSection("Recording");
+  for (const std::string& section : of_sensors) reader.ignoreSection(section);
+  RunOptions again;
+  describe(reader, again);
+  estimator->describe(reader);
+  acceptOtherDrivers(asked, run.options.driver, &reader);
+  run.peers.describe(reader);
+  reader.ignoreUnknownFrom(companion);
+  reader.finish();
+
+  IniWriter used(IniWriter::Style::values);
+  run.options.rawlog = fs::absolute(run.options.rawlog).lexically_normal().string();
+  describe(used, run.options);
+  estimator->describe(used);
+  run.peers.describe(used);
+  run.used_ini = used.text();
+  run.estimator = created(*estimator, run.log);
+  return run;
+}
+
+}  // namespace vir::app

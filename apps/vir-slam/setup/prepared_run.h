@@ -1,0 +1,34 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands/commands.h"
+#include "robots/peer_run.h"
+#include "setup/run_options.h"
+#include "vir/core/log.h"
+#include "vir/roles/estimator.h"
+
+namespace vir::app {
+
+/// As given to `vir-slam run`.
+struct RunArguments {
+  std::string ini, rawlog, out;
+  std::vector<std::string> assignments;
+  bool verbose = false;
+};
+
+/// Everything a run needs, read and checked before any file is written.
+struct PreparedRun {
+  RunOptions options;
+  /// Where the log goes once there is a folder for it.
+  std::shared_ptr<LogSink> log = std::make_shared<LogSink>();
+  std::unique_ptr<roles::Estimator> estimator;
+  PeerRun peers;
+  std::string used_ini, note;
+};
+
+/// Plugins are loaded here. Throws UsageError, SettingsError, roles::PluginError.
+PreparedRun prepareRun(const RunArguments& arguments, const Common& common);
+
+}  // namespace vir::app
