@@ -24,6 +24,8 @@ inline Outcome installedVirSlam(const std::string& arguments) {
   return shell(quoted((installTree() / "bin" / "vir-slam").string()) + " " + arguments);
 }
 
+inline bool succeeded(const Outcome& outcome) { return outcome.code == 0; }
+
 /// Configures the project in `source` against what is installed below `prefix`.
 inline Outcome configure(const std::string& source, const std::filesystem::path& build,
                          const std::string& prefix = installTree().string()) {
@@ -37,9 +39,9 @@ inline Outcome configure(const std::string& source, const std::filesystem::path&
 inline void buildExample(const std::string& name, const std::filesystem::path& build,
                          const std::string& prefix = installTree().string()) {
   const Outcome configured = configure(sourceDir() + "/examples/" + name, build, prefix);
-  if (!(configured.code == 0)) throw std::runtime_error(configured.text);
+  if (!succeeded(configured)) throw std::runtime_error(configured.text);
   const Outcome built = shell("cmake --build " + quoted(build.string()));
-  if (!(built.code == 0)) throw std::runtime_error(built.text);
+  if (!succeeded(built)) throw std::runtime_error(built.text);
 }
 
 }  // namespace vir::test

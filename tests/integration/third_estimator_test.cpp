@@ -76,6 +76,26 @@ TEST_F(ThirdEstimator, IsFoundByBatch) {
   EXPECT_TRUE(contains(batch.text, "1 of 1") || contains(batch.text, "done")) << batch.text;
 }
 
+TEST_F(ThirdEstimator, OnlyWhatTheEstimatorTakesCountsAsFrames) {
+  simulate();
+  const test::Outcome run = virSlam(
+      "run " + quoted(std::string(test::sourceDir()) + "/ini/euroc.ini") + " --rawlog " +
+      quoted(path("a.rawlog")) + " --out " + quoted(path("run")) + " --set Estimator.driver=vir");
+  ASSERT_EQ(run.code, 0) << run.text;
+  test::writeText(folder_ / "live.ini",
+                  "[Recording]\nestimate = true\n[Estimator]\ndriver = vir\n"
+                  "[replay]\ndriver = RawlogReplay\nprocess_rate = 200\nrawlog = a.rawlog\n"
+                  "labels = TRACKS0 UWB0 ODOM GT IMU0\nclock = keep\n");
+  const test::Outcome record =
+      virSlam("record " + quoted(path("live.ini")) + " --out " + quoted(path("live.rawlog")) +
+              " --results " + quoted(path("live")));
+  ASSERT_EQ(record.code, 0) << record.text;
+  // The odometry that is recorded beside the images makes none.
+  const nlohmann::json live = summary("live");
+  EXPECT_EQ(live["frames"].get<long>() + live["counters"]["images_dropped_late"].get<long>(),
+            summary("run")["frames"].get<long>());
+}
+
 TEST_F(ThirdEstimator, IsFoundByRecord) {
   simulate();
   test::writeText(folder_ / "live.ini",

@@ -47,10 +47,7 @@ ImuSample ImuBuffer::at(TimeNs t) const {
   } else if (it == samples_.begin() || it->t == t) {
     out = *it;
   } else {
-    const ImuSample& a = *(it - 1);
-    const double u = static_cast<double>(t - a.t) / static_cast<double>(it->t - a.t);
-    out.gyro = a.gyro + u * (it->gyro - a.gyro);
-    out.acc = a.acc + u * (it->acc - a.acc);
+    out = interpolated(*(it - 1), *it, t);
   }
   out.t = t;
   return out;

@@ -127,6 +127,11 @@ void LiveEstimation::handle(const Arrival& arrival) {
     if (pose) recorder_.addGroundTruth(pose->t, pose->T_W_B);
     return;
   }
+  if (!hooks_.observers.empty()) {
+    const std::lock_guard<std::mutex> lock(results_mutex_);
+    for (results::RunObserver* o : hooks_.observers) o->onObservation(observation);
+  }
+  if (!roles::takes(inputs_, observation)) return;
   if (rawlog::isImage(observation) || observation.sensorLabel == rawlog::kOdometryLabel) {
     if (!first_frame_) first_frame_ = t;
     last_frame_ = t;
@@ -134,11 +139,6 @@ void LiveEstimation::handle(const Arrival& arrival) {
     const std::lock_guard<std::mutex> lock(results_mutex_);
     arrivals_[t] = arrival.arrival;
   }
-  if (!hooks_.observers.empty()) {
-    const std::lock_guard<std::mutex> lock(results_mutex_);
-    for (results::RunObserver* o : hooks_.observers) o->onObservation(observation);
-  }
-  if (!roles::takes(inputs_, observation)) return;
   const double before = threadCpuSeconds();
   estimator_->add(observation);
   if (!behind_) collect();

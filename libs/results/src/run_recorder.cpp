@@ -232,7 +232,8 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   for (const Anchor& a : anchors) summary->anchors.push_back({a, {}, {}});
   summariseRanges(summary);
   writeKeyframes(estimator.keyframes());
-  writeLandmarks(estimator.landmarks());
+  const std::vector<Landmark> landmarks = estimator.landmarks();
+  writeLandmarks(landmarks);
   summary->poses = static_cast<long>(trajectory_.size());
   summary->path_m = path_m_;
   if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_frame_);
@@ -241,8 +242,8 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   evaluateInto(summary);
   writePictures(anchors, *summary);
   if (trajectory_.empty()) return;
-  writeScene(folder_.file("scene.3Dscene"), {{"", evaluation::figureColor(0), Pose(), trajectory_,
-                                              anchors, estimator.landmarks()}});
+  writeScene(folder_.file("scene.3Dscene"),
+             {{"", evaluation::figureColor(0), Pose(), trajectory_, anchors, landmarks}});
 }
 
 void RunRecorder::writePictures(const std::vector<Anchor>& anchors,

@@ -6,4 +6,11 @@ namespace vir {
 /// Reads the file that [Ranges] bias_model names, if any. Throws std::runtime_error.
 void loadBiasModel(estimator::RangeOptions* options);
 
+/// `config` with what the files that it names hold. Throws std::runtime_error.
+template <typename Config>
+Config withFiles(Config config) {
+  loadBiasModel(&config.ranges);
+  return config;
+}
+
 }  // namespace vir

@@ -4,15 +4,6 @@
 #include "vir/rawlog/convert.h"
 
 namespace vir {
-namespace {
-
-estimator::OdometryRangeConfig withFiles(estimator::OdometryRangeConfig config) {
-  loadBiasModel(&config.ranges);
-  return config;
-}
-
-}  // namespace
-
 void OdometrySettings::describe(OptionVisitor& v) {
   v.section("Estimator", "The estimator and which sensors of the recording it reads");
   v.value("odometry_label", odometry_label, "sensor label of the odometry's poses");

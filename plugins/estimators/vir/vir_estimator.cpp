@@ -55,11 +55,6 @@ cv::Mat grayOf(const mrpt::obs::CObservationImage& image) {
   return gray;
 }
 
-estimator::EstimatorConfig withFiles(estimator::EstimatorConfig config) {
-  loadBiasModel(&config.ranges);
-  return config;
-}
-
 }  // namespace
 
 void VirSettings::describe(OptionVisitor& v) {
