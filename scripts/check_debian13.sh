@@ -116,12 +116,13 @@ start=$SECONDS
 inside '
   export CCACHE_DIR=/var/cache/ccache CCACHE_MAXSIZE=2G VIR_JOBS=$1
   ccache -z >/dev/null
-  /src/scripts/build.sh --app-only
+  # Of the time of a compiler a third is saved; the figures do not depend on it.
+  /src/scripts/build.sh --app-only "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG"
   ccache -s' "${VIR_JOBS:-}" >"$chroot.log" 2>&1 || {
   grep -E -A 5 'error|FAILED' "$chroot.log" | head -n 60 >&2 || tail -n 20 "$chroot.log" >&2
   fail 1 "it does not build on Debian 13 (all of it: $chroot.log)"
 }
-say "built in $((SECONDS - start)) s; compiler cache: $(grep -m 1 Hits "$chroot.log" | tr -s ' ' || true)"
+say "built in $((SECONDS - start)) s; compiler cache: $(grep -m 1 Hits: "$chroot.log" | tr -s ' ' || true)"
 
 # Both errors of each robot, with ranges and without: "robot ranges ATE", metres with four decimals.
 # shellcheck disable=SC2016
