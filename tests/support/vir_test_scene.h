@@ -67,6 +67,17 @@ class Scene {
     return {vir::Quat(R) * vir::expQuat(Vec3(0.02, -0.03, 0.01)), Vec3(0.05, 0.02, -0.01)};
   }
 
+  static vir::Calibration calibration() {
+    vir::Calibration c;
+    c.camera.width = static_cast<int>(kWidth);
+    c.camera.height = static_cast<int>(kHeight);
+    c.camera.fx = c.camera.fy = kFocal;
+    c.camera.cx = kWidth / 2;
+    c.camera.cy = kHeight / 2;
+    c.T_B_C = T_B_C();
+    return c;
+  }
+
   Vec3 bias_gyro = Vec3::Zero(), bias_acc = Vec3::Zero();
   double noise_px = 0, noise_gyro = 0, noise_acc = 0;  ///< of pixels; densities
   std::size_t max_tracks = 60;

@@ -20,9 +20,10 @@ void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrin
   T_B_C = extrinsics;
   const double focal = 0.5 * (calibration.fx + calibration.fy);
   startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focal);
-  window = std::make_unique<window::ShortWindow>(config.window, config.imu, T_B_C, focal,
-                                                 config.camera_time_offset_s);
+  window = std::make_unique<window::ShortWindow>(
+      config.window, config.imu, Calibration{calibration, T_B_C, config.camera_time_offset_s});
   window->attach(&long_window);
+  if (config.window.calibrate) timing = std::make_unique<CameraTiming>(focal);
 }
 
 Feedback BackEnd::process(Packet packet) {
@@ -38,6 +39,7 @@ Feedback BackEnd::process(Packet packet) {
   }
   Feedback out;
   out.resets = segment;
+  out.time_offset_s = time_offset_s;
   if (window) out.gyro_bias = running ? window->newest().bg : startup->gyroBias();
   if (!drops.empty() && drops.back().packet == packets) out.drop = drops.back().ids;
   return out;
@@ -60,7 +62,7 @@ void BackEnd::takeIn(const Packet& packet) {
 StateEstimate BackEnd::estimate(Packet* packet) {
   StateEstimate out;
   out.t_image = packet->stamp;
-  out.state.t = packet->stamp + fromSeconds(config.camera_time_offset_s);
+  out.state.t = packet->stamp + fromSeconds(time_offset_s);
   out.ms.total = packet->ms;
   {
     StageTimer total(&out.ms.total);
@@ -92,12 +94,14 @@ void BackEnd::estimateInto(Packet* packet, StateEstimate* out) {
       break;
     default:
       leaveOutDropped(packet);
-      estimateImage(*packet, out);
+      estimateImage(packet, out);
   }
 }
 
-void BackEnd::estimateImage(const Packet& packet, StateEstimate* out) {
-  const vision::TrackedFrame& frame = packet.frame;
+void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
+  const bool covered = putOnImuClock(packet);
+  const vision::TrackedFrame& frame = packet->frame;
+  out->state.t = frame.t;
   out->tracks = static_cast<int>(frame.features.size());
   out->ms.pyramid = frame.ms_pyramid;
   out->ms.flow = frame.ms_flow;
@@ -105,17 +109,21 @@ void BackEnd::estimateImage(const Packet& packet, StateEstimate* out) {
   pixels.clear();
   for (const vision::FeatureObservation& f : frame.features)
     pixels.emplace_back(f.px.cast<float>());
-  if (packet.tracker_resets != segment) {
+  if (packet->tracker_resets != segment) {
     // Its tracks will not go on: nothing to begin a segment with.
     out->health = Health::lost;
     out->reason = "tracked before the restart";
+  } else if (!covered) {
+    out->health = withoutState();
+    out->reason = "the camera's time offset has just been found";
   } else {
     rest.update(frame, imu);
+    if (checkTiming(frame)) out->reason = "started anew with the camera's time offset";
     if (running) {
       update(frame, out);
     } else {
       tryStart(frame, out);
-      if (!out->valid) wait_reasons[out->reason] += packet.since_last_s;
+      if (!out->valid) wait_reasons[out->reason] += packet->since_last_s;
     }
   }
   last_image = frame.t;
@@ -150,6 +158,7 @@ void BackEnd::dropOldReadings() {
 
 void BackEnd::tryStart(const vision::TrackedFrame& frame, StateEstimate* out) {
   StageTimer timer(&out->ms.initialise);
+  startup->setTimeOffsetSigma(timeOffsetSigma());
   const StartupStatus status = startup->offer(frame, imu, rest, origin, window.get());
   if (status == StartupStatus::waiting) {
     out->health = withoutState();
@@ -163,9 +172,13 @@ void BackEnd::tryStart(const vision::TrackedFrame& frame, StateEstimate* out) {
       std::string("started ") +
           (status == StartupStatus::started_standing ? "standing still" : "in motion") +
           (startup->detail().empty() ? "" : ": " + startup->detail()));
-  startup->reset();
+  shiftTimes(startup->foundShift());
+  // Its images are needed again if the clocks turn out to disagree.
+  if (!timing || timing->settled()) startup->reset();
   running = true;
-  last_seen = frame.t;
+  recent.clear();
+  for (const State& s : window->states()) rememberPose(s);
+  last_seen = window->newest().t;
   startLongWindow();
   window->updateCovariance();
   out->valid = true;

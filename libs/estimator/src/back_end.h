@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 
+#include "camera_timing.h"
 #include "packet.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 
@@ -16,7 +17,8 @@ struct BackEnd {
         log_sink(std::move(l)),
         rest(c.rest),
         long_window(c.long_window),
-        ranges(c.ranges, &long_window, log_sink) {}
+        ranges(c.ranges, &long_window, log_sink),
+        time_offset_s(c.camera_time_offset_s) {}
 
   void setCamera(const CameraCalibration& calibration, const Pose& extrinsics);
   /// Packets in the order they were made.
@@ -27,7 +29,16 @@ struct BackEnd {
   void estimateInto(Packet* packet, StateEstimate* out);
   /// Of an image that brings no state.
   Health withoutState() const;
-  void estimateImage(const Packet& packet, StateEstimate* out);
+  void estimateImage(Packet* packet, StateEstimate* out);
+  /// Puts the image on the IMU's clock; false if the readings do not reach that far yet.
+  bool putOnImuClock(Packet* packet);
+  /// Looks whether the clocks agree; true if a running window had to be given up for that.
+  bool checkTiming(const vision::TrackedFrame& frame);
+  void retime(double by_s);
+  /// All times of images that are kept.
+  void shiftTimes(double by_s);
+  double timeOffsetSigma() const;
+  void rememberPose(const State& s);
   void leaveOutDropped(Packet* packet);
   void clockSetBack();
   void dropOldReadings();
@@ -81,7 +92,10 @@ struct BackEnd {
   std::deque<Drops> drops;                     // that the tracker may not have heard of
   long packets = 0;
   long imu_gaps = 0;
-  Pose origin;  // where the next segment starts
+  std::unique_ptr<CameraTiming> timing;
+  double time_offset_s = 0;        // images are stamped with it
+  std::deque<StampedPose> recent;  // in O, while the timing is open
+  Pose origin;                     // where the next segment starts
   bool running = false;
   int segment = 0;                      // grows with every restart
   std::vector<Eigen::Vector2f> pixels;  // of the features of the last image

@@ -24,7 +24,11 @@ constexpr double kImuHistoryS = 2.0;
 
 FrontEnd::FrontEnd(const EstimatorConfig& config, std::function<Feedback(long*)> ask,
                    std::function<void(Packet)> send)
-    : config_(config), ask_(std::move(ask)), send_(std::move(send)), imu_(kImuGapS, kImuBridgeS) {}
+    : config_(config),
+      ask_(std::move(ask)),
+      send_(std::move(send)),
+      imu_(kImuGapS, kImuBridgeS),
+      time_offset_s_(config.camera_time_offset_s) {}
 
 void FrontEnd::setCamera(const CameraCalibration& calibration, const Pose& T_B_C) {
   T_B_C_ = T_B_C;
@@ -32,9 +36,7 @@ void FrontEnd::setCamera(const CameraCalibration& calibration, const Pose& T_B_C
       std::make_unique<vision::FeatureTracker>(config_.tracker, camera::makeCamera(calibration));
 }
 
-TimeNs FrontEnd::onImuClock(TimeNs stamp) const {
-  return stamp + fromSeconds(config_.camera_time_offset_s);
-}
+TimeNs FrontEnd::onImuClock(TimeNs stamp) const { return stamp + fromSeconds(time_offset_s_); }
 
 void FrontEnd::addImage(WaitingImage image) {
   ++counters_.images;
@@ -116,21 +118,31 @@ void FrontEnd::process(const WaitingImage& image) {
                              std::to_string(image.t) + " ns: bridged by the IMU");
   }
   follow(ask_(&next_.feedback));
-  track(t, image);
+  const TimeNs now = onImuClock(image.t);  // the feedback may have moved it
+  track(now, image);
   any_image_ = true;
-  last_image_ = t;
-  if (next_.frame.usable) last_usable_ = t;
+  last_image_ = now;
+  if (next_.frame.usable) last_usable_ = now;
   imu_.dropBefore(std::min(last_usable_, last_image_) - fromSeconds(kImuHistoryS));
   sendOn(Packet::Kind::image, image.t);
 }
 
 void FrontEnd::follow(Feedback feedback) {
   gyro_bias_ = feedback.gyro_bias;
+  retime(feedback.time_offset_s);
   tracker_->drop(feedback.drop);
   if (feedback.resets == resets_) return;
   resets_ = feedback.resets;
   tracker_->reset();
   last_usable_ = 0;  // nothing left to be matched against
+}
+
+void FrontEnd::retime(double time_offset_s) {
+  if (time_offset_s == time_offset_s_) return;
+  const TimeNs by = fromSeconds(time_offset_s) - fromSeconds(time_offset_s_);
+  time_offset_s_ = time_offset_s;
+  if (any_image_) last_image_ += by;
+  if (last_usable_ != 0) last_usable_ += by;
 }
 
 Mat3 FrontEnd::rotationSince(TimeNs t0, TimeNs t) {

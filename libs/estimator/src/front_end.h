@@ -45,6 +45,7 @@ class FrontEnd {
   /// Rotation of the camera between two times, from the gyro: R_C(t0)_C(t).
   Mat3 rotationSince(TimeNs t0, TimeNs t);
   void follow(Feedback feedback);
+  void retime(double time_offset_s);
   void clockSetBack(const ImuSample& sample);
   void sendOn(Packet::Kind kind, TimeNs stamp);
   TimeNs onImuClock(TimeNs stamp) const;
@@ -59,6 +60,7 @@ class FrontEnd {
   Packet next_;
   Vec3 gyro_bias_ = Vec3::Zero();
   EstimatorCounters counters_;
+  double time_offset_s_;  // stamp of an image + this = its time on the IMU's clock
   int resets_ = 0;
   bool in_dark_ = false;  // warn once per stretch
   long stepped_back_ = 0;

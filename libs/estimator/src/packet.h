@@ -44,6 +44,7 @@ struct Packet {
 struct Feedback {
   Vec3 gyro_bias = Vec3::Zero();    ///< [rad/s]
   std::vector<std::uint64_t> drop;  ///< tracks that were found to be wrong
+  double time_offset_s = 0;         ///< of the camera, as images are to be stamped
   int resets = 0;                   ///< segments begun: tracks of an earlier one are worthless
 };
 

@@ -72,9 +72,25 @@ Startup::Startup(const StartupOptions& options, const imu::ImuNoise& noise, cons
 
 void Startup::reset() {
   frames_.clear();
+  found_shift_s_ = 0;
   since_attempt_ = 0;
   any_offer_ = false;
   reason_ = "waiting for images";
+}
+
+void Startup::remember(const vision::TrackedFrame& frame) {
+  if (!frame.usable) return;
+  frames_.push_back(frame);
+  if (!any_offer_) first_offer_ = frame.t;
+  any_offer_ = true;
+  while (toSeconds(frames_.back().t - frames_.front().t) > options_.max_span_s + 1e-6) {
+    frames_.pop_front();
+  }
+}
+
+void Startup::shift(TimeNs by) {
+  for (vision::TrackedFrame& frame : frames_) frame.t += by;
+  first_offer_ += by;
 }
 
 StartupStatus Startup::offer(const vision::TrackedFrame& frame, imu::ImuBuffer& imu,
@@ -84,12 +100,7 @@ StartupStatus Startup::offer(const vision::TrackedFrame& frame, imu::ImuBuffer& 
     reason_ = "image not usable: " + frame.reason;
     return StartupStatus::waiting;
   }
-  frames_.push_back(frame);
-  if (!any_offer_) first_offer_ = frame.t;
-  any_offer_ = true;
-  while (toSeconds(frames_.back().t - frames_.front().t) > options_.max_span_s + 1e-6) {
-    frames_.pop_front();
-  }
+  remember(frame);
   if (rest.standing()) {
     if (options_.allow_standing && startStanding(frame, imu, rest, origin, window)) {
       return StartupStatus::started_standing;
@@ -125,7 +136,9 @@ bool Startup::startStanding(const vision::TrackedFrame& frame, const imu::ImuBuf
   // The accelerometer's bias and the tilt share what was measured: their sum is known well, each
   // alone only as well as the bias.
   prior.tilt_rad = options_.sigma_bias_acc / noise_.gravity_mps2;
+  window->setTimeOffset(window->timeOffset(), time_offset_sigma_s_);
   window->start(s, prior, frame.features, true);
+  found_shift_s_ = 0;
   gyro_bias_ = gyro;
   return true;
 }
@@ -173,6 +186,36 @@ bool Startup::enoughMotion(const std::vector<const vision::TrackedFrame*>& frame
 }
 
 bool Startup::startMoving(imu::ImuBuffer& imu, const Pose& origin, window::ShortWindow* window) {
+  // The sights depend on the time offset to first order only: a start far from the right one is
+  // made again from there.
+  constexpr int kRounds = 4;
+  constexpr double kCloseS = 0.0015, kFarthestS = 0.1;
+  const double given = window->timeOffset();
+  double stamped = given;
+  const auto restamp = [&](double offset_s) {
+    window->clear();
+    window->setTimeOffset(offset_s, time_offset_sigma_s_);
+    shift(fromSeconds(offset_s) - fromSeconds(stamped));
+    stamped = offset_s;
+  };
+  window->setTimeOffset(given, time_offset_sigma_s_);
+  for (int round = 0; round < kRounds; ++round) {
+    if (!startMovingOnce(imu, origin, window)) break;
+    const double found = window->timeOffset();
+    if (time_offset_sigma_s_ <= 0 || std::abs(found - stamped) < kCloseS) {
+      found_shift_s_ = stamped - given;
+      return true;
+    }
+    reason_ = "the camera's time offset is not known";
+    if (std::abs(found - given) > kFarthestS) break;
+    restamp(found);
+  }
+  restamp(given);
+  return false;
+}
+
+bool Startup::startMovingOnce(imu::ImuBuffer& imu, const Pose& origin,
+                              window::ShortWindow* window) {
   const std::vector<const vision::TrackedFrame*> selected = selectFrames();
   std::vector<initialization::AlignmentFrame> frames;
   const auto links = [&](const Vec3& bg) {

@@ -80,9 +80,7 @@ std::vector<StampedPose> Vio::keyframes() const {
 
 std::vector<Landmark> Vio::landmarks() const { return estimator_->landmarks(); }
 
-Calibration Vio::calibration() const {
-  return {given_.camera, estimator_->extrinsics(), estimator_->timeOffset()};
-}
+Calibration Vio::calibration() const { return estimator_->calibration(); }
 
 std::vector<std::string> Vio::warnings() const { return estimator_->warnings(); }
 

@@ -133,13 +133,10 @@ EstimatorCounters VisualInertialEstimator::counters() const {
 const imu::ImuBufferCounters& VisualInertialEstimator::imuCounters() const {
   return impl_->front_end.imuCounters();
 }
-double VisualInertialEstimator::timeOffset() const {
+Calibration VisualInertialEstimator::calibration() const {
   const BackEnd& back = impl_->back_end;
-  return back.window ? back.window->timeOffset() : impl_->config.camera_time_offset_s;
-}
-Pose VisualInertialEstimator::extrinsics() const {
-  const BackEnd& back = impl_->back_end;
-  return back.window ? back.window->extrinsics() : back.T_B_C;
+  if (!back.window) return {{}, back.T_B_C, back.time_offset_s};
+  return back.window->calibration();
 }
 int VisualInertialEstimator::resets() const { return impl_->back_end.segment; }
 const std::vector<std::string>& VisualInertialEstimator::warnings() const {

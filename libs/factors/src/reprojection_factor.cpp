@@ -7,6 +7,7 @@
 namespace vir::factors {
 namespace {
 using RowMajor2x7 = Eigen::Matrix<double, 2, 7, Eigen::RowMajor>;
+using RowMajor2x6 = Eigen::Matrix<double, 2, kCameraParameters, Eigen::RowMajor>;
 using RowMajor2x3 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
 void lift(const Eigen::Matrix<double, 2, 6>& J, double* out) {
@@ -30,19 +31,19 @@ Mat32 tangentBasis(const Vec3& unit) {
 }
 
 Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T_W_Bi,
-                          const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark, double td_s,
-                          ReprojectionJacobians* J) {
+                          const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark,
+                          const CameraVector& camera, ReprojectionJacobians* J) {
   const double rho = landmark[2];
   const Mat3 R_B_C = T_B_C.R();
   const Mat3 R_i = T_W_Bi.R(), R_j = T_W_Bj.R();
-  const Vec3 d = host.bearing + host.basis * landmark.head<2>() - td_s * host.rate;
+  const Vec3 d = host.bearingAt(camera) + host.basis * landmark.head<2>();
   const Vec3 x_Bi = R_B_C * d + rho * T_B_C.p;
   const Vec3 x_W = R_i * x_Bi + rho * (T_W_Bi.p - T_W_Bj.p);
   const Vec3 x_Bj = R_j.transpose() * x_W;
   const Vec3 s = R_B_C.transpose() * (x_Bj - rho * T_B_C.p);
   const double n = std::max(s.norm(), 1e-9);
   const Vec3 su = s / n;
-  const Vec2 r = sight.weight * (su - (sight.bearing - td_s * sight.rate));
+  const Vec2 r = sight.weight * (su - sight.bearingAt(camera));
   if (!J) return r;
 
   const Mat23 D = (sight.weight - (sight.weight * su) * su.transpose()) / n;
@@ -58,7 +59,7 @@ Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T
   J->extrinsic.rightCols<3>() = D * hat(s) - D_Ci * hat(d);
   J->landmark.leftCols<2>() = D_Ci * host.basis;
   J->landmark.col(2) = D_Bi * T_B_C.p + D_W * (T_W_Bi.p - T_W_Bj.p) - D_Bj * T_B_C.p;
-  J->time_offset = sight.weight * sight.rate - D_Ci * host.rate;
+  J->camera = D_Ci * host.by_camera - sight.weight * sight.by_camera;
   return r;
 }
 
@@ -68,12 +69,12 @@ bool ReprojectionFactor::Evaluate(double const* const* x, double* residuals,
   const bool elsewhere = lin_i_ || lin_j_;
   ReprojectionJacobians J;
   Eigen::Map<Vec2> r(residuals);
-  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C_, landmark, 0.0,
+  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C_, landmark, camera_,
                            jacobians && !elsewhere ? &J : nullptr);
   if (!jacobians) return true;
   if (elsewhere) {
     reprojectionResidual(host_, sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
-                         poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C_, landmark, 0.0, &J);
+                         poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C_, landmark, camera_, &J);
   }
   lift(J.pose_i, jacobians[0]);
   lift(J.pose_j, jacobians[1]);
@@ -85,22 +86,22 @@ bool ReprojectionCalibrationFactor::Evaluate(double const* const* x, double* res
                                              double** jacobians) const {
   const Vec3 landmark(x[3][0], x[3][1], x[3][2]);
   const Pose T_B_C = poseFrom(x[2]);
-  const double td = x[4][0] - td_ref_;
+  const CameraVector camera(x[4]);
   const bool elsewhere = lin_i_ || lin_j_;
   ReprojectionJacobians J;
   Eigen::Map<Vec2> r(residuals);
-  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C, landmark, td,
+  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C, landmark, camera,
                            jacobians && !elsewhere ? &J : nullptr);
   if (!jacobians) return true;
   if (elsewhere) {
     reprojectionResidual(host_, sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
-                         poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C, landmark, td, &J);
+                         poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C, landmark, camera, &J);
   }
   lift(J.pose_i, jacobians[0]);
   lift(J.pose_j, jacobians[1]);
   lift(J.extrinsic, jacobians[2]);
   if (jacobians[3]) (Eigen::Map<RowMajor2x3>(jacobians[3])) = J.landmark;
-  if (jacobians[4]) (Eigen::Map<Vec2>(jacobians[4])) = J.time_offset;
+  if (jacobians[4]) (Eigen::Map<RowMajor2x6>(jacobians[4])) = J.camera;
   return true;
 }
 

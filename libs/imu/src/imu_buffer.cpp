@@ -108,6 +108,24 @@ bool ImuBuffer::statistics(TimeNs t0, TimeNs t1, Vec3* gyro_mean, Vec3* acc_mean
   return true;
 }
 
+bool ImuBuffer::meanGyro(TimeNs t0, TimeNs t1, Vec3* rate) const {
+  if (samples_.empty() || t1 <= t0 || t0 < samples_.front().t || t1 > samples_.back().t) {
+    return false;
+  }
+  // The trapezoidal rule over the readings inside and the interpolated ends.
+  ImuSample before = at(t0);
+  rate->setZero();
+  auto it = std::lower_bound(samples_.begin(), samples_.end(), t0 + 1, earlier);
+  for (; it != samples_.end() && it->t < t1; ++it) {
+    *rate += 0.5 * toSeconds(it->t - before.t) * (before.gyro + it->gyro);
+    before = *it;
+  }
+  const ImuSample last = at(t1);
+  *rate += 0.5 * toSeconds(t1 - before.t) * (before.gyro + last.gyro);
+  *rate /= toSeconds(t1 - t0);
+  return true;
+}
+
 void ImuBuffer::dropBefore(TimeNs t) {
   while (samples_.size() > 1 && samples_[1].t <= t) samples_.pop_front();
 }

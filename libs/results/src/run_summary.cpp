@@ -40,6 +40,10 @@ Json toJson(const AnchorResult& anchor) {
 Json toJson(const Calibration& c) {
   Json json;
   put(&json, "time_offset_s", c.time_offset_s);
+  put(&json, "fx", c.camera.fx);
+  put(&json, "fy", c.camera.fy);
+  put(&json, "cx", c.camera.cx);
+  put(&json, "cy", c.camera.cy);
   const Mat3 R = c.T_B_C.R();
   const Vec3& p = c.T_B_C.p;
   if (!R.allFinite() || !p.allFinite()) return json;

@@ -143,7 +143,9 @@ RigidRange rigidRange(const WindowState& w, const Frame& f, const HeldRange& r) 
 NormalEquations informationOf(WindowState& w) {
   TermSet set(w);
   set.addAll();
-  return eliminateLandmarks(set.terms(), frameBlocks(w, 0, w.frames.size()));
+  std::vector<BlockRef> order = frameBlocks(w, 0, w.frames.size());
+  addCalibrationBlocks(w, &order);
+  return eliminateLandmarks(set.terms(), order);
 }
 
 namespace {

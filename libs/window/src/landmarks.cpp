@@ -11,12 +11,13 @@ namespace {
 bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
   const Pose T_B_C = w.T_B_C();
   const Pose T_W_Ci = l.host()->T_W_B() * T_B_C;
+  const factors::CameraVector camera = w.cameraVector();
   double cc = 0, ca = 0, parallax = 0;
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
     const Pose T_Cj_Ci = (l.sights[k].frame->T_W_B() * T_B_C).inverse() * T_W_Ci;
     const factors::Sight& s = l.sights[k].sight;
-    const Vec3 a = T_Cj_Ci.q * (l.ray.bearing - w.td() * l.ray.rate);
-    const Vec3 seen = s.bearing - w.td() * s.rate;
+    const Vec3 a = T_Cj_Ci.q * l.ray.bearingAt(camera);
+    const Vec3 seen = s.bearingAt(camera);
     const Mat23& W = s.weight;
     const Vec2 Wa = W * (a - seen);
     const Vec2 Wc = W * T_Cj_Ci.p;
@@ -25,14 +26,14 @@ bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
     const double angle = std::acos(std::clamp(a.dot(seen), -1.0, 1.0));
     parallax = std::max(parallax, angle);
   }
-  if (parallax * w.focal_px < w.options.min_parallax_px || cc <= 0) return false;
+  if (parallax * w.focalPx() < w.options.min_parallax_px || cc <= 0) return false;
   *rho = -ca / cc;
   if (!(*rho > 1.0 / 200.0 && *rho < 1.0 / 0.1)) return false;
   double worst = 0;
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
     const Vec2 r = factors::reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
                                                  l.sights[k].frame->T_W_B(), T_B_C,
-                                                 Vec3(0, 0, *rho), w.td(), nullptr);
+                                                 Vec3(0, 0, *rho), camera, nullptr);
     worst = std::max(worst, r.norm());
   }
   return worst < 3 * w.options.outlier_sigma;
@@ -43,21 +44,21 @@ void hostAnew(const WindowState& w, const Vec3& p_W, WindowLandmark* l) {
   l->setHostRay();
   if (!l->has_depth) return;
   const Vec3 p_C = (l->host()->T_W_B() * w.T_B_C()).inverse() * p_W;
-  // From p_C = (bearing + basis (u, v) - td rate) / rho, along the bearing and across it.
-  const double along = p_C.dot(l->ray.bearing) / (1 - w.td() * l->ray.bearing.dot(l->ray.rate));
+  // From p_C = (ray + basis (u, v)) / rho, along the bearing and across it.
+  const Vec3 ray = l->ray.bearingAt(w.cameraVector());
+  const double along = p_C.dot(l->ray.bearing) / ray.dot(l->ray.bearing);
   l->has_depth = along > 0.05;
   if (!l->has_depth) return;
-  const Vec2 uv = l->ray.basis.transpose() * p_C / along;
-  const Vec2 late = l->ray.basis.transpose() * l->ray.rate * w.td();
-  l->x[0] = uv[0] + late[0];
-  l->x[1] = uv[1] + late[1];
+  const Vec2 uv = l->ray.basis.transpose() * (p_C / along - ray);
+  l->x[0] = uv[0];
+  l->x[1] = uv[1];
   l->x[2] = 1.0 / along;
 }
 
 }  // namespace
 
 Vec3 landmarkInWorld(const WindowState& w, const WindowLandmark& l) {
-  return l.host()->T_W_B() * (w.T_B_C() * l.inCamera(w.td()));
+  return l.host()->T_W_B() * (w.T_B_C() * l.inCamera(w.cameraVector()));
 }
 
 int triangulateLandmarks(WindowState& w) {
@@ -88,9 +89,9 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
     bool newest_bad = false;
     std::size_t bad = 0;
     for (std::size_t k = 1; k < l.sights.size();) {
-      const Vec2 r =
-          factors::reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
-                                        l.sights[k].frame->T_W_B(), T_B_C, x, w.td(), nullptr);
+      const Vec2 r = factors::reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
+                                                   l.sights[k].frame->T_W_B(), T_B_C, x,
+                                                   w.cameraVector(), nullptr);
       if (r.norm() > w.options.outlier_sigma) {
         newest_bad = newest_bad || l.sights[k].frame == newest;
         l.sights.erase(l.sights.begin() + k);

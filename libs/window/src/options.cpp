@@ -30,14 +30,21 @@ void describe(OptionVisitor& v, WindowOptions& o) {
           "parallax a track needs before it gets a depth");
   v.value("first_estimate_jacobians", o.first_estimate_jacobians,
           "Jacobians of states in the prior are taken at their first estimate");
-  v.value("estimate_extrinsics", o.estimate_extrinsics, "refine the camera's pose in the body");
-  v.value("extrinsics_sigma_m", o.extrinsics_sigma_m, {1e-6, 10.0},
-          "how far the calibrated camera position may be off");
-  v.value("extrinsics_sigma_rad", o.extrinsics_sigma_rad, {1e-6, 3.0},
-          "how far the calibrated camera rotation may be off");
-  v.value("estimate_time_offset", o.estimate_time_offset, "refine the camera's time offset");
-  v.value("time_offset_sigma_s", o.time_offset_sigma_s, {1e-7, 1.0},
-          "how far the given time offset may be off");
+  v.value("extrinsics_sigma_m", o.calibration.position_m, {1e-6, 10.0},
+          "how far the given camera position may be off");
+  v.value("extrinsics_sigma_rad", o.calibration.rotation_rad, {1e-6, 3.0},
+          "how far the given camera rotation may be off");
+  v.value("time_offset_sigma_s", o.calibration.time_offset_s, {1e-7, 1.0},
+          "how far the time offset may be off once the start has found it");
+  v.value("readout_s", o.readout_s, {0.0, 0.2},
+          "rolling shutter: time from the first row of an image to the last");
+  v.value("readout_sigma_s", o.calibration.readout_s, {1e-7, 0.2}, "how far readout_s may be off");
+  v.value("focal_sigma", o.calibration.focal, {1e-6, 0.5},
+          "how far the given focal lengths may be off (relative)");
+  v.value("aspect_sigma", o.calibration.aspect, {1e-6, 0.5},
+          "how far the ratio of the focal lengths may be off (relative)");
+  v.value("centre_sigma_px", o.calibration.centre_px, {1e-4, 1000.0},
+          "how far the given principal point may be off");
   v.value("rest_sigma_v_mps", o.rest_sigma_v_mps, {1e-6, 10.0}, "velocity noise at standstill");
   v.value("rest_sigma_p_m", o.rest_sigma_p_m, {1e-6, 10.0}, "position noise at standstill");
   v.value("rest_sigma_theta_rad", o.rest_sigma_theta_rad, {1e-7, 1.0},

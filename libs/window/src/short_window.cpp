@@ -44,21 +44,28 @@ struct ShortWindow::Impl : WindowState {
     frames.push_back(std::move(f));
     for (const vision::FeatureObservation& o : features) {
       WindowLandmark& l = landmarks[o.id];
-      LandmarkSight sight;
-      sight.frame = frames.back().get();
-      sight.sight.bearing = o.bearing;
-      sight.sight.weight = o.dpx_dbearing / options.sigma_px;
-      sight.sight.rate = o.bearing_rate;
-      l.sights.push_back(sight);
+      l.sights.push_back(sightOf(o));
       if (l.sights.size() == 1) {
         l.setHostRay();
-      } else if (l.sights.size() == 2 && l.ray.rate.isZero()) {
+      } else if (l.sights.size() == 2 && !l.sights.front().hasRate()) {
         // A new track has no rate yet: its next image tells how it was moving.
-        l.sights.front().sight.rate = o.bearing_rate;
-        l.ray.rate = o.bearing_rate;
+        l.sights.front().setRate(o.bearing_rate);
+        l.setHostRay();
       }
     }
     return *frames.back();
+  }
+
+  LandmarkSight sightOf(const vision::FeatureObservation& o) const {
+    LandmarkSight s;
+    s.frame = frames.back().get();
+    s.row = camera.height > 0 ? o.px.y() / camera.height - 0.5 : 0;
+    s.sight.bearing = o.bearing;
+    s.sight.weight = o.dpx_dbearing / options.sigma_px;
+    s.sight.by_camera = factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate,
+                                                 Vec2(camera.cx, camera.cy), s.row);
+    s.sight.at[factors::kTimeOffset] = stamp_offset_s;
+    return s;
   }
 
   /// Appends one block whose local coordinates are known to `sigmas`.
@@ -72,23 +79,25 @@ struct ShortWindow::Impl : WindowState {
   }
 
   void addCalibrationPrior() {
-    if (options.estimate_extrinsics) {
-      const double p = options.extrinsics_sigma_m, a = options.extrinsics_sigma_rad;
-      addPriorBlock(extrinsic, 7, {p, p, p, a, a, a});
-    }
-    if (options.estimate_time_offset) addPriorBlock(time_offset, 1, {options.time_offset_sigma_s});
+    if (!options.calibrate) return;
+    const CalibrationSigma& c = calibration_sigma;
+    addPriorBlock(
+        extrinsic, 7,
+        {c.position_m, c.position_m, c.position_m, c.rotation_rad, c.rotation_rad, c.rotation_rad});
+    // In the order of factors::CameraParameter.
+    addPriorBlock(camera_parameters, factors::kCameraParameters,
+                  {c.time_offset_s, c.readout_s, c.focal, c.aspect, c.centre_px, c.centre_px});
   }
 };
 
 ShortWindow::ShortWindow(const WindowOptions& options, const imu::ImuNoise& noise,
-                         const Pose& T_B_C, double focal_px, double time_offset_s)
+                         const Calibration& calibration)
     : impl_(std::make_unique<Impl>()) {
   impl_->options = options;
   impl_->noise = noise;
-  impl_->focal_px = focal_px;
-  impl_->td_ref_s = time_offset_s;
-  impl_->time_offset[0] = time_offset_s;
-  factors::poseTo(T_B_C, impl_->extrinsic);
+  impl_->calibration_sigma = options.calibration;
+  impl_->camera_parameters[factors::kReadout] = options.readout_s;
+  setCalibration(calibration);
 }
 
 ShortWindow::~ShortWindow() = default;
@@ -278,6 +287,31 @@ Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {
 }
 
 Pose ShortWindow::extrinsics() const { return impl_->T_B_C(); }
-double ShortWindow::timeOffset() const { return impl_->time_offset[0]; }
+double ShortWindow::timeOffset() const { return impl_->camera_parameters[factors::kTimeOffset]; }
+
+void ShortWindow::setTimeOffset(double time_offset_s, double sigma_s) {
+  impl_->calibration_sigma.time_offset_s = sigma_s;
+  impl_->camera_parameters[factors::kTimeOffset] = time_offset_s;
+  impl_->stamp_offset_s = time_offset_s;
+}
+
+void ShortWindow::setCalibration(const Calibration& calibration) {
+  impl_->camera = calibration.camera;
+  impl_->camera_parameters[factors::kTimeOffset] = calibration.time_offset_s;
+  impl_->stamp_offset_s = calibration.time_offset_s;
+  factors::poseTo(calibration.T_B_C, impl_->extrinsic);
+}
+
+void ShortWindow::stampWith(double time_offset_s) { impl_->stamp_offset_s = time_offset_s; }
+
+Calibration ShortWindow::calibration() const {
+  const factors::CameraVector c = impl_->cameraVector();
+  Calibration out = {impl_->camera, impl_->T_B_C(), c[factors::kTimeOffset]};
+  out.camera.fx *= 1 + c[factors::kFocal] + c[factors::kAspect];
+  out.camera.fy *= 1 + c[factors::kFocal] - c[factors::kAspect];
+  out.camera.cx += c[factors::kCx];
+  out.camera.cy += c[factors::kCy];
+  return out;
+}
 
 }  // namespace vir::window

@@ -35,7 +35,7 @@ SharedTracks sharedWith(const WindowState& w, const Frame& reference) {
       break;
     }
   }
-  if (out.shared) out.parallax_px = sum / out.shared * w.focal_px;
+  if (out.shared) out.parallax_px = sum / out.shared * w.focalPx();
   return out;
 }
 
@@ -93,10 +93,7 @@ void marginalizeOldest(WindowState& w) {
   set.addOldest(into_prior);
 
   std::vector<BlockRef> order = frameBlocks(w, 0, w.frames.size());
-  if (w.calibrating()) {
-    if (w.options.estimate_extrinsics) order.push_back({w.extrinsic, 7, 0, nullptr});
-    if (w.options.estimate_time_offset) order.push_back({w.time_offset, 1, 0, nullptr});
-  }
+  addCalibrationBlocks(w, &order);
   // Blocks no term touches (speeds of later frames) are left out.
   std::vector<BlockRef> touched;
   for (std::size_t k = 0; k < order.size(); ++k) {

@@ -36,7 +36,7 @@ class Unknowns {
       add(f->speed_bias, 9);
     }
     add(w.extrinsic, 7);
-    add(w.time_offset, 1);
+    add(w.camera_parameters, factors::kCameraParameters);
     for (auto& [id, l] : w.landmarks) add(l.x, 3);
     if (w.ranging()) {
       add(w.long_window->frontParameters(), 5);
@@ -87,13 +87,11 @@ void addParameters(WindowState& w, Unknowns* x, ceres::Problem* problem,
   }
   if (!w.calibrating()) return;
   double* const extrinsic = x->of(w.extrinsic);
-  double* const time_offset = x->of(w.time_offset);
+  double* const camera = x->of(w.camera_parameters);
   problem->AddParameterBlock(extrinsic, 7, &w.pose_manifold);
-  problem->AddParameterBlock(time_offset, 1);
-  if (!w.options.estimate_extrinsics) problem->SetParameterBlockConstant(extrinsic);
-  if (!w.options.estimate_time_offset) problem->SetParameterBlockConstant(time_offset);
+  problem->AddParameterBlock(camera, factors::kCameraParameters);
   ordering->AddElementToGroup(extrinsic, 1);
-  ordering->AddElementToGroup(time_offset, 1);
+  ordering->AddElementToGroup(camera, 1);
 }
 
 /// The front of the long window and the anchors.

@@ -47,15 +47,15 @@ void TermSet::addLandmark(WindowLandmark& l) {
     const double* lin_i = fej ? host->linPose() : nullptr;
     const double* lin_j = fej ? f->linPose() : nullptr;
     if (w_.calibrating()) {
-      auto& r = make<factors::ReprojectionCalibrationFactor>(l.ray, l.sights[k].sight, w_.td_ref_s);
+      auto& r = calibrations_.emplace_back(l.ray, l.sights[k].sight);
       r.linearizeAt(lin_i, lin_j);
       terms_.push_back({&r,
-                        {host->pose, f->pose, w_.extrinsic, l.x, w_.time_offset},
+                        {host->pose, f->pose, w_.extrinsic, l.x, w_.camera_parameters},
                         w_.options.loss_scale,
                         cauchy,
                         l.x});
     } else {
-      reprojections_.emplace_back(l.ray, l.sights[k].sight, w_.T_B_C());
+      reprojections_.emplace_back(l.ray, l.sights[k].sight, w_.T_B_C(), w_.cameraVector());
       reprojections_.back().linearizeAt(lin_i, lin_j);
       terms_.push_back(
           {&reprojections_.back(), {host->pose, f->pose, l.x}, w_.options.loss_scale, cauchy, l.x});
@@ -137,7 +137,7 @@ void TermSet::addTail(std::size_t first) {
     const Vec3 p_W = landmarkInWorld(w_, l);
     for (std::size_t k = l.sights.size() - 1; k > 0 && in_tail(l.sights[k].frame); --k) {
       factors::Sight sight = l.sights[k].sight;
-      sight.bearing -= w_.td() * sight.rate;
+      sight.bearing = sight.bearingAt(w_.cameraVector());
       point_sights_.emplace_back(p_W, sight, T_B_C);
       terms_.push_back({&point_sights_.back(),
                         {l.sights[k].frame->pose},
@@ -154,6 +154,12 @@ void TermSet::addOldest(const std::vector<std::uint64_t>& ids) {
   addRest(*w_.frames[0], nullptr);
   if (w_.frames.size() > 1) addLink(*w_.frames[0], *w_.frames[1]);
   for (std::uint64_t id : ids) addLandmark(w_.landmarks.at(id));
+}
+
+void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order) {
+  if (!w.calibrating()) return;
+  order->push_back({w.extrinsic, 7, 0, nullptr});
+  order->push_back({w.camera_parameters, factors::kCameraParameters, 0, nullptr});
 }
 
 std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count) {

@@ -46,6 +46,13 @@ struct Frame {
 struct LandmarkSight {
   Frame* frame = nullptr;
   factors::Sight sight;
+  double row = 0;  ///< see factors::bearingByCamera
+
+  bool hasRate() const { return !sight.by_camera.col(factors::kTimeOffset).isZero(); }
+  void setRate(const Vec3& rate) {
+    sight.by_camera.col(factors::kTimeOffset) = -rate;
+    sight.by_camera.col(factors::kReadout) = -row * rate;
+  }
 };
 
 struct WindowLandmark {
@@ -56,16 +63,13 @@ struct WindowLandmark {
   bool in_prior = false;  ///< some of its sights were marginalised
 
   Frame* host() const { return sights.front().frame; }
-  /// Point in the host's camera; `td_s`: time offset against the one the stamps were corrected
-  /// with.
-  Vec3 inCamera(double td_s) const {
-    return (ray.bearing + ray.basis * Vec2(x[0], x[1]) - td_s * ray.rate) / x[2];
+  /// Point in the host's camera.
+  Vec3 inCamera(const factors::CameraVector& camera) const {
+    return (ray.bearingAt(camera) + ray.basis * Vec2(x[0], x[1])) / x[2];
   }
   void setHostRay() {
-    const factors::Sight& s = sights.front().sight;
-    ray.bearing = s.bearing;
-    ray.basis = factors::tangentBasis(s.bearing);
-    ray.rate = s.rate;
+    static_cast<factors::CameraRay&>(ray) = sights.front().sight;
+    ray.basis = factors::tangentBasis(ray.bearing);
   }
 };
 
@@ -89,10 +93,11 @@ struct SightFit {
 struct WindowState {
   WindowOptions options;
   imu::ImuNoise noise;
-  double focal_px = 1;
-  double td_ref_s = 0;
+  CameraCalibration camera;  ///< as given: sights are bearings by it
+  CalibrationSigma calibration_sigma;
+  double stamp_offset_s = 0;  ///< time offset that new frames are stamped with
   double extrinsic[7];
-  double time_offset[1] = {0};
+  double camera_parameters[factors::kCameraParameters] = {0, 0, 0, 0, 0, 0};
   std::deque<std::unique_ptr<Frame>> frames;
   std::map<std::uint64_t, WindowLandmark> landmarks;  ///< ordered by id: same sums in every run
   factors::LinearPrior prior;
@@ -106,9 +111,9 @@ struct WindowState {
   bool ranging() const { return long_window && !long_window->anchors().empty(); }
 
   Pose T_B_C() const { return factors::poseFrom(extrinsic); }
-  /// Change of the time offset against the one the frames' stamps were corrected with [s].
-  double td() const { return time_offset[0] - td_ref_s; }
-  bool calibrating() const { return options.estimate_extrinsics || options.estimate_time_offset; }
+  factors::CameraVector cameraVector() const { return factors::CameraVector(camera_parameters); }
+  double focalPx() const { return 0.5 * (camera.fx + camera.fy); }
+  bool calibrating() const { return options.calibrate; }
   Frame& newest() { return *frames.back(); }
 };
 
@@ -141,6 +146,7 @@ class TermSet {
   WindowState& w_;
   std::vector<Term> terms_;
   std::deque<factors::ReprojectionFactor> reprojections_;
+  std::deque<factors::ReprojectionCalibrationFactor> calibrations_;
   std::deque<factors::HostSightFactor> host_sights_;
   std::deque<factors::PointSightFactor> point_sights_;
   std::deque<factors::WindowRangeFactor> window_ranges_;
@@ -153,6 +159,9 @@ class TermSet {
 
 /// Blocks of frames (and calibration) in window order.
 std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count);
+
+/// Of the camera, behind all frames, if it is estimated.
+void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order);
 
 /// Information of all terms of camera and IMU, over all frames.
 NormalEquations informationOf(WindowState& w);

@@ -222,7 +222,7 @@ roles::EstimatorReport VirEstimator::report() const {
   r.resets = estimator_->resets();
   r.longest_wait_reason = estimator_->longestWaitReason();
   if (estimator_->hasCamera()) {
-    r.calibration = Calibration{calibration_, estimator_->extrinsics(), estimator_->timeOffset()};
+    r.calibration = estimator_->calibration();
   }
   return r;
 }

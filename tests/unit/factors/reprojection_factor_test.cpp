@@ -15,11 +15,21 @@ using vir_test::poseBlock;
 
 Pose extrinsic() { return {expQuat(Vec3(1.2, -1.1, 0.9)), Vec3(0.05, -0.02, 0.1)}; }
 
+CameraVector reference() {
+  CameraVector c = CameraVector::Zero();
+  c[kTimeOffset] = 0.01;
+  return c;
+}
+
+std::vector<double> cameraBlock(const CameraVector& c) { return {c.data(), c.data() + c.size()}; }
+
 HostRay hostRay(const Vec3& bearing) {
   HostRay h;
   h.bearing = bearing.normalized();
   h.basis = tangentBasis(h.bearing);
-  h.rate = Vec3(0.3, -0.2, 0.1);
+  h.by_camera << 0.3, -0.2, 0.5, 0.1, 0.002, 0.001, -0.2, 0.1, 0.3, -0.4, 0.001, 0.002, 0.1, 0.05,
+      -0.1, 0.2, 0.0, -0.001;
+  h.at = reference();
   return h;
 }
 
@@ -28,7 +38,9 @@ Sight sightOf(const Vec3& direction) {
   s.bearing = direction.normalized();
   s.weight = 200 * tangentBasis(s.bearing).transpose();
   s.weight(0, 1) += 30;  // a distorted camera's Jacobian is not orthogonal
-  s.rate = Vec3(-0.1, 0.4, 0.2);
+  s.by_camera << -0.1, 0.05, -0.3, 0.2, 0.002, 0.0, 0.4, -0.2, 0.6, 0.3, -0.001, 0.002, 0.2, 0.1,
+      0.1, -0.1, 0.001, 0.001;
+  s.at = reference();
   return s;
 }
 
@@ -40,7 +52,7 @@ Pose nextTo(const Pose& T_W_Bi) {
 struct Case {
   HostRay host;
   Sight sight;
-  Blocks x;  // pose i, pose j, extrinsic, landmark, time offset
+  Blocks x;  // pose i, pose j, extrinsic, landmark, camera
 };
 
 Case caseAt(const Pose& T_W_Bi, double rho, double error) {
@@ -58,7 +70,7 @@ Case caseAt(const Pose& T_W_Bi, double rho, double error) {
          poseBlock(T_W_Bj),
          poseBlock(extrinsic()),
          {landmark[0], landmark[1], landmark[2]},
-         {0.015}};
+         {0.015, 0.002, 0.01, -0.003, 2.0, -1.5}};
   return c;
 }
 
@@ -77,9 +89,9 @@ TEST(ReprojectionFactor, JacobiansEverywhere) {
       for (double error : {0.0, 0.05}) {
         const Case c = caseAt(p.T, rho, error);
         const std::string what = p.name + ", rho " + std::to_string(rho);
-        const ReprojectionFactor f(c.host, c.sight, extrinsic());
+        const ReprojectionFactor f(c.host, c.sight, extrinsic(), reference());
         vir_test::expectJacobians(f, withoutCalibration(c), what, tolerance());
-        const ReprojectionCalibrationFactor g(c.host, c.sight, 0.01);
+        const ReprojectionCalibrationFactor g(c.host, c.sight);
         vir_test::expectJacobians(g, c.x, what + ", calibration", tolerance());
       }
     }
@@ -93,34 +105,48 @@ TEST(ReprojectionFactor, ResidualByHand) {
   const HostRay host = hostRay(Vec3(0, 0, 1));
   Sight s;
   s.weight << 100, 0, 0, 0, 100, 0;
-  const ReprojectionFactor f(host, s, Pose());
+  const ReprojectionFactor f(host, s, Pose(), reference());
   const Blocks x = {
       poseBlock(Pose()), poseBlock(Pose(Quat::Identity(), Vec3(1, 0, 0))), {0, 0, 0.5}};
   const Eigen::VectorXd r = vir_test::residualOf(f, x);
   EXPECT_NEAR(r[0], -100 / std::sqrt(5.0), 1e-12);
   EXPECT_NEAR(r[1], 0, 1e-12);
   // With calibration at the reference offset it is the same.
-  const ReprojectionCalibrationFactor g(host, s, 0.02);
-  EXPECT_LT((vir_test::residualOf(g, {x[0], x[1], poseBlock(Pose()), x[2], {0.02}}) - r).norm(),
-            1e-12);
+  const ReprojectionCalibrationFactor g(host, s);
+  EXPECT_LT(
+      (vir_test::residualOf(g, {x[0], x[1], poseBlock(Pose()), x[2], cameraBlock(host.at)}) - r)
+          .norm(),
+      1e-12);
 }
 
-TEST(ReprojectionFactor, TimeOffsetMovesTheMeasuredBearingsBack) {
-  // Point at infinity, no motion: predicted = host bearing - td * host rate, measured = bearing -
-  // td * rate. With host rate 0 and rate (0.5, 0, 0), td 0.01: r = 100 * 0.005 = 0.5 in x.
+TEST(ReprojectionFactor, TheCamerasParametersMoveTheMeasuredBearings) {
+  // Point at infinity, no motion: predicted = host bearing, measured = bearing + by_camera (c -
+  // at). Image moving at 0.5/s along x, offset 0.01 s more than stamped with: measured 0.005 less,
+  // r = 100 * 0.005 = 0.5 in x. Focal length 1 % more, seen 0.2 off the centre: 0.002 less, r =
+  // 0.2.
   HostRay host = hostRay(Vec3(0, 0, 1));
-  host.rate.setZero();
+  host.by_camera.setZero();
   Sight s;
   s.weight << 100, 0, 0, 0, 100, 0;
-  s.rate = Vec3(0.5, 0, 0);
-  const ReprojectionCalibrationFactor f(host, s, 0.0);
+  s.by_camera.col(kTimeOffset) = Vec3(-0.5, 0, 0);
+  s.by_camera.col(kFocal) = Vec3(-0.2, 0, 0);
+  s.at = reference();
+  const ReprojectionCalibrationFactor f(host, s);
   const std::vector<double> I = poseBlock(Pose());
-  EXPECT_NEAR(vir_test::residualOf(f, {I, I, I, {0, 0, 0}, {0.01}})[0], 0.5, 1e-12);
+  CameraVector c = reference();
+  c[kTimeOffset] += 0.01;
+  EXPECT_NEAR(vir_test::residualOf(f, {I, I, I, {0, 0, 0}, cameraBlock(c)})[0], 0.5, 1e-12);
+  c = reference();
+  c[kFocal] = 0.01;
+  EXPECT_NEAR(vir_test::residualOf(f, {I, I, I, {0, 0, 0}, cameraBlock(c)})[0], 0.2, 1e-12);
+  // The same without a parameter for it.
+  const ReprojectionFactor g(host, s, Pose(), c);
+  EXPECT_NEAR(vir_test::residualOf(g, {I, I, {0, 0, 0}})[0], 0.2, 1e-12);
 }
 
 TEST(ReprojectionFactor, PointsAtInfinityDoNotFeelTranslation) {
   const Case c = caseAt(Pose(), 0.0, 0.01);
-  const ReprojectionFactor f(c.host, c.sight, extrinsic());
+  const ReprojectionFactor f(c.host, c.sight, extrinsic(), reference());
   Blocks x = withoutCalibration(c);
   const Eigen::VectorXd before = vir_test::residualOf(f, x);
   x[1][0] += 1e6;
@@ -134,10 +160,10 @@ TEST(ReprojectionFactor, BehindTheCameraAndAtZeroDistanceStaysFinite) {
   // The point (0, 0, 1) seen from exactly there, from just there, and from beyond it.
   for (double z : {1.0, 1.0 + 1e-12, 1.0 + 1e-7, 3.0}) {
     const std::vector<double> j = poseBlock(Pose(Quat::Identity(), Vec3(0, 0, z)));
-    const ReprojectionFactor f(host, s, Pose());
-    const ReprojectionCalibrationFactor g(host, s, 0.0);
+    const ReprojectionFactor f(host, s, Pose(), reference());
+    const ReprojectionCalibrationFactor g(host, s);
     for (const auto& [cost, x] : std::vector<std::pair<const ceres::CostFunction*, Blocks>>{
-             {&f, {I, j, {0, 0, 1}}}, {&g, {I, j, I, {0, 0, 1}, {0}}}}) {
+             {&f, {I, j, {0, 0, 1}}}, {&g, {I, j, I, {0, 0, 1}, cameraBlock(reference())}}}) {
       Eigen::VectorXd r;
       for (const auto& J : vir_test::analyticJacobians(*cost, x, &r)) {
         EXPECT_TRUE(J.allFinite()) << z;
@@ -152,7 +178,7 @@ TEST(ReprojectionFactor, APointBehindIsFarFromAnyMeasurement) {
   // so a point exactly behind must not look perfect to an outlier test. Slightly off axis it is
   // seen as just as slightly off: what rejects it is the sign of its depth.
   const Case c = caseAt(Pose(), 0.5, 0.0);
-  const ReprojectionFactor f(c.host, c.sight, extrinsic());
+  const ReprojectionFactor f(c.host, c.sight, extrinsic(), reference());
   EXPECT_LT(vir_test::residualOf(f, withoutCalibration(c)).norm(), 1e-9);
   Blocks x = withoutCalibration(c);
   x[2][2] = -0.5;
@@ -171,8 +197,8 @@ TEST(ReprojectionFactor, JacobiansStandAtTheFirstEstimateResidualsDoNot) {
     const double* j = mask & 2 ? first.x[1].data() : nullptr;
     Eigen::VectorXd r, unused;
     {
-      ReprojectionFactor f(now.host, now.sight, extrinsic());
-      const ReprojectionFactor plain(now.host, now.sight, extrinsic());
+      ReprojectionFactor f(now.host, now.sight, extrinsic(), reference());
+      const ReprojectionFactor plain(now.host, now.sight, extrinsic(), reference());
       f.linearizeAt(i, j);
       const auto J = vir_test::analyticJacobians(f, withoutCalibration(now), &r);
       const auto expected = vir_test::analyticJacobians(plain, withoutCalibration(at), &unused);
@@ -180,8 +206,8 @@ TEST(ReprojectionFactor, JacobiansStandAtTheFirstEstimateResidualsDoNot) {
       for (int k = 0; k < 3; ++k) EXPECT_TRUE(J[k] == expected[k]) << mask << " " << k;
       vir_test::expectNullBlocksWork(f, withoutCalibration(now), "first estimates");
     }
-    ReprojectionCalibrationFactor f(now.host, now.sight, 0.01);
-    const ReprojectionCalibrationFactor plain(now.host, now.sight, 0.01);
+    ReprojectionCalibrationFactor f(now.host, now.sight);
+    const ReprojectionCalibrationFactor plain(now.host, now.sight);
     f.linearizeAt(i, j);
     const auto J = vir_test::analyticJacobians(f, now.x, &r);
     const auto expected = vir_test::analyticJacobians(plain, at.x, &unused);

@@ -23,7 +23,7 @@ WindowState threeFrames(const Vec3& p_W, double td_s) {
   WindowState w;
   w.options.sigma_px = 1;
   factors::poseTo(Scene::T_B_C(), w.extrinsic);
-  w.time_offset[0] = td_s;
+  w.camera_parameters[factors::kTimeOffset] = td_s;
   WindowLandmark& l = w.landmarks[7];
   for (int k = 0; k < 3; ++k) {
     const double t = 0.1 * k;
@@ -35,7 +35,7 @@ WindowState threeFrames(const Vec3& p_W, double td_s) {
     LandmarkSight s;
     s.frame = w.frames.back().get();
     s.sight.bearing = b;
-    s.sight.rate = (bearingAt(p_W, t + 1e-4) - bearingAt(p_W, t - 1e-4)) / 2e-4;
+    s.setRate((bearingAt(p_W, t + 1e-4) - bearingAt(p_W, t - 1e-4)) / 2e-4);
     s.sight.weight = Scene::observation(7, Scene::kFocal * b.head<2>() / b.z() +
                                                Vec2(Scene::kWidth, Scene::kHeight) / 2)
                          .dpx_dbearing;
@@ -51,7 +51,7 @@ Vec2 residualIn(const WindowState& w, std::size_t sight) {
   const WindowLandmark& l = w.landmarks.at(7);
   return factors::reprojectionResidual(l.ray, l.sights[sight].sight, l.host()->T_W_B(),
                                        l.sights[sight].frame->T_W_B(), w.T_B_C(),
-                                       Vec3(l.x[0], l.x[1], l.x[2]), w.td(), nullptr);
+                                       Vec3(l.x[0], l.x[1], l.x[2]), w.cameraVector(), nullptr);
 }
 
 TEST(Landmarks, StayWhereTheyAreWithANewHost) {

@@ -20,7 +20,7 @@ struct WindowDriver {
       : scene(std::move(motion), seed),
         options(window_options),
         long_window(long_options),
-        window(options, noise, Scene::T_B_C(), Scene::kFocal, 0.0),
+        window(options, noise, Scene::calibration()),
         t(vir::fromSeconds(t0_s)),
         next_imu(t - vir::fromSeconds(0.01)) {
     window.attach(&long_window);

@@ -40,11 +40,19 @@ class Startup {
           double focal_px);
 
   void reset();
+  /// Keeps an image without trying, for a start that may have to be made later.
+  void remember(const vision::TrackedFrame& frame);
+  /// The camera's time offset has changed by this much.
+  void shift(TimeNs by);
+  /// How far off the camera's time offset may be, for the window; 0: it is exact.
+  void setTimeOffsetSigma(double sigma_s) { time_offset_sigma_s_ = sigma_s; }
   /// Offers a tracked image (IMU readings up to its time are in `imu`). On success the window is
   /// filled, its newest frame is this image. The first frame of the window gets the position and
   /// the yaw of `origin`.
   StartupStatus offer(const vision::TrackedFrame& frame, imu::ImuBuffer& imu,
                       const RestDetector& rest, const Pose& origin, window::ShortWindow* window);
+  /// By how much the time offset was changed in the start that succeeded [s].
+  double foundShift() const { return found_shift_s_; }
   /// Why it is still waiting: "too few tracks", "too little parallax", "rotation only", "no
   /// excitation", "scale uncertain", "inconsistent".
   const std::string& reason() const { return reason_; }
@@ -58,7 +66,9 @@ class Startup {
  private:
   bool startStanding(const vision::TrackedFrame& frame, const imu::ImuBuffer& imu,
                      const RestDetector& rest, const Pose& origin, window::ShortWindow* window);
+  /// Again with the time offset that the window finds, until that stays.
   bool startMoving(imu::ImuBuffer& imu, const Pose& origin, window::ShortWindow* window);
+  bool startMovingOnce(imu::ImuBuffer& imu, const Pose& origin, window::ShortWindow* window);
   std::vector<const vision::TrackedFrame*> selectFrames() const;
   bool enoughMotion(const std::vector<const vision::TrackedFrame*>& frames, imu::ImuBuffer& imu);
   bool refine(window::ShortWindow* window);
@@ -68,6 +78,7 @@ class Startup {
   Pose T_B_C_;
   double focal_px_;
   std::deque<vision::TrackedFrame> frames_;
+  double time_offset_sigma_s_ = 0, found_shift_s_ = 0;
   Vec3 gyro_bias_ = Vec3::Zero();
   std::string reason_ = "waiting for images";
   std::string detail_;

@@ -98,9 +98,8 @@ class VisualInertialEstimator {
   const std::vector<Eigen::Vector2f>& trackedPixels() const;
   EstimatorCounters counters() const;
   const imu::ImuBufferCounters& imuCounters() const;
-  /// Time offset and camera pose in the body as last estimated (or as given).
-  double timeOffset() const;
-  Pose extrinsics() const;
+  /// As last estimated, or as given.
+  Calibration calibration() const;
   int resets() const;
   const std::vector<std::string>& warnings() const;
   /// The reason that kept initialisation waiting longest.

@@ -3,6 +3,7 @@
 /// Factor").
 #include <ceres/sized_cost_function.h>
 
+#include "vir/factors/camera_parameters.h"
 #include "vir/geometry/pose.h"
 
 namespace vir::factors {
@@ -15,39 +16,35 @@ Mat32 tangentBasis(const Vec3& unit);
 /// One sight of a landmark. `weight` = (projection Jacobian at the bearing) / sigma_px, so that
 /// weight * (predicted bearing - bearing) is the whitened pixel residual to first order, for any
 /// camera model, without evaluating its distortion again.
-struct Sight {
-  Vec3 bearing = Vec3::UnitZ();  ///< unit, camera frame
+struct Sight : CameraRay {
   Mat23 weight = Mat23::Zero();
-  Vec3 rate = Vec3::Zero();  ///< d bearing / dt [1/s], for the time offset
 };
 
 /// The landmark on the host's ray: direction d = bearing + basis (u, v), inverse distance rho;
 /// p_C = d / rho. u, v carry the noise of the host's own sight.
-struct HostRay {
-  Vec3 bearing = Vec3::UnitZ();
+struct HostRay : CameraRay {
   Mat32 basis = Mat32::Zero();
-  Vec3 rate = Vec3::Zero();
 };
 
 /// All Jacobians of one reprojection; those not wanted are still computed (they share everything).
 struct ReprojectionJacobians {
   Eigen::Matrix<double, 2, 6> pose_i, pose_j, extrinsic;
   Mat23 landmark;
-  Vec2 time_offset;
+  Eigen::Matrix<double, 2, kCameraParameters> camera;
 };
 
 /// Whitened residual [2] of the landmark hosted in frame i, seen in frame j. Scaled by the inverse
 /// distance throughout, so that points at infinity (rho = 0) are regular.
-/// `td_s`: change of the time offset against the one the frames' stamps were corrected with.
 Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T_W_Bi,
-                          const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark, double td_s,
-                          ReprojectionJacobians* J);
+                          const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark,
+                          const CameraVector& camera, ReprojectionJacobians* J);
 
 /// Parameters: pose i, pose j, landmark. Calibration fixed.
 class ReprojectionFactor final : public ceres::SizedCostFunction<2, 7, 7, 3> {
  public:
-  ReprojectionFactor(const HostRay& host, const Sight& sight, const Pose& T_B_C)
-      : host_(host), sight_(sight), T_B_C_(T_B_C) {}
+  ReprojectionFactor(const HostRay& host, const Sight& sight, const Pose& T_B_C,
+                     const CameraVector& camera)
+      : host_(host), sight_(sight), T_B_C_(T_B_C), camera_(camera) {}
   /// First-estimate Jacobians, see ImuFactor::linearizeAt.
   void linearizeAt(const double* pose_i, const double* pose_j) {
     lin_i_ = pose_i;
@@ -59,16 +56,17 @@ class ReprojectionFactor final : public ceres::SizedCostFunction<2, 7, 7, 3> {
   HostRay host_;
   Sight sight_;
   Pose T_B_C_;
+  CameraVector camera_;
   const double* lin_i_ = nullptr;
   const double* lin_j_ = nullptr;
 };
 
-/// Parameters: pose i, pose j, extrinsic, landmark, time offset (camera-IMU calibration estimated).
-class ReprojectionCalibrationFactor final : public ceres::SizedCostFunction<2, 7, 7, 7, 3, 1> {
+/// Parameters: pose i, pose j, extrinsic, landmark, camera (its calibration is estimated).
+class ReprojectionCalibrationFactor final
+    : public ceres::SizedCostFunction<2, 7, 7, 7, 3, kCameraParameters> {
  public:
-  /// `td_ref_s`: the offset the frames' stamps were corrected with.
-  ReprojectionCalibrationFactor(const HostRay& host, const Sight& sight, double td_ref_s)
-      : host_(host), sight_(sight), td_ref_(td_ref_s) {}
+  ReprojectionCalibrationFactor(const HostRay& host, const Sight& sight)
+      : host_(host), sight_(sight) {}
   void linearizeAt(const double* pose_i, const double* pose_j) {
     lin_i_ = pose_i;
     lin_j_ = pose_j;
@@ -78,7 +76,6 @@ class ReprojectionCalibrationFactor final : public ceres::SizedCostFunction<2, 7
  private:
   HostRay host_;
   Sight sight_;
-  double td_ref_;
   const double* lin_i_ = nullptr;
   const double* lin_j_ = nullptr;
 };

@@ -9,11 +9,23 @@
 
 #include "vir/geometry/pose.h"
 #include "vir/imu/preintegration.h"
+#include "vir/types/calibration.h"
 #include "vir/types/state.h"
 #include "vir/vision/feature_tracker.h"
 #include "vir/window/long_window.h"
 
 namespace vir::window {
+
+/// How far what is given of the camera may be off: standard deviations.
+struct CalibrationSigma {
+  double position_m = 0.01;
+  double rotation_rad = 0.02;
+  double time_offset_s = 0.005;
+  double readout_s = 1e-4;
+  double focal = 0.01;    ///< relative, of both focal lengths
+  double aspect = 0.002;  ///< relative, of one against the other
+  double centre_px = 4;
+};
 
 struct WindowOptions {
   int keyframes = 14;
@@ -30,11 +42,9 @@ struct WindowOptions {
   double keyframe_max_interval_s = 0.6;
   double min_parallax_px = 3.0;
   bool first_estimate_jacobians = true;
-  bool estimate_extrinsics = false;
-  double extrinsics_sigma_m = 0.01;
-  double extrinsics_sigma_rad = 0.01;
-  bool estimate_time_offset = false;
-  double time_offset_sigma_s = 0.005;
+  bool calibrate = true;
+  CalibrationSigma calibration;
+  double readout_s = 0;
   double rest_sigma_v_mps = 0.01;
   double rest_sigma_p_m = 0.001;
   double rest_sigma_theta_rad = 0.0005;
@@ -76,8 +86,9 @@ struct WindowAccuracy {
 
 class ShortWindow {
  public:
-  ShortWindow(const WindowOptions& options, const imu::ImuNoise& noise, const Pose& T_B_C,
-              double focal_px, double time_offset_s);
+  /// Frames are stamped with the calibration's time offset until stampWith() says otherwise.
+  ShortWindow(const WindowOptions& options, const imu::ImuNoise& noise,
+              const Calibration& calibration);
   ~ShortWindow();
 
   void clear();
@@ -140,6 +151,14 @@ class ShortWindow {
   Eigen::Matrix<double, 6, 6> newestCovariance() const;
   Pose extrinsics() const;
   double timeOffset() const;
+  /// Before start(): what other means say of it. Frames are stamped with it from now on.
+  void setTimeOffset(double time_offset_s, double sigma_s);
+  /// Before start(): another calibration to begin with.
+  void setCalibration(const Calibration& calibration);
+  /// The frames given from now on are stamped with this offset, near the estimated one.
+  void stampWith(double time_offset_s);
+  /// As estimated by now.
+  Calibration calibration() const;
 
  private:
   struct Impl;

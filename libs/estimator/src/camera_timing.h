@@ -1,0 +1,48 @@
+#pragma once
+/// Internal: does the camera's clock agree with the IMU's? Follows the turns of images and gyro
+/// until that is known.
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "vir/initialization/image_turn.h"
+#include "vir/vision/feature_tracker.h"
+
+namespace vir::estimator {
+
+class CameraTiming {
+ public:
+  enum class State {
+    open,     ///< too little turning so far
+    agrees,   ///< within what the window can find itself
+    differs,  ///< by found().offset_s
+  };
+
+  explicit CameraTiming(double focal_px) : focal_px_(focal_px) {}
+
+  /// Images in time order, on the IMU's clock as believed now; unusable ones break the chain.
+  void add(const vision::TrackedFrame& frame);
+  /// Compares with the readings. Settled once it agrees for good.
+  /// `running`: a window is, and what it finds itself is left to it.
+  State look(const imu::ImuBuffer& imu, const Quat& q_B_C, bool running);
+  /// All that is asked has been answered.
+  bool settled() const { return settled_; }
+  const initialization::TurnCorrelation& found() const { return found_; }
+  /// The believed offset has changed.
+  void shift(TimeNs by);
+  /// Readings are needed from here on; 0: none.
+  TimeNs oldestTime() const { return turns_.empty() ? 0 : turns_.front().t0; }
+  /// Tracks were lost, or time has jumped.
+  void reset();
+
+ private:
+  double focal_px_;
+  TimeNs last_t_ = 0;  // 0: nothing to compare the next image with
+  std::vector<initialization::AlignmentSight> last_;
+  std::deque<initialization::ImageTurn> turns_;
+  initialization::TurnCorrelation found_;
+  bool settled_ = false;
+  int since_look_ = 0;
+};
+
+}  // namespace vir::estimator
