@@ -4,7 +4,6 @@
 /// prior that marginalisation left.
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "vir/geometry/pose.h"
@@ -15,6 +14,9 @@
 
 namespace vir::window {
 
+/// How a reprojection beyond loss_scale sigma counts.
+enum class ReprojectionLoss { huber, cauchy };
+
 struct WindowOptions {
   int keyframes = 14;
   int iterations = 2;
@@ -22,7 +24,7 @@ struct WindowOptions {
   int newest_frames = 1;
   bool full_every_image = false;
   double sigma_px = 0.3;
-  std::string loss = "cauchy";
+  ReprojectionLoss loss = ReprojectionLoss::cauchy;
   double loss_scale = 1.0;
   double outlier_sigma = 4.0;
   double keyframe_parallax_px = 12.0;
