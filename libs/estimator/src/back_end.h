@@ -28,7 +28,7 @@ struct BackEnd {
   /// Of an image that brings no state.
   Health withoutState() const;
   void estimateImage(const Packet& packet, StateEstimate* out);
-  void leaveOutDropped(Packet* packet);
+  void leaveOutWrongTracks(Packet* packet);
   void clockSetBack();
   void dropOldReadings();
   void tryStart(const vision::TrackedFrame& frame, StateEstimate* out);
@@ -59,7 +59,7 @@ struct BackEnd {
   }
 
   /// Tracks that were found to be wrong in a packet.
-  struct Drops {
+  struct WrongTracks {
     long packet = 0;
     std::vector<std::uint64_t> ids;
   };
@@ -78,7 +78,7 @@ struct BackEnd {
   std::vector<Landmark> old_landmarks;
   std::vector<std::string> warnings;
   std::map<std::string, double> wait_reasons;  // seconds
-  std::deque<Drops> drops;                     // that the tracker may not have heard of
+  std::deque<WrongTracks> wrong_tracks;        // that the tracker may not have heard of
   long packets = 0;
   long imu_gaps = 0;
   Pose origin;  // where the next segment starts

@@ -126,7 +126,7 @@ void FrontEnd::process(const WaitingImage& image) {
 
 void FrontEnd::follow(Feedback feedback) {
   gyro_bias_ = feedback.gyro_bias;
-  tracker_->drop(feedback.drop);
+  tracker_->stopFollowing(feedback.wrong_tracks);
   if (feedback.resets == resets_) return;
   resets_ = feedback.resets;
   tracker_->reset();

@@ -61,7 +61,7 @@ struct LongWindow::Impl {
   void holdFixedAnchors(Frontal* f) const;
   /// Mode "position": ties the new front to the nodes before it.
   void linkFront();
-  void dropOldest();
+  void marginaliseOldest();
   std::vector<double> frontAndAnchors() const;
   double cost(const std::vector<HeldRange>& front_ranges);
 };

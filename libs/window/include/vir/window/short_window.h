@@ -121,7 +121,7 @@ class ShortWindow {
   /// Landmarks that newest sees and that have a depth.
   int landmarksInNewest() const;
   /// Everything goes to the long window as it is (before clear(), when the odometry is lost).
-  void handOver();
+  void moveAllToLongWindow();
   /// Landmarks that left the window since the last call, as last estimated, in O.
   std::vector<Landmark> takeRetiredLandmarks();
   WindowAccuracy accuracy() const;
