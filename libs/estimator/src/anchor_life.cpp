@@ -198,8 +198,8 @@ bool RangeLayer::Impl::decideMirror(TimeNs t, AnchorTrack* a, const Held& held,
 bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
   if (!a->gate.suspicious()) return false;
   const bool trusted =
-      a->used > 50 &&
-      (a->well_known || a->used > kTrusted * static_cast<double>(a->used + a->rejected));
+      a->used > 50 && (a->well_known || static_cast<double>(a->used) >
+                                            kTrusted * static_cast<double>(a->used + a->rejected));
   warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges contradict " +
        (trusted ? "its position, it has been moved" : "its first position, which was wrong") +
        "; being found anew");

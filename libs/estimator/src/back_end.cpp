@@ -41,7 +41,8 @@ Feedback BackEnd::process(Packet packet) {
   out.resets = segment;
   out.time_offset_s = time_offset_s;
   if (window) out.gyro_bias = running ? window->newest().bg : startup->gyroBias();
-  if (!drops.empty() && drops.back().packet == packets) out.drop = drops.back().ids;
+  const WrongTracks* last = wrong_tracks.empty() ? nullptr : &wrong_tracks.back();
+  if (last != nullptr && last->packet == packets) out.wrong_tracks = last->ids;
   return out;
 }
 
@@ -93,7 +94,7 @@ void BackEnd::estimateInto(Packet* packet, StateEstimate* out) {
       restart("the IMU was silent");
       break;
     default:
-      leaveOutDropped(packet);
+      leaveOutWrongTracks(packet);
       estimateImage(packet, out);
   }
 }
@@ -132,14 +133,16 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
 }
 
 /// A tracker that is ahead may have followed tracks that have since been found to be wrong.
-void BackEnd::leaveOutDropped(Packet* packet) {
-  while (!drops.empty() && drops.front().packet <= packet->feedback) drops.pop_front();
+void BackEnd::leaveOutWrongTracks(Packet* packet) {
+  while (!wrong_tracks.empty() && wrong_tracks.front().packet <= packet->feedback) {
+    wrong_tracks.pop_front();
+  }
   std::vector<vision::FeatureObservation>& features = packet->frame.features;
-  for (const Drops& d : drops) {
-    const auto dropped = [&d](const vision::FeatureObservation& f) {
-      return std::find(d.ids.begin(), d.ids.end(), f.id) != d.ids.end();
+  for (const WrongTracks& found : wrong_tracks) {
+    const auto wrong = [&found](const vision::FeatureObservation& f) {
+      return std::find(found.ids.begin(), found.ids.end(), f.id) != found.ids.end();
     };
-    features.erase(std::remove_if(features.begin(), features.end(), dropped), features.end());
+    features.erase(std::remove_if(features.begin(), features.end(), wrong), features.end());
   }
 }
 
@@ -159,7 +162,11 @@ void BackEnd::dropOldReadings() {
 void BackEnd::tryStart(const vision::TrackedFrame& frame, StateEstimate* out) {
   StageTimer timer(&out->ms.initialise);
   startup->setTimeOffsetSigma(timeOffsetSigma());
-  const StartupStatus status = startup->offer(frame, imu, rest, origin, window.get());
+  StartupStatus status = startup->offer(frame, imu, rest, origin, window.get());
+  if (status == StartupStatus::waiting && timing && timing->suggests()) {
+    status = startup->offerAgain(timing->found().offset_s, imu, origin, window.get());
+    if (status == StartupStatus::started_moving) tellTiming(startup->foundShift());
+  }
   if (status == StartupStatus::waiting) {
     out->health = withoutState();
     out->reason = startup->reason();
@@ -214,7 +221,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     solve = full || config.window.full_every_image
                 ? window->optimise(config.window.iterations)
                 : window->optimiseNewest(config.window.iterations_newest);
-    drops.push_back({packets, window->rejectOutliers()});
+    wrong_tracks.push_back({packets, window->rejectOutliers()});
     if (full && solve.usable) updateAnchors(t);
   }
   out->reprojection_rms = solve.reprojection_rms;
@@ -260,7 +267,7 @@ void BackEnd::restart(const std::string& why) {
   ++segment;
   warn("segment " + std::to_string(segment) + " starts at " + std::to_string(last_image) +
        " ns: " + why);
-  window->handOver();
+  window->moveAllToLongWindow();
   collectRetired();
   window->clear();
   startup->reset();

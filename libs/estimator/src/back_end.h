@@ -39,7 +39,8 @@ struct BackEnd {
   void shiftTimes(double by_s);
   double timeOffsetSigma() const;
   void rememberPose(const State& s);
-  void leaveOutDropped(Packet* packet);
+  void tellTiming(double by_s);
+  void leaveOutWrongTracks(Packet* packet);
   void clockSetBack();
   void dropOldReadings();
   void tryStart(const vision::TrackedFrame& frame, StateEstimate* out);
@@ -70,7 +71,7 @@ struct BackEnd {
   }
 
   /// Tracks that were found to be wrong in a packet.
-  struct Drops {
+  struct WrongTracks {
     long packet = 0;
     std::vector<std::uint64_t> ids;
   };
@@ -89,7 +90,7 @@ struct BackEnd {
   std::vector<Landmark> old_landmarks;
   std::vector<std::string> warnings;
   std::map<std::string, double> wait_reasons;  // seconds
-  std::deque<Drops> drops;                     // that the tracker may not have heard of
+  std::deque<WrongTracks> wrong_tracks;        // that the tracker may not have heard of
   long packets = 0;
   long imu_gaps = 0;
   std::unique_ptr<CameraTiming> timing;

@@ -139,8 +139,8 @@ RangeLayer::Impl::Innovation RangeLayer::Impl::innovation(const AnchorTrack& a,
   return {-r.value_m, variance};
 }
 
-bool RangeLayer::judge(const Range& range, const AntennaPrediction& antenna,
-                       window::HeldRange* held) {
+bool RangeLayer::accept(const Range& range, const AntennaPrediction& antenna,
+                        window::HeldRange* held) {
   Impl& s = *impl_;
   AnchorTrack& a = s.track(range.anchor);
   if (s.any_antenna) s.travelled_m += (antenna.p_W - s.last_antenna).norm();

@@ -207,7 +207,7 @@ int ShortWindow::landmarksInNewest() const {
   return n;
 }
 
-void ShortWindow::handOver() {
+void ShortWindow::moveAllToLongWindow() {
   if (!impl_->long_window || impl_->long_window->empty()) return;
   while (impl_->frames.size() > 1) {
     handToLongWindow(*impl_);

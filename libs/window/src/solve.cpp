@@ -137,7 +137,7 @@ std::unique_ptr<ceres::Manifold> frontManifold(const WindowState& w) {
 }
 
 std::unique_ptr<ceres::LossFunction> lossOf(const WindowOptions& o) {
-  if (o.loss == "cauchy") return std::make_unique<ceres::CauchyLoss>(o.loss_scale);
+  if (o.loss == ReprojectionLoss::cauchy) return std::make_unique<ceres::CauchyLoss>(o.loss_scale);
   return std::make_unique<ceres::HuberLoss>(o.loss_scale);
 }
 

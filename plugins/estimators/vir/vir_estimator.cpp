@@ -68,6 +68,7 @@ void VirSettings::describe(OptionVisitor& v) {
   v.value("pipelined", config.pipelined,
           "the tracker hears of the state one image later, as it does with two threads in record");
   window::describeMode(v, config.long_window);
+  window::describeCalibrate(v, config.window);
   estimator::describe(v, config);
 }
 

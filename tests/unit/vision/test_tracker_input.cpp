@@ -164,7 +164,7 @@ TEST_F(TrackerInput, TimeThatDoesNotAdvanceGivesNoRate) {
 TEST_F(TrackerInput, DropAndResetNeverReuseAnId) {
   const auto first = ids(tracker_.process(0, view(*camera_, 0), Mat3::Identity()));
   const std::uint64_t gone = *first.begin();
-  tracker_.drop({gone, gone, 123456789u});
+  tracker_.stopFollowing({gone, gone, 123456789u});
   const auto second = ids(tracker_.process(kStep, view(*camera_, 0), Mat3::Identity()));
   EXPECT_EQ(second.count(gone), 0u);
   EXPECT_GT(second.size(), first.size() / 2);

@@ -4,7 +4,6 @@
 /// prior that marginalisation left.
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "vir/geometry/pose.h"
@@ -15,6 +14,9 @@
 #include "vir/window/long_window.h"
 
 namespace vir::window {
+
+/// How a reprojection beyond loss_scale sigma counts.
+enum class ReprojectionLoss { huber, cauchy };
 
 /// How far what is given of the camera may be off: standard deviations.
 struct CalibrationSigma {
@@ -34,7 +36,7 @@ struct WindowOptions {
   int newest_frames = 1;
   bool full_every_image = false;
   double sigma_px = 0.3;
-  std::string loss = "cauchy";
+  ReprojectionLoss loss = ReprojectionLoss::cauchy;
   double loss_scale = 1.0;
   double outlier_sigma = 4.0;
   double keyframe_parallax_px = 12.0;
@@ -55,6 +57,8 @@ struct WindowOptions {
 };
 /// Section [Window].
 void describe(OptionVisitor& v, WindowOptions& o);
+/// `calibrate` in the section at hand.
+void describeCalibrate(OptionVisitor& v, WindowOptions& o);
 
 /// The state that the readings of `link` lead to from `from`; gravity [m/s^2] along -z of W.
 State predict(const State& from, const imu::Preintegration& link, double gravity, TimeNs t);
@@ -130,7 +134,7 @@ class ShortWindow {
   /// Landmarks that newest sees and that have a depth.
   int landmarksInNewest() const;
   /// Everything goes to the long window as it is (before clear(), when the odometry is lost).
-  void handOver();
+  void moveAllToLongWindow();
   /// Landmarks that left the window since the last call, as last estimated, in O.
   std::vector<Landmark> takeRetiredLandmarks();
   WindowAccuracy accuracy() const;
