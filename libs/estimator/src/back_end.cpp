@@ -118,7 +118,7 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
     out->health = withoutState();
     out->reason = "the camera's time offset has just been found";
   } else {
-    rest.update(frame, imu);
+    updateRest(frame);
     if (checkTiming(frame)) out->reason = "started anew with the camera's time offset";
     if (running) {
       update(frame, out);
@@ -203,7 +203,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   const TimeNs t = frame.t;
   bool gap = false;
   imu::Preintegration link =
-      imu.integrate(previous.t, t, config.imu, previous.bg, previous.ba, &gap);
+      imu.integrate(previous.t, t, imu_noise, previous.bg, previous.ba, &gap);
   if (gap) ++imu_gaps;
   if (gap && !in_gap) {
     warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
@@ -224,7 +224,9 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     wrong_tracks.push_back({packets, window->rejectOutliers()});
     if (full && solve.usable) updateAnchors(t);
   }
+  out->calibration = window->calibration();
   out->reprojection_rms = solve.reprojection_rms;
+  out->inertial_rms = solve.inertial_rms;
   out->landmarks = window->landmarksInNewest();
   const std::string problem = failure(frame, solve, t);
   if (!problem.empty()) {
@@ -240,13 +242,37 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   out->odometry_scale = odometryScale();
   out->valid = true;
   const bool blind = t != last_seen;
-  out->health = rest.standing() ? Health::standing : (blind ? Health::doubtful : Health::ok);
-  if (blind && !rest.standing()) out->reason = "no landmarks, IMU only";
+  out->health = rest.standing() ? Health::standing : Health::ok;
+  doubts.look(*out, {out->keyframe, blind});
+  if (!doubts.current().empty()) {
+    out->health = Health::doubtful;
+    out->reason = doubts.current();
+  }
   {
     StageTimer timer(&out->ms.marginalise);
     window->slide(out->keyframe);
   }
   collectRetired();
+}
+
+/// Motors that idle make the readings far noisier than in the data sheet. At rest that is seen, and
+/// holds until the next rest.
+void BackEnd::updateRest(const vision::TrackedFrame& frame) {
+  double at_rest = config.imu.gravity_mps2;
+  if (running) {
+    const State s = window->newest();
+    at_rest = (s.T_W_B.q.conjugate() * Vec3(0, 0, at_rest) + s.ba).norm();
+  }
+  rest.setExpected(running ? window->newest().bg : startup->gyroBias(), at_rest);
+  if (!rest.update(frame, imu)) return;
+  imu_noise = config.imu;
+  if (!rest.shaken()) return;
+  const double rate = imu.rate(frame.t - fromSeconds(config.rest.min_time_s), frame.t);
+  const double root = std::sqrt(3 * std::max(1.0, rate));  // the norm of three axes
+  const double gyro = rest.gyroStd() / root, acc = rest.accStd() / root;
+  imu_noise.gyro_noise_density =
+      std::max(imu_noise.gyro_noise_density, gyro / imu_noise.noise_scale);
+  imu_noise.acc_noise_density = std::max(imu_noise.acc_noise_density, acc / imu_noise.noise_scale);
 }
 
 std::string BackEnd::failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
@@ -265,6 +291,7 @@ std::string BackEnd::failure(const vision::TrackedFrame& frame, const window::So
 
 void BackEnd::restart(const std::string& why) {
   ++segment;
+  doubts.restarted(last_image, why);
   warn("segment " + std::to_string(segment) + " starts at " + std::to_string(last_image) +
        " ns: " + why);
   window->moveAllToLongWindow();

@@ -223,7 +223,9 @@ roles::EstimatorReport VirEstimator::report() const {
   r.resets = estimator_->resets();
   r.longest_wait_reason = estimator_->longestWaitReason();
   if (estimator_->hasCamera()) {
+    r.doubts = estimator_->doubts();
     r.calibration = estimator_->calibration();
+    r.calibration_sigma = estimator_->calibrationSigma();
   }
   return r;
 }

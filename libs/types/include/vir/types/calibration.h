@@ -23,6 +23,18 @@ struct Calibration {
   CameraCalibration camera;
   Pose T_B_C;                ///< camera in the body (= IMU)
   double time_offset_s = 0;  ///< stamp of an image + offset = its time on the IMU's clock
+  double readout_s = 0;      ///< rolling shutter: first row to last; 0 = all at once
+};
+
+/// How far that may be off: standard deviations, of the worst axis where there are several.
+struct CalibrationSigma {
+  double position_m = 0.01;
+  double rotation_rad = 0.02;
+  double time_offset_s = 0.005;
+  double readout_s = 1e-4;
+  double focal = 0.01;    ///< relative, of both focal lengths
+  double aspect = 0.002;  ///< relative, of one against the other
+  double centre_px = 4;
 };
 
 }  // namespace types

@@ -18,17 +18,6 @@ namespace vir::window {
 /// How a reprojection beyond loss_scale sigma counts.
 enum class ReprojectionLoss { huber, cauchy };
 
-/// How far what is given of the camera may be off: standard deviations.
-struct CalibrationSigma {
-  double position_m = 0.01;
-  double rotation_rad = 0.02;
-  double time_offset_s = 0.005;
-  double readout_s = 1e-4;
-  double focal = 0.01;    ///< relative, of both focal lengths
-  double aspect = 0.002;  ///< relative, of one against the other
-  double centre_px = 4;
-};
-
 struct WindowOptions {
   int keyframes = 14;
   int iterations = 2;
@@ -79,6 +68,8 @@ struct SolveSummary {
   bool usable = false;          ///< finite and not worse than before
   int sights = 0;               ///< reprojections in the problem
   double reprojection_rms = 0;  ///< whitened, per coordinate, after the solution
+  /// Of the readings between the frames that moved, likewise (position, rotation, velocity).
+  double inertial_rms = 0;
 };
 
 /// Accuracy of the motion inside the window, from the information of all its terms.
@@ -163,6 +154,8 @@ class ShortWindow {
   void stampWith(double time_offset_s);
   /// As estimated by now.
   Calibration calibration() const;
+  /// How sure that is, as of the last updateCovariance(); the priors before.
+  CalibrationSigma calibrationSigma() const;
 
  private:
   struct Impl;
