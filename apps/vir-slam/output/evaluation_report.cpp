@@ -165,6 +165,22 @@ json toJson(const evaluation::EvaluationResult& r) {
 
 }  // namespace
 
+ImageCoverage imageCoverage(const std::vector<TimeNs>& images, const Trajectory& estimate) {
+  constexpr TimeNs kSame = 1000000;
+  ImageCoverage coverage;
+  coverage.images = static_cast<long>(images.size());
+  for (const TimeNs t : images) {
+    const auto next =
+        std::lower_bound(estimate.begin(), estimate.end(), t - kSame,
+                         [](const StampedPose& pose, TimeNs stamp) { return pose.t < stamp; });
+    if (next != estimate.end() && next->t <= t + kSame) ++coverage.covered;
+  }
+  if (!estimate.empty() && !images.empty()) {
+    coverage.first_pose_after_s = toSeconds(estimate.front().t - images.front());
+  }
+  return coverage;
+}
+
 std::string evaluationTable(const std::string& title, const std::vector<Evaluated>& estimates) {
   Table table(estimates);
   std::string text = title + "\n";

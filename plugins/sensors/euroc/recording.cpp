@@ -86,7 +86,7 @@ void Recording::findTrueAnchors(const EurocOptions& o) {
   if (o.simulate_ranges) {
     const std::vector<double>& p = o.anchor_m;
     for (std::size_t i = 0; 3 * i + 2 < p.size(); ++i) {
-      const int id = static_cast<int>(o.anchor_id.empty() ? i : o.anchor_id[i]);
+      const int id = o.anchor_id.empty() ? static_cast<int>(i) : static_cast<int>(o.anchor_id[i]);
       true_anchors_.push_back({id, Vec3(p[3 * i], p[3 * i + 1], p[3 * i + 2])});
     }
     return;

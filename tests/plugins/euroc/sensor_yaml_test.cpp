@@ -1,7 +1,8 @@
+#include "sensor_yaml.h"
+
 #include <gtest/gtest.h>
 
 #include "input_error.h"
-#include "sensor_yaml.h"
 #include "vir_test_euroc_folder.h"
 
 namespace vir::euroc {

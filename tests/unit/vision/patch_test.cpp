@@ -1,9 +1,10 @@
+#include "patch.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <limits>
 
-#include "patch.h"
 #include "synthetic_view.h"
 
 namespace vir::vision {

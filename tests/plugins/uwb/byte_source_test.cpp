@@ -1,5 +1,7 @@
 /// Serial port (a pseudo-terminal), TCP and UDP: bytes in order, and going on after an
 /// interruption.
+#include "byte_source.h"
+
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -8,7 +10,6 @@
 #include <functional>
 
 #include "byte_fd.h"
-#include "byte_source.h"
 #include "vir_test_pty.h"
 #include "vir_test_temp_folder.h"
 

@@ -1,6 +1,6 @@
-#include <gtest/gtest.h>
-
 #include "dialogue.h"
+
+#include <gtest/gtest.h>
 
 namespace vir::uwb {
 namespace {

@@ -1,3 +1,5 @@
+#include "vir/vision/feature_tracker.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -5,7 +7,6 @@
 #include <map>
 
 #include "synthetic_view.h"
-#include "vir/vision/feature_tracker.h"
 
 namespace vir::vision {
 namespace {

@@ -1,10 +1,11 @@
+#include "recording.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 
 #include "input_error.h"
-#include "recording.h"
 #include "vir_test_euroc_folder.h"
 
 namespace vir::euroc {

@@ -1,3 +1,5 @@
+#include "vir/camera/camera_model.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -6,8 +8,6 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include "vir/camera/camera_model.h"
 
 namespace vir::camera {
 namespace {

@@ -1,7 +1,8 @@
 /// Whole files: what is said twice, names nothing, is cut off, or is no graph.
+#include "graph.h"
+
 #include <gtest/gtest.h>
 
-#include "graph.h"
 #include "input_error.h"
 #include "vir_test_pyfg.h"
 #include "vir_test_temp_folder.h"

@@ -1,9 +1,10 @@
+#include "text_fields.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "input_error.h"
-#include "text_fields.h"
 #include "vir_test_temp_folder.h"
 
 namespace vir::euroc {

@@ -1,9 +1,10 @@
+#include "motion_filter.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <random>
 
-#include "motion_filter.h"
 #include "synthetic_view.h"
 
 namespace vir::vision {

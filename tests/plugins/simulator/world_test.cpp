@@ -1,4 +1,6 @@
 /// What the robots of a made-up world record belongs together.
+#include "world.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,7 +10,6 @@
 #include "vir/core/settings.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir_test_temp_folder.h"
-#include "world.h"
 
 namespace vir::simulator {
 namespace {

@@ -1,6 +1,7 @@
+#include "graph_line.h"
+
 #include <gtest/gtest.h>
 
-#include "graph_line.h"
 #include "vir_test_pyfg.h"
 
 namespace vir::pyfg {

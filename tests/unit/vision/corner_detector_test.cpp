@@ -1,8 +1,8 @@
+#include "corner_detector.h"
+
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
-
-#include "corner_detector.h"
 
 namespace vir::vision {
 namespace {

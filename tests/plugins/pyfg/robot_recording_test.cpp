@@ -1,7 +1,8 @@
 /// One robot's part of a graph: odometry put together, whose ranges are whose.
+#include "robot_recording.h"
+
 #include <gtest/gtest.h>
 
-#include "robot_recording.h"
 #include "vir/core/settings.h"
 #include "vir_test_data.h"
 #include "vir_test_pyfg.h"
