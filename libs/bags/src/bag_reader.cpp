@@ -16,6 +16,14 @@ bool packed(const std::string& path) {
   return e == ".zstd" || e == ".zst";
 }
 
+/// By its first bytes.
+BagKind kindOf(std::string_view head) {
+  const auto begins = [&](std::string_view with) { return head.substr(0, with.size()) == with; };
+  if (begins("#ROSBAG ") || begins("#ROSRECORD ")) return BagKind::ros1;
+  if (begins("\x89MCAP")) return BagKind::mcap;
+  return begins("SQLite format 3") ? BagKind::sqlite : BagKind::none;
+}
+
 }  // namespace
 
 BagKind bagKindOf(const std::string& path) {
@@ -27,14 +35,19 @@ BagKind bagKindOf(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   file.read(head, sizeof head);
   const std::string_view text(head, static_cast<std::size_t>(file.gcount()));
-  if (text.substr(0, 8) == "#ROSBAG " || text.substr(0, 11) == "#ROSRECORD ") return BagKind::ros1;
-  if (text.substr(0, 5) == "\x89MCAP") return BagKind::mcap;
-  if (text.substr(0, 15) == "SQLite format 3") return BagKind::sqlite;
   if (packed(path) && text.substr(0, 4) == "\x28\xB5\x2F\xFD") {
     const std::string stem = std::filesystem::path(path).stem().string();
     return stem.find(".mcap") != std::string::npos ? BagKind::mcap : BagKind::sqlite;
   }
-  return BagKind::none;
+  return kindOf(text);
+}
+
+std::unique_ptr<BagReader> openBag(ByteView bytes, const std::string& name) {
+  const BagKind kind = kindOf(bytes.text());
+  if (kind == BagKind::ros1) return openRos1(InputFile(bytes, name));
+  if (kind == BagKind::mcap) return openMcap(InputFile(bytes, name));
+  if (kind == BagKind::sqlite) return openSqlite(bytes, name);
+  throw BagError(name + ": is no ROS 1 bag, MCAP file or SQLite file, going by how it begins");
 }
 
 std::unique_ptr<BagReader> openBag(const std::string& path) {

@@ -45,7 +45,7 @@ class McapReader : public BagReader {
     }
     return false;
   }
-  double progress() const override { return file_.progress(); }
+  double progress() const override { return done_ ? 1 : file_.progress(); }
 
  private:
   bool stop(const std::string& why) {
@@ -112,10 +112,22 @@ class McapReader : public BagReader {
     if (!cut && !why.empty()) {
       report(file_.where() + ": a chunk is damaged (" + why + "); what could be unpacked is used");
     } else if (!cut && crc != 0 && crc != ::crc32_z(0, records.data, records.size)) {
-      report(file_.where() + ": a chunk is damaged (its checksum differs) and is left out");
+      report(file_.where() + ": a chunk is damaged (its checksum differs); its messages are left " +
+             "out");
+      takeDescriptions();
       return;
     }
     in_chunk_ = true;
+  }
+
+  /// Without what a damaged chunk says of topics, later ones would be worth nothing.
+  void takeDescriptions() {
+    std::uint8_t op = 0;
+    std::uint64_t size = 0;
+    ByteView data;
+    while (rest_.number(&op) && rest_.number(&size) && rest_.take(size, &data)) {
+      if (op != kMessage) takeRecord(op, data, nullptr);
+    }
   }
 
   bool nextInChunk(BagMessage* message) {

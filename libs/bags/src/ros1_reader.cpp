@@ -77,7 +77,7 @@ class Ros1Reader : public BagReader {
     }
     return false;
   }
-  double progress() const override { return file_.progress(); }
+  double progress() const override { return done_ ? 1 : file_.progress(); }
 
  private:
   /// Ends the reading.

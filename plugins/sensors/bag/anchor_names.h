@@ -8,7 +8,7 @@ namespace vir::bag {
 
 class AnchorNames {
  public:
-  /// A decimal number that fits stays what it is. Anything else gets a number of its own, from
+  /// A number that fits, decimal or with 0x before it, stays what it is. Anything else gets a number of its own, from
   /// 1000000 on in the order in which they come.
   std::uint64_t numberOf(const std::string& name);
   /// What got a number of its own.

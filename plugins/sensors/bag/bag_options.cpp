@@ -22,8 +22,9 @@ void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
   v.section(section, section == "bag" ? "Bag of ROS 1" : "Bag of ROS 2 (folder, .db3, .mcap), MCAP");
   v.value("source", o.source, "the file, or the folder that ROS 2 recorded");
   v.value("topics", o.topics,
-          "what to take, as role=/topic or role=/topic:field,field with blanks between; role: "
-          "camera imu accel gyro range peer odometry truth; empty: by the types of messages");
+          "what to take, as role=/topic or range=/topic:anchor,distance,unit=mm,stamp=field,"
+          "sigma=field with blanks between; role: camera imu accel gyro range peer odometry truth; "
+          "empty: by the types of messages");
   v.choice("stamps", o.stamps, {"header", "received"},
            "which time holds: the one in the message, or when it was received");
   v.choice("images", o.images, {"files", "embed"}, "images beside the rawlog, or inside");
@@ -36,13 +37,7 @@ void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
   v.value("max_duration_s", o.max_duration_s, {0, kInf}, "stop after this much; 0 = to the end");
   v.value("first_look_s", o.first_look_s, {0.1, kInf},
           "how much of the recording is looked at for topics, calibration and contrast");
-  v.choice("range_unit", o.range_unit, {"auto", "m", "cm", "mm"},
-           "of ranges; auto: as the type of message is known to have, else m");
-  v.value("range_stamp_field", o.range_stamp_field,
-          "field with the time of a range; empty: the header's");
-  v.value("range_sigma_field", o.range_sigma_field,
-          "field with the standard deviation of a range [m]; empty: range_sigma_m");
-  v.value("range_sigma_m", o.range_sigma_m, {0, 100}, "standard deviation of a range");
+  v.value("range_sigma_m", o.range_sigma_m, {0, 100}, "of ranges whose messages tell none");
   v.value("lever_arm_m", o.lever_arm_m, 3, "antenna in the body frame (the IMU's)");
 }
 

@@ -19,9 +19,6 @@ struct BagOptions {
   double max_duration_s = 0;          ///< [s] from the start, 0 = all
   double first_look_s = 10;           ///< how much is looked at before the import begins
 
-  std::string range_unit = "auto";  ///< auto, m, cm, mm
-  std::string range_stamp_field;
-  std::string range_sigma_field;
   double range_sigma_m = 0.1;
   std::vector<double> lever_arm_m{0, 0, 0};  ///< antenna in body
 };

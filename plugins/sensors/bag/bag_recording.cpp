@@ -65,7 +65,7 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
     throw InputError(options.source + ": holds no messages" +
                      (look.damage.empty() ? "" : "; " + look.damage.front()));
   }
-  choice_ = chooseTopics(look, wishes, options, log);
+  choice_ = chooseTopics(look, wishes, log);
   for (const Stream& s : choice_.streams) {
     by_topic_[s.topic].push_back(static_cast<int>(&s - choice_.streams.data()));
     if (s.role != Role::camera) continue;

@@ -112,6 +112,23 @@ void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>*
   out->push_back(r);
 }
 
+/// `unit=mm`, `stamp=field`, `sigma=field`.
+void applyOption(const std::string& topic, const std::string& option, RangeFields* f) {
+  const std::size_t equals = option.find('=');
+  const std::string key = option.substr(0, equals), value = option.substr(equals + 1);
+  if (key == "stamp") {
+    f->stamp = value;
+  } else if (key == "sigma") {
+    f->sigma = value;
+    f->sigma_squared = false;
+  } else if (key == "unit" && (value == "m" || value == "cm" || value == "mm")) {
+    f->unit_m = value == "m" ? 1.0 : value == "cm" ? 0.01 : 0.001;
+  } else {
+    throw InputError(topic + ": `" + option +
+                     "` is not known; unit=m|cm|mm, stamp=FIELD and sigma=FIELD are");
+  }
+}
+
 }  // namespace
 
 std::optional<RangeFields> knownRangeFields(const std::string& type) {
@@ -130,22 +147,26 @@ std::optional<RangeFields> knownRangeFields(const std::string& type) {
   return std::nullopt;
 }
 
-RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type, const std::string& frame,
-                          const BagOptions& o) {
+RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type,
+                          const std::string& frame) {
   RangeFields f = knownRangeFields(type).value_or(RangeFields{});
-  if (wish.fields.empty() && f.distance.empty()) {
+  std::vector<std::string> places, options;
+  for (const std::string& field : wish.fields) {
+    (field.find('=') == std::string::npos ? places : options).push_back(field);
+  }
+  if (places.empty() && f.distance.empty()) {
     throw InputError(wish.topic + ": the type " + type +
                      " is no known one of ranges; say which of its fields are the anchor and the "
                      "distance: --topic range=" +
                      wish.topic + ":anchor_id,distance (`list[].field` within a list)");
   }
-  if (!wish.fields.empty()) {
-    if (wish.fields.size() != 2) {
+  if (!places.empty()) {
+    if (places.size() != 2) {
       throw InputError(wish.topic + ": give two fields, anchor and distance, with a comma between");
     }
     f = RangeFields{};
-    f.anchor = wish.fields[0];
-    f.distance = wish.fields[1];
+    f.anchor = places[0];
+    f.distance = places[1];
     f.list = splitList(&f.distance);
     const std::string other = splitList(&f.anchor);
     if (!f.anchor.empty() && f.anchor[0] == '#') {
@@ -157,11 +178,7 @@ RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type, const 
   } else if (type == "sensor_msgs/Range") {
     f.fixed_anchor = frame.empty() ? wish.topic : frame;
   }
-  if (o.range_unit != "auto") {
-    f.unit_m = o.range_unit == "mm" ? 0.001 : o.range_unit == "cm" ? 0.01 : 1.0;
-  }
-  if (!o.range_stamp_field.empty()) f.stamp = o.range_stamp_field;
-  if (!o.range_sigma_field.empty()) f.sigma = o.range_sigma_field, f.sigma_squared = false;
+  for (const std::string& option : options) applyOption(wish.topic, option, &f);
   return f;
 }
 

@@ -70,8 +70,7 @@ std::string baseOf(const std::string& topic) {
 
 class Chooser {
  public:
-  Chooser(const Survey& survey, const BagOptions& options, ProblemLog* log)
-      : survey_(survey), options_(options), log_(log) {}
+  Chooser(const Survey& survey, ProblemLog* log) : survey_(survey), log_(log) {}
 
   Choice fromWishes(const std::vector<TopicWish>& wishes) {
     for (const TopicWish& w : wishes) {
@@ -116,7 +115,7 @@ class Chooser {
     s.topic = wish.topic;
     s.type = info.type;
     if (wish.role == Role::range || wish.role == Role::peer) {
-      s.range = rangeFieldsOf(wish, info.type, info.frame, options_);
+      s.range = rangeFieldsOf(wish, info.type, info.frame);
     }
     s.position_only = info.type == "geometry_msgs/PointStamped";
     choice_.streams.push_back(std::move(s));
@@ -287,7 +286,6 @@ class Chooser {
   }
 
   const Survey& survey_;
-  const BagOptions& options_;
   ProblemLog* log_;
   Choice choice_;
 };
@@ -295,8 +293,8 @@ class Chooser {
 }  // namespace
 
 Choice chooseTopics(const Survey& survey, const std::vector<TopicWish>& wishes,
-                    const BagOptions& options, ProblemLog* log) {
-  Chooser chooser(survey, options, log);
+                    ProblemLog* log) {
+  Chooser chooser(survey, log);
   return wishes.empty() ? chooser.fromTypes() : chooser.fromWishes(wishes);
 }
 

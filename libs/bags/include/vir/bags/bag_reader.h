@@ -59,6 +59,9 @@ BagKind bagKindOf(const std::string& path);
 
 /// Throws BagError if there is nothing to read at all.
 std::unique_ptr<BagReader> openBag(const std::string& path);
+/// The same for a file that is in memory already, which must outlive the reader; `name` stands for
+/// it in messages.
+std::unique_ptr<BagReader> openBag(ByteView bytes, const std::string& name);
 
 /// `package/msg/Type` without the `msg`.
 std::string shortTypeName(const std::string& type);
