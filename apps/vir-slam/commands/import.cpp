@@ -52,7 +52,8 @@ void addImport(CLI::App& app, Common& common) {
       ->required()
       ->expected(1, 2);
   command->add_option("--out", a->job.out, "Rawlog to write");
-  command->add_option("--calibration", a->job.calibration, "File with camera, IMU and both together")
+  command
+      ->add_option("--calibration", a->job.calibration, "File with camera, IMU and both together")
       ->allow_extra_args(false);
   command
       ->add_option("--topic", a->job.topics,

@@ -88,17 +88,19 @@ void addRun(CLI::App& app, Common& common) {
   const auto source = std::make_shared<RunSource>();
   CLI::App* command = app.add_subcommand("run", kHelp);
   command
-      ->add_option("INI", source->what,
-                   "Settings (ini/reference.ini explains every key), or a rawlog, or a recording in "
-                   "another format, which is imported into the results folder first")
+      ->add_option(
+          "INI", source->what,
+          "Settings (ini/reference.ini explains every key), or a rawlog, or a recording in "
+          "another format, which is imported into the results folder first")
       ->required();
   command->add_option("--rawlog", arguments->rawlog, "Recording (instead of the one in the ini)");
   command->add_option("--out", arguments->out, "Results folder (default: results/<date-time>)");
   command
       ->add_option("--set", arguments->assignments, "Section.key=value, before what the ini says")
       ->allow_extra_args(false);
-  command->add_option("--calibration", source->calibration,
-                      "File with camera, IMU and both together, for a recording that is imported")
+  command
+      ->add_option("--calibration", source->calibration,
+                   "File with camera, IMU and both together, for a recording that is imported")
       ->allow_extra_args(false);
   command
       ->add_option("--topic", source->topics,

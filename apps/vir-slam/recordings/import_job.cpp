@@ -21,8 +21,7 @@ std::string recordedDrivers() {
   std::string out;
   for (const roles::SensorEntry& e : roles::registeredSensors()) {
     const auto sensor = roles::createSensor(e.alias);
-    if (e.alias == "simulator" ||
-        dynamic_cast<roles::RecordedSource*>(sensor.get()) == nullptr) {
+    if (e.alias == "simulator" || dynamic_cast<roles::RecordedSource*>(sensor.get()) == nullptr) {
       continue;
     }
     out += (out.empty() ? "" : ", ") + e.alias + " (" + e.description + ")";

@@ -8,11 +8,11 @@
 namespace vir::app {
 
 struct ImportJob {
-  std::string driver;                ///< empty: found from the source
-  std::string source, out;           ///< out: the rawlog
-  std::string calibration;           ///< file; empty: none
-  std::vector<std::string> topics;   ///< ROLE=NAME each
-  std::vector<std::string> set;      ///< Section.key=value each
+  std::string driver;               ///< empty: found from the source
+  std::string source, out;          ///< out: the rawlog
+  std::string calibration;          ///< file; empty: none
+  std::vector<std::string> topics;  ///< ROLE=NAME each
+  std::vector<std::string> set;     ///< Section.key=value each
   int compression = 1;
 };
 

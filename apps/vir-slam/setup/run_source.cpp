@@ -46,8 +46,9 @@ void resolveSource(const RunSource& source, const Common& common, RunArguments* 
     driver = driverThatReads(source.what);
   }
   if (driver.empty() && fs::is_directory(source.what)) {
-    throw UsageError(source.what + ": is a folder of which no driver knows the kind; `vir-slam "
-                                   "import DRIVER " +
+    throw UsageError(source.what +
+                     ": is a folder of which no driver knows the kind; `vir-slam "
+                     "import DRIVER " +
                      source.what + "` tells more");
   }
   if (driver.empty()) {

@@ -53,8 +53,9 @@ std::vector<std::string> listed(const std::string& folder, std::string* doubt) {
   std::vector<std::string> files;
   const fs::path path = fs::path(folder) / kMetadata;
   if (!fs::exists(path)) {
-    *doubt = folder + ": has no metadata.yaml (the recording was not ended properly?); its files "
-                      "are taken in the order of their names";
+    *doubt = folder +
+             ": has no metadata.yaml (the recording was not ended properly?); its files "
+             "are taken in the order of their names";
     return files;
   }
   try {
@@ -155,8 +156,9 @@ class FolderReader : public BagReader {
     }
     if (files_.empty()) files_ = there;
     if (files_.empty()) {
-      throw BagError(folder_ + ": holds no .db3 or .mcap file; give the folder that `ros2 bag "
-                               "record` wrote");
+      throw BagError(folder_ +
+                     ": holds no .db3 or .mcap file; give the folder that `ros2 bag "
+                     "record` wrote");
     }
   }
 

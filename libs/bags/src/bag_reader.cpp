@@ -57,8 +57,9 @@ std::unique_ptr<BagReader> openBag(const std::string& path) {
   if (kind == BagKind::ros1) return openRos1(InputFile(path));
   if (kind == BagKind::mcap) return openMcap(InputFile(path));
   if (kind == BagKind::sqlite) return openSqlite(path, path);
-  throw BagError(path + ": is no ROS 1 bag, MCAP file or ROS 2 bag (a folder with metadata.yaml, or "
-                        "a .db3), going by how it begins");
+  throw BagError(path +
+                 ": is no ROS 1 bag, MCAP file or ROS 2 bag (a folder with metadata.yaml, or "
+                 "a .db3), going by how it begins");
 }
 
 }  // namespace vir::bags

@@ -139,8 +139,8 @@ std::string decompress(const std::string& name, ByteView in, std::uint64_t size,
     out->assign(in.data, in.data + n);
   }
   if (why.empty() && size != 0 && out->size() != size) {
-    why = "it holds " + std::to_string(out->size()) + " bytes where it says " +
-          std::to_string(size);
+    why =
+        "it holds " + std::to_string(out->size()) + " bytes where it says " + std::to_string(size);
   }
   return why;
 }

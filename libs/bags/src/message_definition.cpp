@@ -35,15 +35,23 @@ struct Primitive {
   Kind ros1, ros2;
 };
 constexpr Primitive kPrimitives[] = {
-    {"bool", Kind::boolean, Kind::boolean},   {"int8", Kind::int8, Kind::int8},
-    {"uint8", Kind::uint8, Kind::uint8},      {"int16", Kind::int16, Kind::int16},
-    {"uint16", Kind::uint16, Kind::uint16},   {"int32", Kind::int32, Kind::int32},
-    {"uint32", Kind::uint32, Kind::uint32},   {"int64", Kind::int64, Kind::int64},
-    {"uint64", Kind::uint64, Kind::uint64},   {"float32", Kind::float32, Kind::float32},
-    {"float64", Kind::float64, Kind::float64}, {"string", Kind::text, Kind::text},
+    {"bool", Kind::boolean, Kind::boolean},
+    {"int8", Kind::int8, Kind::int8},
+    {"uint8", Kind::uint8, Kind::uint8},
+    {"int16", Kind::int16, Kind::int16},
+    {"uint16", Kind::uint16, Kind::uint16},
+    {"int32", Kind::int32, Kind::int32},
+    {"uint32", Kind::uint32, Kind::uint32},
+    {"int64", Kind::int64, Kind::int64},
+    {"uint64", Kind::uint64, Kind::uint64},
+    {"float32", Kind::float32, Kind::float32},
+    {"float64", Kind::float64, Kind::float64},
+    {"string", Kind::text, Kind::text},
     {"wstring", Kind::wide_text, Kind::wide_text},
-    {"time", Kind::time, Kind::time},         {"duration", Kind::duration, Kind::duration},
-    {"byte", Kind::int8, Kind::uint8},        {"char", Kind::uint8, Kind::uint8},
+    {"time", Kind::time, Kind::time},
+    {"duration", Kind::duration, Kind::duration},
+    {"byte", Kind::int8, Kind::uint8},
+    {"char", Kind::uint8, Kind::uint8},
 };
 
 bool isPrimitive(std::string_view name, Wire wire, Kind* kind) {
@@ -119,7 +127,8 @@ class DefinitionParser {
   }
 
   [[noreturn]] void fail(const std::string& type, std::string_view line, const std::string& what) {
-    throw BagError("definition of " + type + ": `" + std::string(line.substr(0, 80)) + "`: " + what);
+    throw BagError("definition of " + type + ": `" + std::string(line.substr(0, 80)) +
+                   "`: " + what);
   }
 
   const MessageType* resolve(const std::string& name, std::string_view text, int depth) {

@@ -120,8 +120,8 @@ void WireCursor::skip(const Field& field) {
   }
   const std::uint64_t n = field.fixed_count > 0 ? field.fixed_count : count();
   if (n == 0) return;
-  const bool plain = field.type == nullptr && field.kind != Kind::text &&
-                     field.kind != Kind::wide_text;
+  const bool plain =
+      field.type == nullptr && field.kind != Kind::text && field.kind != Kind::wide_text;
   std::uint64_t size = plain ? sizeOf(field.kind) : 0;
   if (field.type != nullptr && !cdr_ && field.type->ros1_fixed) {
     size = field.type->ros1_size;

@@ -61,7 +61,8 @@ class Ros1Reader : public BagReader {
     Bytes magic;
     file_.readUpTo(std::strlen(kMagic), &magic);
     if (ByteView{magic.data(), magic.size()}.text() != kMagic) {
-      throw BagError(file_.name() + ": is no ROS bag of version 2.0; older ones are brought to it by "
+      throw BagError(file_.name() +
+                     ": is no ROS bag of version 2.0; older ones are brought to it by "
                      "`rosbag fix`");
     }
   }

@@ -30,9 +30,9 @@ using Statement = std::unique_ptr<sqlite3_stmt, EndStatement>;
 std::string textOf(sqlite3_stmt* s, int column) {
   const unsigned char* text = sqlite3_column_text(s, column);
   const int size = sqlite3_column_bytes(s, column);
-  return text == nullptr ? std::string()
-                         : std::string(reinterpret_cast<const char*>(text),
-                                       static_cast<std::size_t>(size));
+  return text == nullptr
+             ? std::string()
+             : std::string(reinterpret_cast<const char*>(text), static_cast<std::size_t>(size));
 }
 
 /// SQLite reads a page that is not all there as if it ended with zeros. Only whole pages are to be
@@ -144,10 +144,9 @@ class SqliteReader : public BagReader {
     }
     bytes = wholePages(bytes);
     // Not written to, in spite of the type.
-    const int code = sqlite3_deserialize(db, "main", const_cast<std::uint8_t*>(bytes.data),
-                                         static_cast<sqlite3_int64>(bytes.size),
-                                         static_cast<sqlite3_int64>(bytes.size),
-                                         SQLITE_DESERIALIZE_READONLY);
+    const int code = sqlite3_deserialize(
+        db, "main", const_cast<std::uint8_t*>(bytes.data), static_cast<sqlite3_int64>(bytes.size),
+        static_cast<sqlite3_int64>(bytes.size), SQLITE_DESERIALIZE_READONLY);
     if (code != SQLITE_OK) throw BagError(name_ + ": cannot be read: " + sqlite3_errstr(code));
   }
 

@@ -177,8 +177,7 @@ mrpt::obs::CObservation::Ptr BagSource::imageObservation(TimeNs t, const bag::Im
     folder_ready_ = true;
   }
   const bool as_it_is = !image.file.empty();
-  const std::string name =
-      label + "_" + std::to_string(t) + (as_it_is ? image.extension : ".png");
+  const std::string name = label + "_" + std::to_string(t) + (as_it_is ? image.extension : ".png");
   const std::string path = m_path_for_external_images + "/" + name;
   if (as_it_is) {
     writeFile(path, image.file.data(), image.file.size());

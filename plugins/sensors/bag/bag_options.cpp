@@ -11,15 +11,16 @@ namespace {
 constexpr struct {
   const char* name;
   Role role;
-} kRoles[] = {{"camera", Role::camera}, {"imu", Role::imu},     {"accel", Role::accelerometer},
-              {"gyro", Role::gyro},     {"range", Role::range}, {"peer", Role::peer},
+} kRoles[] = {{"camera", Role::camera}, {"imu", Role::imu},          {"accel", Role::accelerometer},
+              {"gyro", Role::gyro},     {"range", Role::range},      {"peer", Role::peer},
               {"truth", Role::truth},   {"odometry", Role::odometry}};
 
 }  // namespace
 
 void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
   constexpr double kInf = std::numeric_limits<double>::max();
-  v.section(section, section == "bag" ? "Bag of ROS 1" : "Bag of ROS 2 (folder, .db3, .mcap), MCAP");
+  v.section(section,
+            section == "bag" ? "Bag of ROS 1" : "Bag of ROS 2 (folder, .db3, .mcap), MCAP");
   v.value("source", o.source, "the file, or the folder that ROS 2 recorded");
   v.value("topics", o.topics,
           "what to take, as role=/topic or range=/topic:anchor,distance,unit=mm,stamp=field,"

@@ -8,8 +8,8 @@ namespace vir::bag {
 
 /// Settings of sections [bag] and [rosbag2].
 struct BagOptions {
-  std::string source;            ///< file or folder
-  std::string topics;            ///< `role=/topic[:field,...]` with blanks between; empty: by type
+  std::string source;             ///< file or folder
+  std::string topics;             ///< `role=/topic[:field,...]` with blanks between; empty: by type
   std::string stamps = "header";  ///< header or received
   std::string images = "files";   ///< files or embed
   std::string calibration;        ///< file; empty: what the recording says of itself

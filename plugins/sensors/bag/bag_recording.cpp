@@ -130,41 +130,38 @@ bool BagRecording::mayGo() const {
 }
 
 bool BagRecording::next(Reading* reading) {
-  for (;;) {
-    while (!mayGo()) {
-      if (ended_) return false;
-      if (!readOne()) {
-        ended_ = true;
-        tellDamage();
-      }
+  while (!mayGo()) {
+    if (ended_) return false;
+    if (!readOne()) {
+      ended_ = true;
+      tellDamage();
     }
-    const auto first = held_.begin();
-    Held held = std::move(first->second);
-    held_.erase(first);
-    held_bytes_ -= held.bytes;
-    const Stream& s = choice_.streams[static_cast<std::size_t>(held.reading.stream)];
-    if (held.reading.t < last_out_) {
-      log_->add("late_" + s.label, whereOf(s, held.reading.t),
-                "came so late that what follows it was already handed out; not used");
-      continue;
-    }
-    last_out_ = held.reading.t;
-    *reading = std::move(held.reading);
-    return true;
   }
+  const auto first = held_.begin();
+  Held held = std::move(first->second);
+  held_.erase(first);
+  held_bytes_ -= held.bytes;
+  if (held.reading.t < last_out_) {
+    // Clocks that are apart: nothing is thrown away here, who reads it will say.
+    log_->count("out_of_order_" +
+                choice_.streams[static_cast<std::size_t>(held.reading.stream)].label);
+  }
+  last_out_ = std::max(last_out_, held.reading.t);
+  *reading = std::move(held.reading);
+  return true;
 }
 
 void BagRecording::tellDamage() {
   for (const std::string& d : reader_->damage()) log_->note(d);
-  if (!reader_->damage().empty()) log_->count("damage", static_cast<long>(reader_->damage().size()));
+  if (!reader_->damage().empty())
+    log_->count("damage", static_cast<long>(reader_->damage().size()));
   if (pairing_.dropped() > 0) {
     log_->add("imu_not_paired", "accelerometer and gyro",
               std::to_string(pairing_.dropped()) +
                   " readings of the gyro had no accelerometer around them");
   }
   for (const auto& [name, number] : anchors_.mapped()) {
-    log_->note("anchor '" + name + "' has the number " + std::to_string(number) +
-               " in the rawlog");
+    log_->note("anchor '" + name + "' has the number " + std::to_string(number) + " in the rawlog");
   }
 }
 
@@ -301,9 +298,8 @@ void BagRecording::takeRanges(const MessageView& m, const Stream& s, TimeNs t, T
     range.anchor = anchors_.numberOf(r.anchor);
     range.range_m = r.range_m;
     range.sigma_m = r.sigma_m > 0 ? r.sigma_m : options_.range_sigma_m;
-    range.p_B_U =
-        r.antenna.value_or(Vec3(options_.lever_arm_m[0], options_.lever_arm_m[1],
-                                options_.lever_arm_m[2]));
+    range.p_B_U = r.antenna.value_or(
+        Vec3(options_.lever_arm_m[0], options_.lever_arm_m[1], options_.lever_arm_m[2]));
     hold({range.t, index, range}, received, 0);
   }
 }

@@ -40,7 +40,8 @@ class BagRecording {
   /// Throws InputError or bags::BagError if nothing can be imported. `log` must outlive this.
   BagRecording(const BagOptions& options, ProblemLog* log);
 
-  /// In order of time; at one stamp IMU, range, poses, image. False at the end.
+  /// In order of time; at one stamp IMU, range, poses, image. What comes more than two seconds too
+  /// late is handed out all the same, and counted. False at the end.
   bool next(Reading* reading);
   double progress() const;
 

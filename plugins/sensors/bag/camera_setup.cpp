@@ -33,7 +33,8 @@ struct Distorted {
 /// OpenCV's rational model with k1 k2 p1 p2 k3 k4 k5 k6.
 Distorted rational(const std::vector<double>& d, double x, double y) {
   const double r2 = x * x + y * y, r4 = r2 * r2, r6 = r4 * r2;
-  const double s = (1 + d[0] * r2 + d[1] * r4 + d[4] * r6) / (1 + d[5] * r2 + d[6] * r4 + d[7] * r6);
+  const double s =
+      (1 + d[0] * r2 + d[1] * r4 + d[4] * r6) / (1 + d[5] * r2 + d[6] * r4 + d[7] * r6);
   return {x * s + 2 * d[2] * x * y + d[3] * (r2 + 2 * x * x),
           y * s + d[2] * (r2 + 2 * y * y) + 2 * d[3] * x * y};
 }
@@ -178,10 +179,9 @@ void requireAll(const CameraSetup& c, const BagOptions& o, ProblemLog* log) {
   const std::string what = !c.has_intrinsics && !c.has_place ? "neither intrinsics nor its place"
                            : !c.has_intrinsics               ? "no intrinsics"
                                                              : "not its place";
-  const std::string text =
-      c.topic + ": " + what + " on the IMU " + (o.calibration.empty() ? "in the recording"
-                                                                      : "in " + o.calibration) +
-      "; give --calibration FILE with both";
+  const std::string text = c.topic + ": " + what + " on the IMU " +
+                           (o.calibration.empty() ? "in the recording" : "in " + o.calibration) +
+                           "; give --calibration FILE with both";
   if (o.need_calibration) {
     throw InputError(text + " (or need_calibration = false to import without, for other uses)");
   }
@@ -194,9 +194,8 @@ CalibrationExtras setUpCameras(const Survey& survey, const BagOptions& options,
                                const std::string& imu_frame, std::vector<CameraSetup>* cameras,
                                ProblemLog* log) {
   CalibrationExtras extras;
-  if (options.calibration.empty()) {
-    for (CameraSetup& c : *cameras) fromRecording(survey, imu_frame, &c, log);
-  } else {
+  for (CameraSetup& c : *cameras) fromRecording(survey, imu_frame, &c, log);
+  if (!options.calibration.empty()) {
     extras = applyCalibrationFile(options.calibration, cameras, log);
   }
   for (const CameraSetup& c : *cameras) requireAll(c, options, log);

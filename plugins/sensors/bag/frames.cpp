@@ -22,7 +22,8 @@ std::optional<Pose> poseAt(const bags::MessageView& m, const std::string& point,
                m.number(quaternion + ".y"), m.number(quaternion + ".z"));
   const double n = q.norm();
   if (!(std::abs(n - 1) < 0.1)) return std::nullopt;
-  return Pose(q.normalized(), p);
+  // What is of length 1 as well as numbers go stays as it is, digit by digit.
+  return Pose(std::abs(n - 1) < 1e-12 ? q : q.normalized(), p);
 }
 
 void FrameTree::add(const bags::MessageView& message) {
@@ -39,7 +40,7 @@ std::pair<std::string, Pose> FrameTree::rootOf(std::string frame) const {
   for (std::size_t steps = 0; steps <= parents_.size(); ++steps) {
     const auto link = parents_.find(frame);
     if (link == parents_.end()) break;
-    T = link->second.T_P_C * T;
+    T = steps == 0 ? link->second.T_P_C : link->second.T_P_C * T;
     frame = link->second.parent;
   }
   return {frame, T};
@@ -51,6 +52,7 @@ std::optional<Pose> FrameTree::between(const std::string& a, const std::string& 
   const auto [root_a, T_R_A] = rootOf(from);
   const auto [root_b, T_R_B] = rootOf(to);
   if (root_a != root_b) return std::nullopt;
+  if (root_a == from) return T_R_B;
   return T_R_A.inverse() * T_R_B;
 }
 

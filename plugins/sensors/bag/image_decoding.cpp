@@ -16,9 +16,9 @@ constexpr int kLargest = 20'000;  ///< [px]
 
 struct Encoding {
   const char* name;
-  int type;       ///< of cv::Mat
-  int convert;    ///< while it still has its own channels; -1: as it is
-  int demosaic;   ///< once it is 8 bit; -1: none
+  int type;      ///< of cv::Mat
+  int convert;   ///< while it still has its own channels; -1: as it is
+  int demosaic;  ///< once it is 8 bit; -1: none
 };
 constexpr int kNo = -1;
 // OpenCV calls Bayer patterns by their second row: RGGB is its BG.

@@ -15,8 +15,8 @@ struct Levels {
 };
 
 struct Picture {
-  cv::Mat pixels;         ///< 8 bit, gray or BGR; may point into the message
-  bags::ByteView file;    ///< PNG or JPEG that holds exactly these pixels; empty: there is none
+  cv::Mat pixels;       ///< 8 bit, gray or BGR; may point into the message
+  bags::ByteView file;  ///< PNG or JPEG that holds exactly these pixels; empty: there is none
   const char* extension = "";  ///< of `file`
   bool stretched = false;      ///< from 16 bit
 };

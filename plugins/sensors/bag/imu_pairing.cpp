@@ -47,8 +47,7 @@ void ImuPairing::pair() {
     if (b.t - a.t > kLongestGap) {
       ++dropped_;
     } else {
-      const double u =
-          exact ? 0 : static_cast<double>(g.t - a.t) / static_cast<double>(b.t - a.t);
+      const double u = exact ? 0 : static_cast<double>(g.t - a.t) / static_cast<double>(b.t - a.t);
       ready_.push_back({g.t, g.v, a.v + u * (b.v - a.v)});
     }
     gyro_.pop_front();

@@ -34,8 +34,8 @@ struct ReadRange {
 /// What is known of a type of message, or empty.
 std::optional<RangeFields> knownRangeFields(const std::string& type);
 /// By what was asked for (`anchor,distance`, each perhaps `list[].field`; `#7` = always anchor 7;
-/// then perhaps `unit=mm`, `stamp=field`, `sigma=field`), or of the known type. `frame`: of the topic's messages, for a Range that names no anchor. Throws
-/// InputError.
+/// then perhaps `unit=mm`, `stamp=field`, `sigma=field`), or of the known type. `frame`: of the
+/// topic's messages, for a Range that names no anchor. Throws InputError.
 RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type, const std::string& frame);
 /// Throws bags::BagError.
 std::vector<ReadRange> readRanges(const bags::MessageView& message, const RangeFields& fields);

@@ -38,8 +38,8 @@ void lookAtImage(const MessageView& m, TopicInfo* info, Survey* out) {
   }
   LevelFinder& levels = out->levels[info->topic];
   const bool deep = levels.images() > 0;
-  if (!info->camera || (info->count > kLooked && (!deep || levels.images() >= kLevelImages ||
-                                                  info->count % 5 != 0))) {
+  if (!info->camera || (info->count > kLooked &&
+                        (!deep || levels.images() >= kLevelImages || info->count % 5 != 0))) {
     return;
   }
   const RawPicture raw = decodePicture(m);

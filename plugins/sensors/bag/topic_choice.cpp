@@ -16,9 +16,8 @@ std::string lower(std::string s) {
 }
 
 bool contains(const std::string& text, std::initializer_list<const char*> words) {
-  return std::any_of(words.begin(), words.end(), [&](const char* w) {
-    return text.find(w) != std::string::npos;
-  });
+  return std::any_of(words.begin(), words.end(),
+                     [&](const char* w) { return text.find(w) != std::string::npos; });
 }
 
 bool isImu(const std::string& type) { return type == "sensor_msgs/Imu"; }
@@ -36,8 +35,8 @@ bool isAccelerometer(const TopicInfo& t) {
 }
 bool isGyro(const TopicInfo& t) { return isVector(t.type) && contains(lower(t.topic), {"gyro"}); }
 bool isTruth(const TopicInfo& t) {
-  return isPose(t.type) && contains(lower(t.topic), {"truth", "/gt", "_gt", "vicon", "mocap", "vrpn",
-                                                     "optitrack", "qualisys", "leica"});
+  return isPose(t.type) && contains(lower(t.topic), {"truth", "/gt", "_gt", "vicon", "mocap",
+                                                     "vrpn", "optitrack", "qualisys", "leica"});
 }
 
 /// Whether messages of a type can play a role.
@@ -63,8 +62,8 @@ bool fits(Role role, const std::string& type) {
 /// `/cam/image_raw/compressed` is `/cam/image_raw` in other bytes.
 std::string baseOf(const std::string& topic) {
   const std::string end = "/compressed";
-  const bool compressed = topic.size() > end.size() &&
-                          topic.compare(topic.size() - end.size(), end.size(), end) == 0;
+  const bool compressed =
+      topic.size() > end.size() && topic.compare(topic.size() - end.size(), end.size(), end) == 0;
   return compressed ? topic.substr(0, topic.size() - end.size()) : topic;
 }
 
@@ -95,9 +94,10 @@ class Chooser {
       if (knownRangeFields(info.type)) add({Role::range, topic, {}}, info);
     }
     if (choice_.streams.empty()) {
-      throw InputError("no topic has messages of a type that is known; name them: --topic "
-                       "camera=/topic; the recording has" +
-                       all());
+      throw InputError(
+          "no topic has messages of a type that is known; name them: --topic "
+          "camera=/topic; the recording has" +
+          all());
     }
     return finish();
   }
@@ -255,33 +255,32 @@ class Chooser {
     if (!T) return;
     s->T_F_B = *T;
     if (T->p.norm() < 1e-9 && T->q.angularDistance(Quat::Identity()) < 1e-9) return;
-    log_->note(s->topic + ": is the pose of " + frame + "; moved to the IMU (" +
-               choice_.imu_frame + ") by /tf_static");
+    log_->note(s->topic + ": is the pose of " + frame + "; moved to the IMU (" + choice_.imu_frame +
+               ") by /tf_static");
   }
 
   void nameTheRest() const {
     for (const auto& [topic, info] : survey_.topics) {
-      const bool taken =
-          std::any_of(choice_.streams.begin(), choice_.streams.end(),
-                      [t = topic](const Stream& s) { return s.topic == t; });
+      const bool taken = std::any_of(choice_.streams.begin(), choice_.streams.end(),
+                                     [t = topic](const Stream& s) { return s.topic == t; });
       if (taken) continue;
-      const char* role = isImage(info.type)             ? "camera"
-                         : isImu(info.type)             ? "imu"
-                         : knownRangeFields(info.type)  ? "range"
+      const char* role = isImage(info.type)                 ? "camera"
+                         : isImu(info.type)                 ? "imu"
+                         : knownRangeFields(info.type)      ? "range"
                          : info.type == "nav_msgs/Odometry" ? "odometry"
                          : isPose(info.type)                ? "truth"
                                                             : nullptr;
       if (role == nullptr) continue;
       const bool twin =
-          std::any_of(choice_.streams.begin(), choice_.streams.end(), [t = topic](const Stream& s) {
-            return baseOf(s.topic) == baseOf(t);
-          });
+          std::any_of(choice_.streams.begin(), choice_.streams.end(),
+                      [t = topic](const Stream& s) { return baseOf(s.topic) == baseOf(t); });
       log_->note(topic + " (" + info.type + ") left out" +
-                 (twin                                   ? ": the same images in other bytes"
-                  : !info.problem.empty()                ? ": " + info.problem
-                  : isImage(info.type) && !info.camera   ? ": no image of a camera"
-                  : std::string("; to take it too, name all that you want: --topic ") + role + "=" +
-                        topic));
+                 (twin                    ? ": the same images in other bytes"
+                  : !info.problem.empty() ? ": " + info.problem
+                  : isImage(info.type) && !info.camera
+                      ? ": no image of a camera"
+                      : std::string("; to take it too, name all that you want: --topic ") + role +
+                            "=" + topic));
     }
   }
 
@@ -292,8 +291,7 @@ class Chooser {
 
 }  // namespace
 
-Choice chooseTopics(const Survey& survey, const std::vector<TopicWish>& wishes,
-                    ProblemLog* log) {
+Choice chooseTopics(const Survey& survey, const std::vector<TopicWish>& wishes, ProblemLog* log) {
   Chooser chooser(survey, log);
   return wishes.empty() ? chooser.fromTypes() : chooser.fromWishes(wishes);
 }

@@ -4,10 +4,10 @@
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 
-#include "input_error.h"
 #include <fstream>
 #include <iomanip>
 
+#include "input_error.h"
 #include "pyfg_dataset.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"

@@ -42,8 +42,8 @@ inline std::vector<Kept> readAll(BagReader& reader) {
 
 /// All bags of the folder, and whether they describe all their types.
 inline std::vector<std::string> allBags() {
-  return {"ros1_none.bag",  "ros1_bz2.bag",  "ros1_lz4.bag",   "ros1_unindexed.bag",
-          "ros2_none.mcap", "ros2_lz4.mcap", "ros2_zstd.mcap", "ros2_bare.mcap",
+  return {"ros1_none.bag",  "ros1_bz2.bag",  "ros1_lz4.bag",      "ros1_unindexed.bag",
+          "ros2_none.mcap", "ros2_lz4.mcap", "ros2_zstd.mcap",    "ros2_bare.mcap",
           "ros2_foxy.db3",  "ros2_split",    "ros2_message_zstd", "ros2_file_zstd"};
 }
 

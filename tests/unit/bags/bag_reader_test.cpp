@@ -74,20 +74,18 @@ TEST_P(EveryBag, FieldsAreWhatTheWriterPutIn) {
       EXPECT_EQ(m.number("transform.rotation.w"), 1);
     } else if (k.channel.topic == "/tf_static") {
       std::vector<std::string> children;
-      m.each("transforms", [&](const MessageView& t) {
-        children.emplace_back(t.text("child_frame_id"));
-      });
+      m.each("transforms",
+             [&](const MessageView& t) { children.emplace_back(t.text("child_frame_id")); });
       EXPECT_EQ(children, (std::vector<std::string>{"imu", "cam"}));
     }
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Fixtures, EveryBag, testing::ValuesIn(allBags()),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           std::replace(name.begin(), name.end(), '.', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Fixtures, EveryBag, testing::ValuesIn(allBags()), [](const auto& info) {
+  std::string name = info.param;
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
+});
 
 TEST(BagReader, OwnTypesAreReadByTheirDescription) {
   for (const char* bag : {"ros1_lz4.bag", "ros2_lz4.mcap", "ros2_split"}) {
@@ -204,8 +202,8 @@ TEST(DamagedBag, SizesThatAreLiesCostNothing) {
 TEST(DamagedBag, FlippedBitsDoNoHarm) {
   std::uint32_t random = 12345;
   const auto next = [&] { return random = random * 1664525u + 1013904223u; };
-  for (const char* name : {"ros1_none.bag", "ros1_bz2.bag", "ros2_zstd.mcap", "ros2_bare.mcap",
-                           "ros2_foxy.db3"}) {
+  for (const char* name :
+       {"ros1_none.bag", "ros1_bz2.bag", "ros2_zstd.mcap", "ros2_bare.mcap", "ros2_foxy.db3"}) {
     const Bytes whole = bytesOf(fixture(name));
     for (int round = 0; round < 400; ++round) {
       Bytes bytes = whole;

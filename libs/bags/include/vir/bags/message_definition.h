@@ -11,8 +11,22 @@
 namespace vir::bags {
 
 enum class Kind {
-  boolean, int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64,
-  text, wide_text, time, duration, message
+  boolean,
+  int8,
+  uint8,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  int64,
+  uint64,
+  float32,
+  float64,
+  text,
+  wide_text,
+  time,
+  duration,
+  message
 };
 
 struct MessageType;
