@@ -12,6 +12,7 @@ packages=(
   libmrpt-hwdrivers-dev libmrpt-obs-dev libmrpt-opengl-dev
   mrpt-apps                             # RawLogViewer and rawlog-edit
   libcli11-dev nlohmann-json3-dev libyaml-cpp-dev
+  libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev  # bags of ROS and MCAP
   libgtest-dev
 )
 dev_packages=(clang clang-format clang-tidy libbenchmark-dev ccache debootstrap)

@@ -54,7 +54,8 @@ class Packages : public testing::Test {
 TEST_F(Packages, RunTheSampleFromARootOfTheirOwn) {
   EXPECT_TRUE(contains(field(program_, "Depends"), "libmrpt-obs")) << field(program_, "Depends");
   EXPECT_TRUE(contains(field(program_, "Depends"), "libopencv-core")) << field(program_, "Depends");
-  for (const char* needed : {"vir-slam (= ", "libeigen3-dev", "libceres-dev", "zlib1g-dev"}) {
+  for (const char* needed : {"vir-slam (= ", "libeigen3-dev", "libceres-dev", "zlib1g-dev",
+                             "liblz4-dev", "libsqlite3-dev"}) {
     EXPECT_TRUE(contains(field(dev_, "Depends"), needed)) << needed << " is missing";
   }
   const std::set<std::string> program = files(program_), dev = files(dev_);

@@ -1,49 +1,31 @@
-/// vir-slam import DRIVER SOURCE --out FILE.rawlog: a recorded sensor at full speed into a rawlog.
+/// vir-slam import [DRIVER] SOURCE --out FILE.rawlog: a recording at full speed into a rawlog.
 #include <CLI/CLI.hpp>
-#include <filesystem>
+#include <cstdio>
 #include <memory>
 
 #include "commands/commands.h"
 #include "output/console.h"
-#include "recordings/rawlog_recorder.h"
-#include "vir/core/settings.h"
-#include "vir/roles/recorded_source.h"
-#include "vir/roles/sensor_registry.h"
+#include "recordings/import_job.h"
 
 namespace vir::app {
-namespace fs = std::filesystem;
 namespace {
 
 struct ImportArguments {
-  std::string driver, source, out;
-  std::vector<std::string> set;
-  int compression = 1;
+  std::vector<std::string> what;  ///< [DRIVER] SOURCE
+  bool list = false;
+  ImportJob job;
 };
 
-/// Configures the sensor as its section [alias] and --set say.
-void configure(const ImportArguments& a, roles::RecordedSource& source) {
-  Settings settings;
-  for (const std::string& assignment : a.set) settings.set(assignment);
-  settings.set(a.driver + ".source=" + a.source);
-  SettingsReader reader(settings);
-  source.describe(reader);
-  reader.finish();
-}
-
-void run(const ImportArguments& a, const Common& common) {
-  if (a.driver == "simulator") {
-    throw UsageError("'simulator' has no recording to import; use `vir-slam simulate INI`");
-  }
+void run(ImportArguments* a, const Common& common) {
+  if (a->what.size() == 2) a->job.driver = a->what.front();
+  a->job.source = a->what.back();
+  if (!a->list && a->job.out.empty()) throw UsageError("--out FILE.rawlog is needed (or --list)");
   loadPlugins(common);
-  const auto sensor = roles::createSensor(a.driver);
-  auto* source = dynamic_cast<roles::RecordedSource*>(sensor.get());
-  if (source == nullptr) {
-    throw UsageError("'" + a.driver + "' is a live sensor; use `vir-slam record`");
+  if (a->list) {
+    std::printf("%s", listRecording(a->job).c_str());
+  } else {
+    importRecording(a->job);
   }
-  requireRawlogName(a.out);
-  if (!fs::exists(a.source)) throw UsageError("there is no such file or folder: " + a.source);
-  configure(a, *source);
-  recordToRawlog({sensor.get(), source, a.out, a.compression, "import"});
 }
 
 }  // namespace
@@ -54,22 +36,39 @@ void addImport(CLI::App& app, Common& common) {
       "import",
       "Turn a recording into a rawlog\n"
       "Examples:\n"
+      "  vir-slam import flight.bag --list\n"
+      "  vir-slam import flight.bag --calibration camchain-imucam.yaml --out flight.rawlog\n"
+      "  vir-slam import flight.mcap --out flight.rawlog \\\n"
+      "    --topic camera=/cam0/image_raw --topic imu=/imu0 --topic range=/uwb:anchor_id,distance\n"
       "  vir-slam import euroc MH_01_easy --out mh01.rawlog\n"
       "  vir-slam import euroc room1 --out room1.rawlog --set euroc.images=embed\n"
       "  vir-slam import euroc V1_02 --out v102.rawlog \\\n"
       "    --set euroc.simulate_ranges=true --set \"euroc.anchor_m=2 0 2.5\"\n"
       "  vir-slam import pyfg tiers_AB.pyfg --out tiers_A.rawlog --set pyfg.robot=A");
-  command->add_option("DRIVER", a->driver, "Recorded sensor: see `vir-slam plugins`")->required();
-  command->add_option("SOURCE", a->source, "What it reads: a folder or a file")->required();
-  command->add_option("--out", a->out, "Rawlog to write")->required();
-  command->add_option("--set", a->set, "Section.key=value, e.g. euroc.max_duration_s=20")
+  command
+      ->add_option("SOURCE", a->what,
+                   "[DRIVER] SOURCE: a file or folder; DRIVER (see `vir-slam plugins`) only where "
+                   "it cannot be found from the source")
+      ->required()
+      ->expected(1, 2);
+  command->add_option("--out", a->job.out, "Rawlog to write");
+  command
+      ->add_option("--calibration", a->job.calibration, "File with camera, IMU and both together")
       ->allow_extra_args(false);
-  command->add_option("--compression", a->compression, "0 (none) to 9, of the rawlog itself")
+  command
+      ->add_option("--topic", a->job.topics,
+                   "ROLE=/topic[:field,field], ROLE one of camera imu accel gyro range peer "
+                   "odometry truth; none: by the types of messages")
+      ->allow_extra_args(false);
+  command->add_flag("--list", a->list, "Show topics, types and rates, and stop");
+  command->add_option("--set", a->job.set, "Section.key=value, e.g. euroc.max_duration_s=20")
+      ->allow_extra_args(false);
+  command->add_option("--compression", a->job.compression, "0 (none) to 9, of the rawlog itself")
       ->check(CLI::Range(0, 9))
       ->capture_default_str();
   command->callback([a, &common] {
     catchInterrupt();
-    run(*a, common);
+    run(a.get(), common);
   });
 }
 

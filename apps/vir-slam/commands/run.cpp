@@ -1,4 +1,4 @@
-/// vir-slam run INI: a recording goes in, a trajectory comes out.
+/// vir-slam run INI | FILE.rawlog | SOURCE: a recording goes in, a trajectory comes out.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
@@ -8,6 +8,7 @@
 #include "output/run_table.h"
 #include "recordings/companion.h"
 #include "setup/prepared_run.h"
+#include "setup/run_source.h"
 #include "vir/runs/offline_run.h"
 
 namespace vir::app {
@@ -16,6 +17,9 @@ namespace {
 constexpr const char* kHelp =
     R"(Estimate the trajectory of a recording
 Examples:
+  vir-slam run flight.bag --calibration camchain-imucam.yaml
+  vir-slam run flight.mcap --topic camera=/cam0/image_raw --topic imu=/imu0 --out results/flight
+  vir-slam run mh01.rawlog
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01 --set Estimator.start_offset_s=10)";
 
@@ -81,16 +85,32 @@ void run(const RunArguments& arguments, Common& common) {
 
 void addRun(CLI::App& app, Common& common) {
   const auto arguments = std::make_shared<RunArguments>();
+  const auto source = std::make_shared<RunSource>();
   CLI::App* command = app.add_subcommand("run", kHelp);
-  command->add_option("INI", arguments->ini, "Settings; ini/reference.ini explains every key")
+  command
+      ->add_option(
+          "INI", source->what,
+          "Settings (ini/reference.ini explains every key), or a rawlog, or a recording in "
+          "another format, which is imported into the results folder first")
       ->required();
   command->add_option("--rawlog", arguments->rawlog, "Recording (instead of the one in the ini)");
   command->add_option("--out", arguments->out, "Results folder (default: results/<date-time>)");
   command
       ->add_option("--set", arguments->assignments, "Section.key=value, before what the ini says")
       ->allow_extra_args(false);
+  command
+      ->add_option("--calibration", source->calibration,
+                   "File with camera, IMU and both together, for a recording that is imported")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--topic", source->topics,
+                   "ROLE=/topic, for a recording that is imported (`vir-slam import --help`)")
+      ->allow_extra_args(false);
   command->add_flag("--verbose,-v", arguments->verbose, "Show the whole log, not only warnings");
-  command->callback([arguments, &common] { run(*arguments, common); });
+  command->callback([arguments, source, &common] {
+    resolveSource(*source, common, arguments.get());
+    run(*arguments, common);
+  });
 }
 
 }  // namespace vir::app

@@ -42,7 +42,8 @@ std::unique_ptr<roles::Estimator> created(const roles::EstimatorSettings& settin
 
 PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   PreparedRun run;
-  Settings settings = Settings::fromFile(arguments.ini);
+  Settings settings;
+  if (!arguments.ini.empty()) settings = Settings::fromFile(arguments.ini);
   for (const std::string& assignment : arguments.assignments) settings.set(assignment);
   if (!arguments.rawlog.empty()) settings.set("Estimator.rawlog=" + arguments.rawlog);
   const std::vector<std::string> of_sensors = sectionsOfSensors(settings);

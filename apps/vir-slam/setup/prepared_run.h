@@ -11,7 +11,7 @@
 
 namespace vir::app {
 
-/// As given to `vir-slam run`.
+/// As given to `vir-slam run`. Without an ini every setting has its default.
 struct RunArguments {
   std::string ini, rawlog, out;
   std::vector<std::string> assignments;

@@ -39,6 +39,7 @@ class EurocDataset : public mrpt::hwdrivers::CGenericSensor, public roles::Recor
   std::vector<std::string> warnings() const override;
   std::string companionIni() const override;
   std::vector<roles::TrueAnchor> trueAnchors() const override;
+  bool canRead(const std::string& source) const override { return euroc::isFolder(source); }
 
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,

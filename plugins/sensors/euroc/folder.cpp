@@ -67,6 +67,12 @@ void findGroundTruth(const fs::path& mav0, Folder* f) {
 
 }  // namespace
 
+bool isFolder(const std::string& source) {
+  std::error_code ec;
+  return fs::is_directory(fs::path(source) / "mav0", ec) ||
+         fs::is_regular_file(fs::path(source) / "imu0" / "data.csv", ec);
+}
+
 Folder findFolder(const std::string& source, const std::string& camera) {
   // "folder/" has an empty file name, which would end in "folder//mav0".
   const fs::path mav0 = fs::absolute(findMav0(fs::path(source))).lexically_normal();

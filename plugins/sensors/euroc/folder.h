@@ -14,6 +14,9 @@ struct Folder {
   bool ground_truth_is_tum = false;
 };
 
+/// Does `source` contain mav0, or is it mav0?
+bool isFolder(const std::string& source);
+
 /// `source` contains mav0 or is it. Throws InputError that says what is missing and what is there.
 Folder findFolder(const std::string& source, const std::string& camera);
 

@@ -4,6 +4,9 @@
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 
+#include <fstream>
+#include <iomanip>
+
 #include "input_error.h"
 #include "pyfg_dataset.h"
 #include "vir/rawlog/labels.h"
@@ -128,6 +131,13 @@ std::vector<roles::TrueAnchor> PyfgDataset::trueAnchors() const {
     anchors.push_back({l.name.number, l.p_W.x(), l.p_W.y(), l.p_W.z()});
   }
   return anchors;
+}
+
+bool PyfgDataset::canRead(const std::string& source) const {
+  std::ifstream file(source);
+  std::string word;
+  file >> std::setw(32) >> word;
+  return word.rfind("VERTEX_", 0) == 0 || word.rfind("EDGE_", 0) == 0;
 }
 
 }  // namespace vir

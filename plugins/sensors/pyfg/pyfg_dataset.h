@@ -42,6 +42,7 @@ class PyfgDataset : public mrpt::hwdrivers::CGenericSensor, public roles::Record
   std::vector<std::pair<std::string, long>> counters() const override;
   std::vector<std::string> warnings() const override;
   std::vector<roles::TrueAnchor> trueAnchors() const override;
+  bool canRead(const std::string& source) const override;
 
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,

@@ -36,6 +36,12 @@ class RecordedSource {
   /// For evaluation only, so not among the observations: `import` writes them beside the rawlog as
   /// `<name>_anchors_truth.csv`. Valid after initialize(); empty: not known.
   virtual std::vector<TrueAnchor> trueAnchors() const { return {}; }
+  /// Whether it knows how to read this file or folder, going by how it looks: `import SOURCE` asks
+  /// everyone. Does not throw and needs no initialize().
+  virtual bool canRead(const std::string& /*source*/) const { return false; }
+  /// What is in `source`, as a table for people (`import --list`); empty: cannot tell. Throws
+  /// std::runtime_error if it cannot be read.
+  virtual std::string listing(const std::string& /*source*/) const { return {}; }
 };
 
 }  // namespace vir::roles

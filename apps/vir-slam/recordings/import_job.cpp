@@ -1,0 +1,99 @@
+#include "recordings/import_job.h"
+
+#include <filesystem>
+
+#include "recordings/rawlog_recorder.h"
+#include "vir/core/settings.h"
+#include "vir/roles/recorded_source.h"
+#include "vir/roles/sensor_registry.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+struct OpenedSource {
+  mrpt::hwdrivers::CGenericSensor::Ptr sensor;
+  roles::RecordedSource* source = nullptr;
+  std::string driver;
+};
+
+std::string recordedDrivers() {
+  std::string out;
+  for (const roles::SensorEntry& e : roles::registeredSensors()) {
+    const auto sensor = roles::createSensor(e.alias);
+    if (e.alias == "simulator" || dynamic_cast<roles::RecordedSource*>(sensor.get()) == nullptr) {
+      continue;
+    }
+    out += (out.empty() ? "" : ", ") + e.alias + " (" + e.description + ")";
+  }
+  return out;
+}
+
+OpenedSource open(const ImportJob& job) {
+  if (!fs::exists(job.source)) {
+    throw UsageError("there is no such file or folder: " + job.source);
+  }
+  OpenedSource opened;
+  opened.driver = job.driver.empty() ? driverThatReads(job.source) : job.driver;
+  if (opened.driver.empty()) {
+    throw UsageError(job.source + ": no driver knows this kind of file or folder; those for " +
+                     "recordings are " + recordedDrivers());
+  }
+  opened.sensor = roles::createSensor(opened.driver);
+  opened.source = dynamic_cast<roles::RecordedSource*>(opened.sensor.get());
+  if (opened.source == nullptr) {
+    throw UsageError("'" + opened.driver + "' is a live sensor; use `vir-slam record`");
+  }
+  return opened;
+}
+
+/// Configures the sensor as its section [alias], --topic, --calibration and --set say.
+void configure(const ImportJob& job, const OpenedSource& opened) {
+  Settings settings;
+  const std::string prefix = opened.driver + ".";
+  std::string topics;
+  for (const std::string& t : job.topics) topics += (topics.empty() ? "" : " ") + t;
+  if (!topics.empty()) settings.set(prefix + "topics=" + topics);
+  if (!job.calibration.empty()) settings.set(prefix + "calibration=" + job.calibration);
+  for (const std::string& assignment : job.set) settings.set(assignment);
+  settings.set(prefix + "source=" + job.source);
+  SettingsReader reader(settings);
+  opened.source->describe(reader);
+  reader.finish();
+}
+
+}  // namespace
+
+std::string driverThatReads(const std::string& source) {
+  std::string found;
+  for (const roles::SensorEntry& e : roles::registeredSensors()) {
+    const auto sensor = roles::createSensor(e.alias);
+    const auto* recorded = dynamic_cast<roles::RecordedSource*>(sensor.get());
+    if (recorded == nullptr || !recorded->canRead(source)) continue;
+    if (!found.empty()) {
+      throw UsageError(source + ": both '" + found + "' and '" + e.alias +
+                       "' can read it; name one: vir-slam import " + found + " " + source);
+    }
+    found = e.alias;
+  }
+  return found;
+}
+
+void importRecording(const ImportJob& job) {
+  if (job.driver == "simulator") {
+    throw UsageError("'simulator' has no recording to import; use `vir-slam simulate INI`");
+  }
+  requireRawlogName(job.out);
+  const OpenedSource opened = open(job);
+  configure(job, opened);
+  recordToRawlog({opened.sensor.get(), opened.source, job.out, job.compression, "import"});
+}
+
+std::string listRecording(const ImportJob& job) {
+  const OpenedSource opened = open(job);
+  const std::string text = opened.source->listing(job.source);
+  if (text.empty()) throw UsageError("'" + opened.driver + "' has no list of what is in a source");
+  return text;
+}
+
+}  // namespace vir::app

@@ -1,0 +1,28 @@
+#pragma once
+/// A recording in another format into a rawlog: what `import` does, and `run` before it runs.
+#include <string>
+#include <vector>
+
+#include "commands/commands.h"
+
+namespace vir::app {
+
+struct ImportJob {
+  std::string driver;               ///< empty: found from the source
+  std::string source, out;          ///< out: the rawlog
+  std::string calibration;          ///< file; empty: none
+  std::vector<std::string> topics;  ///< ROLE=NAME each
+  std::vector<std::string> set;     ///< Section.key=value each
+  int compression = 1;
+};
+
+/// The one sensor that says that it can read `source`; empty if none does. Plugins must be loaded.
+/// Throws UsageError if there are several.
+std::string driverThatReads(const std::string& source);
+
+/// Throws UsageError, SettingsError, std::runtime_error. Plugins must be loaded.
+void importRecording(const ImportJob& job);
+/// A table of what the source has.
+std::string listRecording(const ImportJob& job);
+
+}  // namespace vir::app

@@ -1,0 +1,79 @@
+#include "setup/run_source.h"
+
+#include <filesystem>
+
+#include "output/console.h"
+#include "recordings/import_job.h"
+#include "vir/results/results_folder.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+bool isRawlogName(const std::string& path) {
+  for (const std::string end : {".rawlog", ".rawlog.gz"}) {
+    if (path.size() > end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Settings of the sensor go to the import, others to the run.
+void splitSettings(const std::string& driver, std::vector<std::string>* run,
+                   std::vector<std::string>* import) {
+  std::vector<std::string> rest;
+  for (const std::string& s : *run) {
+    (s.rfind(driver + ".", 0) == 0 ? *import : rest).push_back(s);
+  }
+  run->swap(rest);
+}
+
+}  // namespace
+
+void resolveSource(const RunSource& source, const Common& common, RunArguments* arguments) {
+  if (isRawlogName(source.what)) {
+    if (!arguments->rawlog.empty()) {
+      throw UsageError("two recordings: " + source.what + " and --rawlog " + arguments->rawlog);
+    }
+    requireFile(source.what, "rawlog");
+    arguments->rawlog = source.what;
+    return;
+  }
+  std::string driver;
+  if (fs::exists(source.what)) {
+    loadPlugins(common);
+    driver = driverThatReads(source.what);
+  }
+  if (driver.empty() && fs::is_directory(source.what)) {
+    throw UsageError(source.what +
+                     ": is a folder of which no driver knows the kind; `vir-slam "
+                     "import DRIVER " +
+                     source.what + "` tells more");
+  }
+  if (driver.empty()) {
+    if (!source.calibration.empty() || !source.topics.empty()) {
+      throw UsageError("--calibration and --topic are for a recording that is imported; " +
+                       source.what + " is none");
+    }
+    arguments->ini = source.what;
+    return;
+  }
+  if (!arguments->rawlog.empty()) {
+    throw UsageError("two recordings: " + source.what + " and --rawlog " + arguments->rawlog);
+  }
+  const results::ResultsFolder folder(arguments->out);
+  arguments->out = folder.path();
+  ImportJob job;
+  job.driver = driver;
+  job.source = source.what;
+  job.out = folder.file("recording.rawlog");
+  job.calibration = source.calibration;
+  job.topics = source.topics;
+  splitSettings(driver, &arguments->assignments, &job.set);
+  catchInterrupt();
+  importRecording(job);
+  arguments->rawlog = job.out;
+}
+
+}  // namespace vir::app

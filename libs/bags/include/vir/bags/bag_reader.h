@@ -1,0 +1,69 @@
+#pragma once
+/// Recordings of ROS, whatever file they are in, as one stream of messages. Memory does not grow
+/// with the length of the recording, no index is needed, and files that end early give what they
+/// have.
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vir/bags/bytes.h"
+#include "vir/core/time.h"
+
+namespace vir::bags {
+
+/// How the fields of a message lie in its bytes.
+enum class Wire { ros1, cdr, unknown };
+
+/// A topic with the type of its messages.
+struct Channel {
+  std::string topic;
+  std::string type;  ///< package/Type, also where the file says package/msg/Type
+  /// Text of the type and of those in it; none if the file has none. Topics of a type share it.
+  std::shared_ptr<const std::string> definition;
+  Wire wire = Wire::unknown;
+  std::string encoding;  ///< as the file calls it, e.g. "cdr" or "protobuf"
+};
+
+struct BagMessage {
+  const Channel* channel = nullptr;  ///< lives as long as the reader
+  TimeNs received = 0;               ///< when the recorder got it [ns since 1970]
+  ByteView data;                     ///< until the next call of next()
+};
+
+class BagReader {
+ public:
+  virtual ~BagReader() = default;
+  /// In the order of the file. False at its end, or where it cannot be read further; then
+  /// damage() says why. Throws BagError only for what concerns the machine (no memory, no file).
+  virtual bool next(BagMessage* message) = 0;
+  /// Share of the file that has been read, 0..1.
+  virtual double progress() const = 0;
+  /// What is wrong with the file so far, one line each.
+  const std::vector<std::string>& damage() const { return damage_; }
+
+ protected:
+  /// Kept to the first few.
+  void report(const std::string& text) {
+    if (damage_.size() < 20) damage_.push_back(text);
+  }
+
+ private:
+  std::vector<std::string> damage_;
+};
+
+enum class BagKind { none, ros1, mcap, sqlite, folder };
+
+/// By content; `folder` is one with metadata.yaml or files of ROS 2 in it. Does not throw.
+BagKind bagKindOf(const std::string& path);
+
+/// Throws BagError if there is nothing to read at all.
+std::unique_ptr<BagReader> openBag(const std::string& path);
+/// The same for a file that is in memory already, which must outlive the reader; `name` stands for
+/// it in messages.
+std::unique_ptr<BagReader> openBag(ByteView bytes, const std::string& name);
+
+/// `package/msg/Type` without the `msg`.
+std::string shortTypeName(const std::string& type);
+
+}  // namespace vir::bags

@@ -1,0 +1,217 @@
+#include "bag_dataset.h"
+
+#include <Eigen/Core>
+//
+#include <mrpt/config/CConfigFileBase.h>
+#include <mrpt/img/CImage.h>
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "input_error.h"
+#include "vir/rawlog/convert.h"
+#include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/grabber_settings.h"
+
+namespace vir {
+
+IMPLEMENTS_GENERIC_SENSOR(Ros1Bag, vir)
+IMPLEMENTS_GENERIC_SENSOR(Ros2Bag, vir)
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Readings per doProcess(): enough to be fast, few enough to keep the queue small.
+constexpr int kBatch = 64;
+
+mrpt::img::TCamera mrptCamera(const CameraCalibration& c, const std::string& name) {
+  mrpt::img::TCamera out;
+  out.ncols = static_cast<uint32_t>(c.width);
+  out.nrows = static_cast<uint32_t>(c.height);
+  out.cameraName = name;
+  out.setIntrinsicParamsFromValues(c.fx, c.fy, c.cx, c.cy);
+  const auto& d = c.dist;
+  if (c.distortion == Distortion::radtan) out.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
+  if (c.distortion == Distortion::equidistant) {
+    out.setDistortionKannalaBrandt(d[0], d[1], d[2], d[3]);
+  }
+  return out;
+}
+
+void writeFile(const std::string& path, const void* data, std::size_t size) {
+  std::ofstream out(path, std::ios::binary);
+  out.write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
+  out.close();
+  if (!out) throw InputError("cannot write " + path + ": " + std::strerror(errno));
+}
+
+}  // namespace
+
+bool Ros1Bag::canRead(const std::string& source) const {
+  return bags::bagKindOf(source) == bags::BagKind::ros1;
+}
+
+bool Ros2Bag::canRead(const std::string& source) const {
+  const bags::BagKind kind = bags::bagKindOf(source);
+  return kind != bags::BagKind::none && kind != bags::BagKind::ros1;
+}
+
+BagSource::BagSource(std::string section) : section_(std::move(section)) { m_sensorLabel = "BAG"; }
+BagSource::~BagSource() = default;
+
+void BagSource::describe(OptionVisitor& v) { bag::describe(v, section_, options_); }
+
+void BagSource::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
+                                          const std::string& section) {
+  roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+}
+
+void BagSource::setPathForExternalImages(const std::string& directory) {
+  m_path_for_external_images = directory;
+}
+
+std::string BagSource::listing(const std::string& source) const {
+  const bag::Survey all = bag::survey(source, 0, {});
+  std::string out = bag::listing(all);
+  for (const std::string& d : all.damage) out += "note: " + d + "\n";
+  return out;
+}
+
+void BagSource::initialize() {
+  log_ = {};
+  given_.clear();
+  templates_.clear();
+  finished_ = folder_ready_ = false;
+  m_state = ssInitializing;
+  embed_ = options_.images == "embed";
+  if (!embed_ && m_path_for_external_images.empty()) {
+    embed_ = true;
+    log_.note("images = files: no folder for images was given; they are embedded");
+  }
+  bag::BagOptions options = options_;
+  if (embed_) options.images = "embed";
+  recording_ = std::make_unique<bag::BagRecording>(options, &log_);
+  for (const bag::CameraSetup& c : recording_->cameras()) {
+    auto obs = std::make_shared<mrpt::obs::CObservationImage>();
+    if (c.has_intrinsics) obs->cameraParams = mrptCamera(c.intrinsics, c.topic);
+    if (c.has_place) obs->cameraPose = rawlog::toMrptPose(c.T_B_C);
+    templates_.push_back(obs);
+  }
+  m_state = ssWorking;
+}
+
+void BagSource::doProcess() {
+  if (!recording_) throw InputError("BagSource: doProcess() before initialize()");
+  for (int i = 0; i < kBatch && !finished_; ++i) {
+    bag::Reading reading;
+    if (!recording_->next(&reading)) {
+      finish();
+      return;
+    }
+    emit(&reading);
+    if (std::holds_alternative<bag::ImageReading>(reading.what)) return;
+  }
+}
+
+void BagSource::finish() {
+  finished_ = true;
+  long all = 0;
+  for (const bag::Stream& s : recording_->streams()) {
+    const long n = given_[s.label];
+    all += n;
+    if (n > 0 || s.role == bag::Role::accelerometer) continue;
+    std::string why = log_.first("undecodable_" + s.label);
+    if (why.empty() && s.role == bag::Role::camera) why = log_.first("image_wrong_size");
+    log_.note(s.topic + ": gave nothing" + (why.empty() ? "" : "; first problem: " + why));
+  }
+  if (all == 0) {
+    throw InputError(options_.source + ": nothing in it could be used" +
+                     (log_.messages().empty() ? "" : "; " + log_.messages().back()));
+  }
+}
+
+void BagSource::emit(bag::Reading* reading) {
+  const bag::Stream& s = recording_->streams()[static_cast<std::size_t>(reading->stream)];
+  mrpt::obs::CObservation::Ptr obs;
+  if (const auto* imu = std::get_if<ImuSample>(&reading->what)) {
+    obs = rawlog::toObservation(*imu, s.label);
+  } else if (const auto* range = std::get_if<Range>(&reading->what)) {
+    obs = rawlog::toObservation(*range, s.label);
+  } else if (const auto* pose = std::get_if<StampedPose>(&reading->what)) {
+    auto pose_obs = rawlog::toObservation(*pose, s.label);
+    pose_obs->pose.cov.setZero();
+    obs = pose_obs;
+  } else {
+    obs = imageObservation(reading->t, std::get<bag::ImageReading>(reading->what), s.label);
+  }
+  ++given_[s.label];
+  appendObservation(obs);
+}
+
+mrpt::obs::CObservation::Ptr BagSource::imageObservation(TimeNs t, const bag::ImageReading& image,
+                                                         const std::string& label) {
+  auto obs = std::make_shared<mrpt::obs::CObservationImage>(*templates_[image.camera]);
+  obs->sensorLabel = label;
+  obs->timestamp = rawlog::toMrptTime(t);
+  if (embed_) {
+    obs->image = mrpt::img::CImage(image.pixels, mrpt::img::SHALLOW_COPY);
+    return obs;
+  }
+  if (!folder_ready_) {
+    std::error_code ec;
+    fs::create_directories(m_path_for_external_images, ec);
+    if (ec) {
+      throw InputError("cannot create the image folder " + m_path_for_external_images + ": " +
+                       ec.message());
+    }
+    folder_ready_ = true;
+  }
+  const bool as_it_is = !image.file.empty();
+  const std::string name = label + "_" + std::to_string(t) + (as_it_is ? image.extension : ".png");
+  const std::string path = m_path_for_external_images + "/" + name;
+  if (as_it_is) {
+    writeFile(path, image.file.data(), image.file.size());
+  } else {
+    std::vector<unsigned char> png;
+    cv::imencode(".png", image.pixels, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+    writeFile(path, png.data(), png.size());
+  }
+  obs->image.setExternalStorage(name);
+  return obs;
+}
+
+double BagSource::progress() const {
+  if (finished_) return 1;
+  return recording_ ? recording_->progress() : 0;
+}
+
+std::vector<std::pair<std::string, long>> BagSource::counters() const {
+  std::vector<std::pair<std::string, long>> out;
+  for (const auto& [label, n] : given_) {
+    if (n > 0) out.emplace_back("readings_" + label, n);
+  }
+  const auto problems = log_.counters();
+  out.insert(out.end(), problems.begin(), problems.end());
+  return out;
+}
+
+std::string BagSource::companionIni() const {
+  if (!recording_) return {};
+  std::string text = recording_->extras().ini;
+  for (const auto& [name, number] : recording_->anchors().mapped()) {
+    text += "// anchor " + std::to_string(number) + " is '" + name + "'\n";
+  }
+  return text;
+}
+
+}  // namespace vir

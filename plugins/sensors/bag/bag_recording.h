@@ -1,0 +1,92 @@
+#pragma once
+/// A bag as one stream of readings in time order.
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "anchor_names.h"
+#include "bag_options.h"
+#include "camera_setup.h"
+#include "imu_pairing.h"
+#include "problem_log.h"
+#include "topic_choice.h"
+#include "vir/types/imu_sample.h"
+#include "vir/types/range.h"
+#include "vir/types/state.h"
+
+namespace vir::bag {
+
+/// An image as 8 bits, with bytes of its own.
+struct ImageReading {
+  std::size_t camera = 0;
+  cv::Mat pixels;
+  bags::Bytes file;  ///< PNG or JPEG of exactly these pixels; empty: there is none
+  const char* extension = "";
+};
+
+struct Reading {
+  TimeNs t = 0;
+  int stream = 0;
+  std::variant<ImuSample, Range, StampedPose, ImageReading> what;
+};
+
+/// Opens the recording, chooses topics, and gives their readings. What is wrong with single
+/// messages is counted in the log. Memory does not depend on the recording's length.
+class BagRecording {
+ public:
+  /// Throws InputError or bags::BagError if nothing can be imported. `log` must outlive this.
+  BagRecording(const BagOptions& options, ProblemLog* log);
+
+  /// In order of time; at one stamp IMU, range, poses, image. What comes more than two seconds too
+  /// late is handed out all the same, and counted. False at the end.
+  bool next(Reading* reading);
+  double progress() const;
+
+  const std::vector<Stream>& streams() const { return choice_.streams; }
+  const std::vector<CameraSetup>& cameras() const { return cameras_; }
+  const CalibrationExtras& extras() const { return extras_; }
+  const AnchorNames& anchors() const { return anchors_; }
+
+ private:
+  struct Held {
+    Reading reading;
+    TimeNs received = 0;
+    std::size_t bytes = 0;
+  };
+
+  void checkClocks(const Survey& survey) const;
+  bool readOne();
+  void take(const bags::BagMessage& message, int index);
+  TimeNs stampOf(const bags::MessageView& m, const bags::BagMessage& message, const Stream& s);
+  void takeImu(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received, int index);
+  void takeImage(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received, int index);
+  void takePose(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received, int index);
+  void takeRanges(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received,
+                  int index);
+  void hold(Reading reading, TimeNs received, std::size_t bytes);
+  bool mayGo() const;
+  void tellDamage();
+  std::string whereOf(const Stream& s, TimeNs t) const;
+
+  BagOptions options_;
+  ProblemLog* log_;
+  Choice choice_;
+  std::vector<CameraSetup> cameras_;
+  std::vector<Levels> levels_;
+  CalibrationExtras extras_;
+  std::unique_ptr<bags::BagReader> reader_;
+  Definitions definitions_;
+  std::map<std::string, std::vector<int>> by_topic_;
+  std::set<std::string> warned_;
+  ImuPairing pairing_;
+  AnchorNames anchors_;
+  std::multimap<std::pair<TimeNs, int>, Held> held_;
+  std::size_t held_bytes_ = 0;
+  bool ended_ = false;
+  TimeNs newest_ = 0, first_ = 0, last_out_ = INT64_MIN;
+};
+
+}  // namespace vir::bag

@@ -1,0 +1,197 @@
+#include "range_fields.h"
+
+#include <cmath>
+
+#include "input_error.h"
+
+namespace vir::bag {
+namespace {
+
+using bags::Field;
+using bags::Kind;
+using bags::MessageView;
+
+constexpr std::size_t kMostRanges = 1000;
+
+struct Known {
+  const char* type;
+  const char *list, *anchor, *distance, *sigma;
+  bool sigma_squared;
+  const char* antenna;
+  double unit_m;
+};
+
+/// From the public definitions of these packages.
+constexpr Known kKnown[] = {
+    // NTU VIRAL: radios P440, several antennas on the robot
+    {"uwb_driver/UwbRange", "", "responder_id", "distance", "", false, "rqst_antenna_offset", 1},
+    // MILUV
+    {"uwb_ros/RangeStamped", "", "to_id", "range", "covariance", true, "", 1},
+    // UVIO and what its authors publish
+    {"uwb_msgs/TwoWayRangeStamped", "", "UWB_ID2", "range_raw", "", false, "", 1},
+    // Nooploop LinkTrack
+    {"nlink_parser/LinktrackNodeframe2", "nodes", "id", "dis", "", false, "", 1},
+    {"nlink_parser/LinktrackNodeframe3", "nodes", "id", "dis", "", false, "", 1},
+    {"nlink_parser/LinktrackTagframe0", "", "", "dis_arr", "", false, "", 1},
+    // GTEC: Pozyx and boards with DW1000
+    {"gtec_msgs/Ranging", "", "anchorId", "range", "", false, "", 0.001},
+    {"gtec_msgs/PozyxRanging", "", "destinationId", "range", "", false, "", 0.001},
+    {"sensor_msgs/Range", "", "", "range", "", false, "", 1},
+};
+
+/// `list[].field` into its two parts.
+std::string splitList(std::string* path) {
+  const std::size_t at = path->find("[].");
+  if (at == std::string::npos) return {};
+  const std::string list = path->substr(0, at);
+  path->erase(0, at + 3);
+  return list;
+}
+
+std::string wholeNumber(double v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f", v);
+  return text;
+}
+
+std::string anchorText(const MessageView& m, const std::string& path) {
+  const Field* field = MessageView::typeOf(m.type(), path);
+  if (field != nullptr && field->kind == Kind::text) return std::string(m.text(path));
+  if (field != nullptr && field->kind == Kind::uint64) {
+    return std::to_string(static_cast<std::uint64_t>(m.integer(path)));
+  }
+  return std::to_string(m.integer(path));
+}
+
+void addCommon(const MessageView& m, const RangeFields& f, ReadRange* r) {
+  if (!f.stamp.empty() && m.has(f.stamp)) {
+    r->stamp = m.time(f.stamp);
+    if (!r->stamp) {  // a number of seconds
+      const double seconds = m.number(f.stamp);
+      if (std::abs(seconds) < 9e9) r->stamp = fromSeconds(seconds);
+    }
+  }
+  if (!f.sigma.empty() && m.has(f.sigma)) {
+    const double s = m.number(f.sigma);
+    if (std::isfinite(s) && s > 0) r->sigma_m = f.sigma_squared ? std::sqrt(s) : s;
+  }
+  if (!f.antenna.empty() && m.has(f.antenna)) {
+    const Vec3 p(m.number(f.antenna + ".x"), m.number(f.antenna + ".y"),
+                 m.number(f.antenna + ".z"));
+    if (p.allFinite() && p.norm() < 20) r->antenna = p;
+  }
+}
+
+/// A list of numbers: anchors are a list beside it, or its places.
+void readList(const MessageView& m, const RangeFields& f, std::vector<ReadRange>* out) {
+  const std::vector<double> distances = m.numbers(f.distance, kMostRanges);
+  std::vector<double> anchors;
+  if (!f.anchor.empty()) anchors = m.numbers(f.anchor, kMostRanges);
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    if (!f.anchor.empty() && i >= anchors.size()) break;
+    // In a list with a place for every anchor, 0 is one that did not answer.
+    if (f.anchor.empty() && distances[i] == 0) continue;
+    ReadRange r;
+    r.anchor = f.anchor.empty() ? std::to_string(i) : wholeNumber(anchors[i]);
+    r.range_m = distances[i] * f.unit_m;
+    addCommon(m, f, &r);
+    out->push_back(r);
+  }
+}
+
+void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>* out) {
+  const Field* field = MessageView::typeOf(m.type(), f.distance);
+  if (field != nullptr && field->array) {
+    readList(m, f, out);
+    return;
+  }
+  ReadRange r;
+  r.anchor = f.fixed_anchor ? *f.fixed_anchor : anchorText(m, f.anchor);
+  r.range_m = m.number(f.distance) * f.unit_m;
+  addCommon(m, f, &r);
+  out->push_back(r);
+}
+
+/// `unit=mm`, `stamp=field`, `sigma=field`.
+void applyOption(const std::string& topic, const std::string& option, RangeFields* f) {
+  const std::size_t equals = option.find('=');
+  const std::string key = option.substr(0, equals), value = option.substr(equals + 1);
+  if (key == "stamp") {
+    f->stamp = value;
+  } else if (key == "sigma") {
+    f->sigma = value;
+    f->sigma_squared = false;
+  } else if (key == "unit" && (value == "m" || value == "cm" || value == "mm")) {
+    f->unit_m = value == "m" ? 1.0 : value == "cm" ? 0.01 : 0.001;
+  } else {
+    throw InputError(topic + ": `" + option +
+                     "` is not known; unit=m|cm|mm, stamp=FIELD and sigma=FIELD are");
+  }
+}
+
+}  // namespace
+
+std::optional<RangeFields> knownRangeFields(const std::string& type) {
+  for (const Known& k : kKnown) {
+    if (type != k.type) continue;
+    RangeFields f;
+    f.list = k.list;
+    f.anchor = k.anchor;
+    f.distance = k.distance;
+    f.sigma = k.sigma;
+    f.sigma_squared = k.sigma_squared;
+    f.antenna = k.antenna;
+    f.unit_m = k.unit_m;
+    return f;
+  }
+  return std::nullopt;
+}
+
+RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type,
+                          const std::string& frame) {
+  RangeFields f = knownRangeFields(type).value_or(RangeFields{});
+  std::vector<std::string> places, options;
+  for (const std::string& field : wish.fields) {
+    (field.find('=') == std::string::npos ? places : options).push_back(field);
+  }
+  if (places.empty() && f.distance.empty()) {
+    throw InputError(wish.topic + ": the type " + type +
+                     " is no known one of ranges; say which of its fields are the anchor and the "
+                     "distance: --topic range=" +
+                     wish.topic + ":anchor_id,distance (`list[].field` within a list)");
+  }
+  if (!places.empty()) {
+    if (places.size() != 2) {
+      throw InputError(wish.topic + ": give two fields, anchor and distance, with a comma between");
+    }
+    f = RangeFields{};
+    f.anchor = places[0];
+    f.distance = places[1];
+    f.list = splitList(&f.distance);
+    const std::string other = splitList(&f.anchor);
+    if (!f.anchor.empty() && f.anchor[0] == '#') {
+      f.fixed_anchor = f.anchor.substr(1);
+      f.anchor.clear();
+    } else if (other != f.list) {
+      throw InputError(wish.topic + ": anchor and distance must be fields of the same list");
+    }
+  } else if (type == "sensor_msgs/Range") {
+    f.fixed_anchor = frame.empty() ? wish.topic : frame;
+  }
+  for (const std::string& option : options) applyOption(wish.topic, option, &f);
+  return f;
+}
+
+std::vector<ReadRange> readRanges(const MessageView& message, const RangeFields& f) {
+  std::vector<ReadRange> out;
+  if (f.list.empty()) {
+    readOne(message, f, &out);
+  } else {
+    message.each(f.list, [&](const MessageView& m) {
+      if (out.size() < kMostRanges) readOne(m, f, &out);
+    });
+  }
+  return out;
+}
+
+}  // namespace vir::bag

@@ -1,0 +1,43 @@
+#pragma once
+/// Ranges have no standard message: where a number, an anchor and a time are in one of theirs.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bag_options.h"
+#include "vir/bags/message_view.h"
+#include "vir/geometry/pose.h"
+
+namespace vir::bag {
+
+struct RangeFields {
+  std::string list;  ///< of messages, one per range; empty: the message is one
+  /// Paths within the message, or within an element of the list. `anchor` may be "" (see
+  /// `fixed_anchor`) or, where `distance` is a list of numbers, a list of as many.
+  std::string anchor, distance, stamp;
+  std::string sigma;
+  bool sigma_squared = false;
+  std::string antenna;  ///< a Point: antenna in the body [m]
+  std::optional<std::string> fixed_anchor;
+  double unit_m = 1;
+};
+
+/// One range as the message has it.
+struct ReadRange {
+  std::string anchor;  ///< as written: decimal, or text
+  double range_m = 0;
+  double sigma_m = 0;  ///< 0: not given
+  std::optional<TimeNs> stamp;
+  std::optional<Vec3> antenna;
+};
+
+/// What is known of a type of message, or empty.
+std::optional<RangeFields> knownRangeFields(const std::string& type);
+/// By what was asked for (`anchor,distance`, each perhaps `list[].field`; `#7` = always anchor 7;
+/// then perhaps `unit=mm`, `stamp=field`, `sigma=field`), or of the known type. `frame`: of the
+/// topic's messages, for a Range that names no anchor. Throws InputError.
+RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type, const std::string& frame);
+/// Throws bags::BagError.
+std::vector<ReadRange> readRanges(const bags::MessageView& message, const RangeFields& fields);
+
+}  // namespace vir::bag

@@ -1,0 +1,299 @@
+#include "topic_choice.h"
+
+#include <algorithm>
+#include <cctype>
+#include <functional>
+
+#include "input_error.h"
+#include "vir/rawlog/labels.h"
+
+namespace vir::bag {
+namespace {
+
+std::string lower(std::string s) {
+  for (char& c : s) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return s;
+}
+
+bool contains(const std::string& text, std::initializer_list<const char*> words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&](const char* w) { return text.find(w) != std::string::npos; });
+}
+
+bool isImu(const std::string& type) { return type == "sensor_msgs/Imu"; }
+bool isPose(const std::string& type) {
+  return type == "geometry_msgs/PoseStamped" || type == "geometry_msgs/TransformStamped" ||
+         type == "geometry_msgs/PoseWithCovarianceStamped" ||
+         type == "geometry_msgs/PointStamped" || type == "nav_msgs/Odometry";
+}
+bool isVector(const std::string& type) {
+  return isImu(type) || type == "geometry_msgs/Vector3Stamped" ||
+         type == "geometry_msgs/AccelStamped" || type == "geometry_msgs/TwistStamped";
+}
+bool isAccelerometer(const TopicInfo& t) {
+  return isVector(t.type) && contains(lower(t.topic), {"accel", "/acc"});
+}
+bool isGyro(const TopicInfo& t) { return isVector(t.type) && contains(lower(t.topic), {"gyro"}); }
+bool isTruth(const TopicInfo& t) {
+  return isPose(t.type) && contains(lower(t.topic), {"truth", "/gt", "_gt", "vicon", "mocap",
+                                                     "vrpn", "optitrack", "qualisys", "leica"});
+}
+
+/// Whether messages of a type can play a role.
+bool fits(Role role, const std::string& type) {
+  switch (role) {
+    case Role::camera:
+      return isImage(type);
+    case Role::imu:
+      return isImu(type);
+    case Role::accelerometer:
+    case Role::gyro:
+      return isVector(type);
+    case Role::truth:
+    case Role::odometry:
+      return isPose(type);
+    case Role::range:
+    case Role::peer:
+      break;
+  }
+  return true;
+}
+
+/// `/cam/image_raw/compressed` is `/cam/image_raw` in other bytes.
+std::string baseOf(const std::string& topic) {
+  const std::string end = "/compressed";
+  const bool compressed =
+      topic.size() > end.size() && topic.compare(topic.size() - end.size(), end.size(), end) == 0;
+  return compressed ? topic.substr(0, topic.size() - end.size()) : topic;
+}
+
+class Chooser {
+ public:
+  Chooser(const Survey& survey, ProblemLog* log) : survey_(survey), log_(log) {}
+
+  Choice fromWishes(const std::vector<TopicWish>& wishes) {
+    for (const TopicWish& w : wishes) {
+      const TopicInfo* info = survey_.find(w.topic);
+      if (info == nullptr) {
+        throw InputError("topic " + w.topic + " is not in the recording; it has" + all());
+      }
+      if (!fits(w.role, info->type)) {
+        throw InputError("topic " + w.topic + ": messages of type " + info->type +
+                         " cannot be taken as " + name(w.role));
+      }
+      add(w, *info);
+    }
+    return finish();
+  }
+
+  Choice fromTypes() {
+    chooseCamera();
+    chooseImu();
+    choosePoses();
+    for (const auto& [topic, info] : survey_.topics) {
+      if (knownRangeFields(info.type)) add({Role::range, topic, {}}, info);
+    }
+    if (choice_.streams.empty()) {
+      throw InputError(
+          "no topic has messages of a type that is known; name them: --topic "
+          "camera=/topic; the recording has" +
+          all());
+    }
+    return finish();
+  }
+
+ private:
+  std::string all() const {
+    std::string out;
+    for (const auto& [topic, info] : survey_.topics) out += " " + topic + " (" + info.type + ")";
+    return out.empty() ? " no messages" : out;
+  }
+
+  void add(const TopicWish& wish, const TopicInfo& info) {
+    Stream s;
+    s.role = wish.role;
+    s.topic = wish.topic;
+    s.type = info.type;
+    if (wish.role == Role::range || wish.role == Role::peer) {
+      s.range = rangeFieldsOf(wish, info.type, info.frame);
+    }
+    s.position_only = info.type == "geometry_msgs/PointStamped";
+    choice_.streams.push_back(std::move(s));
+  }
+
+  /// The raw one of two that are the same; left or first camera before others.
+  static int rank(const TopicInfo& t) {
+    const std::string name = lower(t.topic);
+    int rank = t.type == "sensor_msgs/Image" ? 0 : 1;
+    if (contains(name, {"left", "cam0", "camera0", "infra1", "cam_0"})) rank -= 2;
+    if (contains(name, {"right", "cam1", "camera1", "infra2", "cam_1"})) rank += 2;
+    return rank;
+  }
+
+  void chooseCamera() {
+    const TopicInfo* best = nullptr;
+    for (const auto& [topic, info] : survey_.topics) {
+      if (!isImage(info.type) || !info.camera) continue;
+      if (contains(lower(topic), {"depth", "disparity", "confidence"})) continue;
+      if (best == nullptr || rank(info) < rank(*best)) best = &info;
+    }
+    if (best != nullptr) add({Role::camera, best->topic, {}}, *best);
+  }
+
+  void chooseImu() {
+    const TopicInfo *imu = nullptr, *acc = nullptr, *gyro = nullptr;
+    for (const auto& [topic, info] : survey_.topics) {
+      if (isAccelerometer(info)) {
+        if (acc == nullptr) acc = &info;
+      } else if (isGyro(info)) {
+        if (gyro == nullptr) gyro = &info;
+      } else if (isImu(info.type) && (imu == nullptr || info.count > imu->count)) {
+        imu = &info;
+      }
+    }
+    if (imu != nullptr) {
+      add({Role::imu, imu->topic, {}}, *imu);
+    } else if (acc != nullptr && gyro != nullptr) {
+      add({Role::accelerometer, acc->topic, {}}, *acc);
+      add({Role::gyro, gyro->topic, {}}, *gyro);
+    }
+  }
+
+  void choosePoses() {
+    const TopicInfo *truth = nullptr, *odometry = nullptr;
+    const auto better = [](const TopicInfo& t, const TopicInfo* than) {
+      if (than == nullptr) return true;
+      const auto value = [](const TopicInfo& x) {
+        return (isTruth(x) ? 2 : 0) + (x.type == "geometry_msgs/PointStamped" ? 0 : 1);
+      };
+      return value(t) > value(*than);
+    };
+    for (const auto& [topic, info] : survey_.topics) {
+      if (!isPose(info.type)) continue;
+      if (info.type == "nav_msgs/Odometry" && !isTruth(info)) {
+        if (odometry == nullptr) odometry = &info;
+      } else if (better(info, truth)) {
+        truth = &info;
+      }
+    }
+    // A pose that nothing calls the truth may be a goal or an estimate.
+    if (truth != nullptr && !isTruth(*truth)) truth = nullptr;
+    if (truth != nullptr) add({Role::truth, truth->topic, {}}, *truth);
+    if (odometry != nullptr) add({Role::odometry, odometry->topic, {}}, *odometry);
+  }
+
+  /// The first of a kind has its plain label; the others are numbered.
+  void labelStreams() {
+    int cameras = 0, imus = 0, ranges = 0, truths = 0, odometries = 0;
+    const auto numbered = [](const std::string& label, int n) {
+      return label.substr(0, label.size() - 1) + std::to_string(n);
+    };
+    const auto suffixed = [](const std::string& label, int n) {
+      return n == 0 ? label : label + std::to_string(n);
+    };
+    for (Stream& s : choice_.streams) {
+      switch (s.role) {
+        case Role::camera:
+          s.camera = static_cast<std::size_t>(cameras);
+          s.label = numbered(rawlog::kCameraLabel, cameras++);
+          break;
+        case Role::imu:
+          s.label = numbered(rawlog::kImuLabel, imus++);
+          break;
+        case Role::accelerometer:
+        case Role::gyro:
+          s.label = rawlog::kImuLabel;
+          break;
+        case Role::range:
+          s.label = numbered(rawlog::kRangeLabel, ranges++);
+          break;
+        case Role::peer:
+          s.label = rawlog::kPeerLabel;
+          break;
+        case Role::truth:
+          s.label = suffixed(rawlog::kGroundTruthLabel, truths++);
+          break;
+        case Role::odometry:
+          s.label = suffixed(rawlog::kOdometryLabel, odometries++);
+          break;
+      }
+    }
+  }
+
+  void checkImu() const {
+    int acc = 0, gyro = 0, imu = 0;
+    for (const Stream& s : choice_.streams) {
+      acc += s.role == Role::accelerometer;
+      gyro += s.role == Role::gyro;
+      imu += s.role == Role::imu;
+    }
+    if (acc != gyro || acc > 1 || (acc > 0 && imu > 0)) {
+      throw InputError("accel and gyro go together: one topic each, and no imu topic beside them");
+    }
+  }
+
+  Choice finish() {
+    checkImu();
+    labelStreams();
+    for (const Stream& s : choice_.streams) {
+      if (s.label == rawlog::kImuLabel && choice_.imu_frame.empty()) {
+        choice_.imu_frame = survey_.find(s.topic)->frame;
+      }
+    }
+    for (Stream& s : choice_.streams) {
+      log_->note(s.topic + " (" + s.type + ") taken as " + name(s.role) + ", " + s.label);
+      if (s.role == Role::truth || s.role == Role::odometry) placeBody(&s);
+    }
+    nameTheRest();
+    return choice_;
+  }
+
+  /// The pose may be that of another frame of the robot.
+  void placeBody(Stream* s) {
+    const std::string frame = survey_.find(s->topic)->child_frame;
+    const auto T = survey_.frames.between(frame, choice_.imu_frame);
+    if (!T) return;
+    s->T_F_B = *T;
+    if (T->p.norm() < 1e-9 && T->q.angularDistance(Quat::Identity()) < 1e-9) return;
+    log_->note(s->topic + ": is the pose of " + frame + "; moved to the IMU (" + choice_.imu_frame +
+               ") by /tf_static");
+  }
+
+  void nameTheRest() const {
+    for (const auto& [topic, info] : survey_.topics) {
+      const bool taken = std::any_of(choice_.streams.begin(), choice_.streams.end(),
+                                     [t = topic](const Stream& s) { return s.topic == t; });
+      if (taken) continue;
+      const char* role = isImage(info.type)                 ? "camera"
+                         : isImu(info.type)                 ? "imu"
+                         : knownRangeFields(info.type)      ? "range"
+                         : info.type == "nav_msgs/Odometry" ? "odometry"
+                         : isPose(info.type)                ? "truth"
+                                                            : nullptr;
+      if (role == nullptr) continue;
+      const bool twin =
+          std::any_of(choice_.streams.begin(), choice_.streams.end(),
+                      [t = topic](const Stream& s) { return baseOf(s.topic) == baseOf(t); });
+      log_->note(topic + " (" + info.type + ") left out" +
+                 (twin                    ? ": the same images in other bytes"
+                  : !info.problem.empty() ? ": " + info.problem
+                  : isImage(info.type) && !info.camera
+                      ? ": no image of a camera"
+                      : std::string("; to take it too, name all that you want: --topic ") + role +
+                            "=" + topic));
+    }
+  }
+
+  const Survey& survey_;
+  ProblemLog* log_;
+  Choice choice_;
+};
+
+}  // namespace
+
+Choice chooseTopics(const Survey& survey, const std::vector<TopicWish>& wishes, ProblemLog* log) {
+  Chooser chooser(survey, log);
+  return wishes.empty() ? chooser.fromTypes() : chooser.fromWishes(wishes);
+}
+
+}  // namespace vir::bag

@@ -1,0 +1,33 @@
+#pragma once
+/// Which topics become which streams of the rawlog.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bag_options.h"
+#include "problem_log.h"
+#include "range_fields.h"
+#include "survey.h"
+
+namespace vir::bag {
+
+struct Stream {
+  Role role = Role::camera;
+  std::string topic, type, label;
+  std::size_t camera = 0;  ///< number of the camera
+  RangeFields range;
+  /// Truth and odometry: our body (the IMU) in the frame whose pose the topic gives.
+  Pose T_F_B;
+  bool position_only = false;
+};
+
+struct Choice {
+  std::vector<Stream> streams;
+  std::string imu_frame;
+};
+
+/// What `wishes` ask for, and without any what the types of the messages suggest; says in `log`
+/// what was taken and what was not. Throws InputError that names the topics there are.
+Choice chooseTopics(const Survey& survey, const std::vector<TopicWish>& wishes, ProblemLog* log);
+
+}  // namespace vir::bag
