@@ -13,6 +13,8 @@ void describe(OptionVisitor& v, EurocOptions& o) {
   v.section("euroc", "Recording in the EuRoC (ASL) folder layout, TUM-VI included");
   v.value("source", o.source, "folder that contains mav0, or mav0 itself");
   v.value("camera", o.camera, "camera folder below mav0, or none");
+  v.value("calibration", o.calibration,
+          "file that goes before the recording's sensor.yaml (Kalibr, OpenCV, ROS, VINS, ...)");
   v.choice("images", o.images, {"link", "copy", "embed"},
            "how images get into the rawlog: as links or copies beside it, or inside");
   v.value("read_gt", o.read_gt, "take over the ground truth (evaluation only)");

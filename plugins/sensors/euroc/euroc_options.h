@@ -10,6 +10,7 @@ namespace vir::euroc {
 struct EurocOptions {
   std::string source;           ///< folder with `mav0`, or `mav0` itself
   std::string camera = "cam0";  ///< folder below mav0, or "none"
+  std::string calibration;      ///< file; empty: the sensor.yaml files of the recording
   std::string images = "link";  ///< link, copy or embed
   bool read_gt = true;
   bool read_ranges = true;

@@ -59,10 +59,7 @@ void Recording::openCalibration(const EurocOptions& o) {
                ": T_BS is not the identity; body is the IMU here, so camera, antenna and ground "
                "truth were moved to the IMU's frame");
   }
-  if (!folder_.camera_dir.empty()) {
-    camera_ = readCameraYaml(folder_.camera_dir + "/sensor.yaml");
-    camera_->T_B_C = T_B_I.inverse() * camera_->T_B_C;
-  }
+  if (!folder_.camera_dir.empty()) openCamera(o);
   range_sigma_m_ = o.range_sigma_m;
   antenna_ = Vec3(o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]);
   if (!folder_.uwb_dir.empty() && o.read_ranges && !o.simulate_ranges) {
@@ -80,6 +77,35 @@ void Recording::openCalibration(const EurocOptions& o) {
       !folder_.ground_truth_file.empty() && fs::exists(yaml)) {
     T_S_B_truth_ = readSensorPose(yaml).inverse() * T_B_I;
   }
+}
+
+void Recording::openCamera(const EurocOptions& o) {
+  const std::string yaml = folder_.camera_dir + "/sensor.yaml";
+  GivenCalibration given;
+  if (!o.calibration.empty()) {
+    given = readGivenCalibration(o.calibration, o.camera);
+    for (const std::string& note : given.notes) log_->note(o.calibration + ": " + note);
+  }
+  if (!given.camera || !given.T_B_C) {
+    camera_ = readCameraYaml(yaml);
+    camera_->T_B_C = imu_calibration_.T_B_I.inverse() * camera_->T_B_C;
+  } else {
+    camera_.emplace();
+  }
+  std::string what;
+  const auto take = [&](const char* part) {
+    what += (what.empty() ? "" : ", ") + std::string(part);
+  };
+  if (given.camera) camera_->camera = *given.camera, take("the camera's intrinsics");
+  if (given.T_B_C) camera_->T_B_C = *given.T_B_C, take("its pose on the IMU");
+  if (given.time_offset_s) time_offset_s_ = given.time_offset_s, take("its time offset");
+  if (given.imu) {
+    const Pose T_B_I = imu_calibration_.T_B_I;
+    imu_calibration_ = *given.imu;
+    imu_calibration_.T_B_I = T_B_I;
+    take("the IMU's noise");
+  }
+  if (!what.empty()) log_->note("from " + o.calibration + ": " + what);
 }
 
 void Recording::findTrueAnchors(const EurocOptions& o) {

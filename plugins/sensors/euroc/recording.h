@@ -36,6 +36,8 @@ class Recording {
   /// Empty without a camera. `T_B_C` is from our body (the IMU) here.
   const std::optional<CameraYaml>& camera() const { return camera_; }
   const ImuYaml& imu() const { return imu_calibration_; }
+  /// Stamp of an image + this = its time on the IMU's clock [s]; empty: not known.
+  std::optional<double> timeOffset() const { return time_offset_s_; }
   Vec3 antennaInBody() const { return antenna_; }  ///< [m]
   double rangeSigma() const { return range_sigma_m_; }
   /// Where the anchors of the ranges truly are: drawn ones by the settings, others by
@@ -44,6 +46,7 @@ class Recording {
 
  private:
   void openCalibration(const EurocOptions& o);
+  void openCamera(const EurocOptions& o);
   void openStreams(const EurocOptions& o);
   void findTrueAnchors(const EurocOptions& o);
   std::unique_ptr<RowCursor<PoseRow>> openGroundTruth(ProblemLog* log) const;
@@ -55,6 +58,7 @@ class Recording {
   Folder folder_;
   std::optional<CameraYaml> camera_;
   ImuYaml imu_calibration_;
+  std::optional<double> time_offset_s_;
   Vec3 antenna_ = Vec3::Zero();
   double range_sigma_m_ = 0;
   std::vector<AnchorRow> true_anchors_;
