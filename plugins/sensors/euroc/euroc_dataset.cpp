@@ -102,6 +102,7 @@ void EurocDataset::initialize() {
     store_ =
         std::make_unique<euroc::ImageStore>(mode, m_path_for_external_images, rawlog::kCameraLabel,
                                             camera->camera.width, camera->camera.height, &log_);
+    store_->setStretch(recording_->stretch().black, recording_->stretch().white);
     auto obs = std::make_shared<mrpt::obs::CObservationImage>();
     obs->sensorLabel = rawlog::kCameraLabel;
     obs->cameraParams = rawlog::toMrptCamera(camera->camera, options_.camera);
@@ -159,7 +160,7 @@ void EurocDataset::emit(const Event& event) {
 
 void EurocDataset::emitImage(const Event& event, const euroc::ImageRow& row) {
   euroc::StoredImage stored;
-  const std::string file = recording_->folder().camera_dir + "/data/" + row.file;
+  const std::string file = euroc::imageFile(recording_->folder().camera_dir, row.file);
   if (!store_->store(event.t, file, event.where, &stored)) return;
   auto obs = std::make_shared<mrpt::obs::CObservationImage>(*image_template_);
   obs->timestamp = rawlog::toMrptTime(event.t);

@@ -19,6 +19,7 @@ void describe(OptionVisitor& v, EurocOptions& o) {
            "how images get into the rawlog: as links or copies beside it, or inside");
   v.value("read_gt", o.read_gt, "take over the ground truth (evaluation only)");
   v.value("read_ranges", o.read_ranges, "take over the ranges of mav0/uwb0");
+  v.value("antenna", o.antenna, "take only the ranges of this antenna; empty: of all");
   v.value("start_s", o.start_s, {0, kInf}, "skip this much after the first image");
   v.value("max_duration_s", o.max_duration_s, {0, kInf}, "stop after this much; 0 = to the end");
   v.value("simulate_ranges", o.simulate_ranges, "draw ranges from the ground truth");

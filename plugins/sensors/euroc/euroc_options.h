@@ -14,6 +14,7 @@ struct EurocOptions {
   std::string images = "link";  ///< link, copy or embed
   bool read_gt = true;
   bool read_ranges = true;
+  std::string antenna;        ///< only its ranges, where a column names antennas; empty: all
   double start_s = 0;         ///< [s] after the first image
   double max_duration_s = 0;  ///< [s] from the start, 0 = all
 

@@ -11,7 +11,6 @@ struct Folder {
   std::string uwb_dir;            ///< empty: none
   std::string ground_truth_file;  ///< empty: none
   std::string ground_truth_dir;
-  bool ground_truth_is_tum = false;
 };
 
 /// `source` contains mav0 or is it. Throws InputError that says what is missing and what is there.

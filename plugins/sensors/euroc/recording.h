@@ -7,6 +7,7 @@
 
 #include "euroc_options.h"
 #include "folder.h"
+#include "image_survey.h"
 #include "problem_log.h"
 #include "range_simulator.h"
 #include "readers.h"
@@ -35,6 +36,8 @@ class Recording {
   const Folder& folder() const { return folder_; }
   /// Empty without a camera. `T_B_C` is from our body (the IMU) here.
   const std::optional<CameraYaml>& camera() const { return camera_; }
+  /// How pixels of 16 bits become 8.
+  const Stretch& stretch() const { return stretch_; }
   const ImuYaml& imu() const { return imu_calibration_; }
   /// Stamp of an image + this = its time on the IMU's clock [s]; empty: not known.
   std::optional<double> timeOffset() const { return time_offset_s_; }
@@ -49,7 +52,11 @@ class Recording {
   void openCamera(const EurocOptions& o);
   void openStreams(const EurocOptions& o);
   void findTrueAnchors(const EurocOptions& o);
-  std::unique_ptr<RowCursor<PoseRow>> openGroundTruth(ProblemLog* log) const;
+  void skipOtherAntennas();
+  void noteAnchorNames();
+  /// Some images, spread over all of the list, as full names.
+  std::vector<std::string> someImages() const;
+  void fitToImages();
   void watchGap(TimeNs t, TimeNs* last, const char* counter, const std::string& file);
 
   ProblemLog* log_;
@@ -59,6 +66,10 @@ class Recording {
   std::optional<CameraYaml> camera_;
   ImuYaml imu_calibration_;
   std::optional<double> time_offset_s_;
+  Stretch stretch_;
+  tables::AnchorNames anchor_names_;
+  std::string wanted_antenna_;
+  bool said_truth_lever_ = false;
   Vec3 antenna_ = Vec3::Zero();
   double range_sigma_m_ = 0;
   std::vector<AnchorRow> true_anchors_;
