@@ -21,7 +21,8 @@ constexpr const char* kExamples =
     "  vir-slam evaluate --reference groundtruth.tum results/latest/trajectory.tum\n"
     "  vir-slam evaluate --reference mav0/state_groundtruth_estimate0/data.csv a.tum b.tum \\\n"
     "      --align se3 --json comparison.json --plot comparison.svg\n"
-    "Trajectories are TUM files (t x y z qx qy qz qw, seconds) or EuRoC ground truth (csv, ns).";
+    "Trajectories are TUM files (t x y z qx qy qz qw, seconds), EuRoC ground truth (csv, ns), or\n"
+    "tables with a header that names their columns; positions alone will do for a reference.";
 
 struct Arguments {
   std::string reference;
@@ -62,6 +63,12 @@ std::vector<Evaluated> evaluateAll(const Arguments& args,
     if (!args.images.empty()) e.images = imageCoverage(images, estimate);
     try {
       e.result = evaluation::evaluate(reference, estimate, options);
+      if (!e.result->attitudes) {
+        std::fprintf(stderr,
+                     "%s: the reference has positions only: errors of rotation and relative errors "
+                     "are left out\n",
+                     e.file.c_str());
+      }
       if (!e.result->transform.note.empty()) {
         std::fprintf(stderr, "%s: %s\n", e.file.c_str(), e.result->transform.note.c_str());
       }
@@ -81,6 +88,7 @@ int run(const Arguments& args) {
   options.association.max_gap = fromSeconds(args.max_gap_s);
   evaluation::ReadReport read;
   const Trajectory reference = readTrajectoryFile(args.reference, "reference trajectory", &read);
+  options.positions_only = read.positions_only;
   std::vector<TimeNs> images;
   if (!args.images.empty()) images = readImageStamps(args.images);
   const std::vector<Evaluated> all = evaluateAll(args, options, reference, images);

@@ -24,6 +24,9 @@ Trajectory readTrajectoryFile(const std::string& path, const std::string& what,
       std::fprintf(stderr, "  %s:%s\n", path.c_str(), message.c_str());
     }
   }
+  for (const std::string& note : r.notes) {
+    std::fprintf(stderr, "%s: %s\n", path.c_str(), note.c_str());
+  }
   if (r.out_of_order > 0) {
     std::fprintf(stderr, "%s: %ld poses were out of order in time and have been sorted\n",
                  path.c_str(), r.out_of_order);

@@ -183,9 +183,11 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
   evaluation_ = compare(truth_, trajectory_);
   if (evaluation_) {
     summary->ate_posyaw_m = evaluation_->ate_position_m.rmse;
-    summary->ate_posyaw_deg = evaluation_->ate_orientation_deg.rmse;
+    if (evaluation_->attitudes) summary->ate_posyaw_deg = evaluation_->ate_orientation_deg.rmse;
     relativeErrors(*evaluation_, summary);
-    summary->nees_position = positionNees();
+    // A sparse truth is met between poses, where there is no covariance.
+    const bool at_poses = !evaluation_->association.estimate_interpolated;
+    if (at_poses && evaluation_->attitudes) summary->nees_position = positionNees();
     for (AnchorResult& a : summary->anchors) {
       const auto truth = true_anchors_.find(a.estimate.id);
       if (truth == true_anchors_.end() || !a.estimate.has_position) continue;

@@ -28,14 +28,14 @@ std::string errorAfter(const std::string& from, const std::string& to) {
 TEST(CameraYaml, ReadsIntrinsicsDistortionAndPose) {
   const test::EurocFolder f;
   const CameraYaml c = readCameraYaml(camYaml(f));
-  EXPECT_EQ(c.width, 64);
-  EXPECT_EQ(c.height, 48);
-  EXPECT_DOUBLE_EQ(c.fx, 40.5);
-  EXPECT_DOUBLE_EQ(c.fy, 41.5);
-  EXPECT_DOUBLE_EQ(c.cx, 31.25);
-  EXPECT_DOUBLE_EQ(c.cy, 24.75);
-  EXPECT_EQ(c.lens, Lens::radtan);
-  EXPECT_EQ(c.dist, (std::array<double, 5>{-0.28, 0.07, 0.0002, 1.5e-05, 0}));
+  EXPECT_EQ(c.camera.width, 64);
+  EXPECT_EQ(c.camera.height, 48);
+  EXPECT_DOUBLE_EQ(c.camera.fx, 40.5);
+  EXPECT_DOUBLE_EQ(c.camera.fy, 41.5);
+  EXPECT_DOUBLE_EQ(c.camera.cx, 31.25);
+  EXPECT_DOUBLE_EQ(c.camera.cy, 24.75);
+  EXPECT_EQ(c.camera.distortion, Distortion::radtan);
+  EXPECT_EQ(c.camera.dist, (std::array<double, 8>{-0.28, 0.07, 0.0002, 1.5e-05, 0}));
   EXPECT_LT((c.T_B_C.p - Vec3(0.1, 0.02, 0.03)).norm(), 1e-12);
   // The optical axis is the body's x axis.
   EXPECT_LT((c.T_B_C.q * Vec3::UnitZ() - Vec3::UnitX()).norm(), 1e-9);
@@ -45,7 +45,7 @@ TEST(CameraYaml, KnowsTheEquidistantLens) {
   test::EurocFolderOptions o;
   o.tum_vi = true;
   const test::EurocFolder f(o);
-  EXPECT_EQ(readCameraYaml(camYaml(f)).lens, Lens::equidistant);
+  EXPECT_EQ(readCameraYaml(camYaml(f)).camera.distortion, Distortion::equidistant);
 }
 
 TEST(CameraYaml, ReadsOpenCvMatricesAndNestedLists) {

@@ -28,8 +28,8 @@ test::EurocFolder longFolder() {
 std::vector<SimulatedRange> draw(const test::EurocFolder& f, const EurocOptions& o,
                                  ProblemLog* log) {
   RangeSimulator sim(
-      o, openGroundTruthCsv((f.mav0() / "state_groundtruth_estimate0/data.csv").string(), log),
-      Pose(), log);
+      o, openGroundTruth((f.mav0() / "state_groundtruth_estimate0/data.csv").string(), log), Pose(),
+      log);
   std::vector<SimulatedRange> out;
   for (; sim.peek(); sim.pop()) out.push_back(*sim.peek());
   return out;

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <limits>
+#include <opencv2/calib3d.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -12,7 +13,7 @@
 namespace vir::camera {
 namespace {
 
-CameraCalibration calibration(Distortion kind, std::array<double, 5> dist) {
+CameraCalibration calibration(Distortion kind, std::array<double, 8> dist) {
   CameraCalibration c;
   c.width = 752;
   c.height = 480;
@@ -43,6 +44,12 @@ std::vector<Case> cases() {
        calibration(Distortion::radtan, {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0.0})},
       {"pincushion with k3", calibration(Distortion::radtan, {0.12, -0.03, -0.002, 0.003, 0.015})},
       {"strong tangential", calibration(Distortion::radtan, {-0.2, 0.05, 0.01, -0.02, 0.0})},
+      {"rational", calibration(Distortion::rational,
+                               {10.2, -120.5, 0.0003, -0.0005, 430.1, 10.0, -119.1, 426.0})},
+      {"omni", calibration(Distortion::omni, {1.1, -0.1, 0.02, 0.001, -0.002})},
+      {"omni within the sphere", calibration(Distortion::omni, {0.8, -0.05, 0.01, 0.001, 0.0005})},
+      {"double sphere", calibration(Distortion::double_sphere, {-0.2, 0.59})},
+      {"double sphere of positive xi", calibration(Distortion::double_sphere, {0.6, 0.45})},
       {"fisheye", fisheye},
       {"fisheye of pure angle", calibration(Distortion::equidistant, {})},
   };
@@ -74,6 +81,75 @@ TEST(CameraModel, ProjectsByHand) {
   const double quarter = std::atan(1.0);
   EXPECT_NEAR(px.x(), 458.654 * quarter * (1 + 0.01 * quarter * quarter) + 367.215, 1e-12);
   EXPECT_NEAR(px.y(), 248.375, 1e-12);
+}
+
+/// The pixels are the published formulas of each model evaluated with 40 decimal digits.
+TEST(CameraModel, AgreesWithThePublishedFormulas) {
+  struct Known {
+    Distortion kind;
+    std::array<double, 8> dist;
+    Vec3 p_C;
+    Vec2 px;
+  };
+  const Vec3 near(0.3, -0.2, 1), behind(2, 1.5, -0.25);
+  const std::array<double, 8> omni{1.6, -0.1, 0.02, 0.001, -0.002};
+  const std::array<double, 8> inner{0.8, -0.05, 0.01, 0.001, 0.0005};
+  const std::array<double, 8> rational{10.2, -120.5, 0.0003, -0.0005, 430.1, 10.0, -119.1, 426.0};
+  const std::vector<Known> known{
+      {Distortion::rational, rational, near, {506.00015627890804, 156.12352773568335}},
+      {Distortion::omni, omni, near, {418.02401990228719, 214.59989495979548}},
+      {Distortion::omni, omni, behind, {600.0508516634394, 422.98759007606139}},
+      {Distortion::omni, inner, near, {441.43937687088606, 199.0617425309589}},
+      {Distortion::omni, inner, behind, {859.00036718052797, 616.69864553716377}},
+      {Distortion::double_sphere, {-0.2, 0.59}, near, {532.24083642366725, 138.68351884979771}},
+      {Distortion::double_sphere, {-0.2, 0.59}, behind, {1111.8761506440164, 805.21724744290827}},
+      {Distortion::double_sphere, {0.6, 0.55}, near, {450.13532482845648, 193.2584591903645}},
+      {Distortion::double_sphere, {0.6, 0.55}, behind, {802.98913523988313, 574.23790910248943}}};
+  for (const Known& k : known) {
+    const auto camera = makeCamera(calibration(k.kind, k.dist));
+    Vec2 px;
+    Vec3 bearing;
+    ASSERT_TRUE(camera->project(k.p_C, &px));
+    EXPECT_LT((px - k.px).norm(), 1e-10) << px.transpose() << " not " << k.px.transpose();
+    ASSERT_TRUE(camera->unproject(k.px, &bearing));
+    EXPECT_LT((bearing - k.p_C.normalized()).norm(), 1e-12);
+  }
+}
+
+/// OpenCV's own projection is the third opinion on radtan and rational.
+TEST(CameraModel, AgreesWithOpenCv) {
+  for (const Case& c : cases()) {
+    const bool rational = c.calibration.distortion == Distortion::rational;
+    if (!rational && c.calibration.distortion != Distortion::radtan) continue;
+    const auto camera = makeCamera(c.calibration);
+    const CameraCalibration& k = c.calibration;
+    const cv::Matx33d K(k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1);
+    const std::vector<double> dist(k.dist.begin(), k.dist.begin() + (rational ? 8 : 5));
+    for (const Vec3& p : points()) {
+      std::vector<cv::Point2d> out;
+      const std::vector<cv::Point3d> in{{p.x(), p.y(), p.z()}};
+      cv::projectPoints(in, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), K, dist, out);
+      Vec2 px;
+      ASSERT_TRUE(camera->project(p, &px));
+      EXPECT_LT((px - Vec2(out[0].x, out[0].y)).norm(), 1e-9) << c.name;
+    }
+  }
+}
+
+TEST(CameraModel, SeesAsFarAsTheSpheresDo) {
+  // alpha = 1/2 has w1 = 1: z > -(1 + xi) / sqrt(2 xi + xi^2 + 1) = -1, all but straight behind.
+  const auto half = makeCamera(calibration(Distortion::double_sphere, {0.3, 0.5}));
+  Vec2 px;
+  EXPECT_TRUE(half->project(Vec3(0.3, 0, -1), &px));
+  EXPECT_FALSE(half->project(Vec3(0, 0, -1), &px));
+  // alpha = 0 and xi = 0 is a pinhole.
+  const auto pinhole = makeCamera(calibration(Distortion::double_sphere, {0, 0}));
+  EXPECT_TRUE(pinhole->project(Vec3(1, 0, 0.1), &px));
+  EXPECT_FALSE(pinhole->project(Vec3(1, 0, -0.1), &px));
+  // xi = 2: the ray from 2 behind the centre touches the sphere at z = -1/2.
+  const auto omni = makeCamera(calibration(Distortion::omni, {2.0}));
+  EXPECT_TRUE(omni->project(Vec3(std::sqrt(1 - 0.49 * 0.49), 0, -0.49), &px));
+  EXPECT_FALSE(omni->project(Vec3(std::sqrt(1 - 0.51 * 0.51), 0, -0.51), &px));
 }
 
 TEST(CameraModel, JacobianMatchesCentralDifferences) {
@@ -211,6 +287,10 @@ TEST(CameraModel, RefusesImpossibleCalibrationsByName) {
   bad = good;
   bad.cx = std::nan("");
   EXPECT_NE(message(bad).find("cx"), std::string::npos) << message(bad);
+  bad = good;
+  bad.distortion = Distortion::double_sphere;
+  bad.dist[1] = 1.5;
+  EXPECT_NE(message(bad).find("alpha = 1.5"), std::string::npos) << message(bad);
   bad = good;
   bad.dist[3] = std::numeric_limits<double>::infinity();
   EXPECT_NE(message(bad).find("coefficient 3"), std::string::npos) << message(bad);
