@@ -259,7 +259,7 @@ bool Recording::next(Event* event) {
     skipOtherAntennas();
   } else if (t == td) {
     const SimulatedRange& r = *drawn_->peek();
-    event->what = RangeRow{r.t, r.anchor, r.range_m};
+    event->what = RangeRow{r.t, r.anchor, r.range_m, {}};
     if (!r.line_of_sight) log_->count("range_drawn_without_line_of_sight");
     drawn_->pop();
   } else if (t == tg) {
