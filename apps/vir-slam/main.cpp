@@ -11,6 +11,7 @@ namespace {
 
 constexpr const char* kExamples = R"(Examples:
   vir-slam import euroc MH_01_easy --out mh01.rawlog
+  vir-slam check mh01.rawlog
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01
   vir-slam simulate ini/simulate_two_robots.ini --out two.rawlog
   vir-slam evaluate --reference groundtruth.tum results/mh01/trajectory.tum
@@ -20,8 +21,8 @@ Visual-inertial(-ranging) SLAM on MRPT rawlogs.)";
 
 /// One line per subcommand.
 constexpr void (*kCommands[])(CLI::App&, Common&) = {
-    addRun,       addRendezvous, addImport, addSimulate, addEvaluate,
-    addCalibrate, addBatch,      addRecord, addExport,   addPlugins,
+    addRun,       addRendezvous, addImport, addCheck,  addSimulate, addEvaluate,
+    addCalibrate, addBatch,      addRecord, addExport, addPlugins,
 };
 
 int fail(int code, const std::string& text) {

@@ -12,7 +12,7 @@ class App;
 namespace vir::app {
 
 /// Exit codes of the program.
-enum ExitCode { kOk = 0, kRunFailed = 1, kUsage = 2 };
+enum ExitCode { kOk = 0, kRunFailed = 1, kUsage = 2, kDoubtful = 3 };
 
 /// Wrong use of the command line beyond what CLI11 finds itself, a missing input file included:
 /// exit code 2.
@@ -36,6 +36,7 @@ void requireFile(const std::string& path, const std::string& what);
 void addBatch(CLI::App& app, Common& common);
 void addCalibrate(CLI::App& app, Common& common);
 void addImport(CLI::App& app, Common& common);
+void addCheck(CLI::App& app, Common& common);
 void addEvaluate(CLI::App& app, Common& common);
 void addExport(CLI::App& app, Common& common);
 void addPlugins(CLI::App& app, Common& common);

@@ -29,7 +29,7 @@ Examples:
 The ini is one of rawlog-grabber: a section per sensor. docs/live.md tells of the sensors.)";
 
 struct Arguments {
-  std::string ini, out, results;
+  std::string ini, out, results, calibration;
   std::vector<std::string> set;
   double duration_s = -1;
   bool estimate = false, view = false, verbose = false;
@@ -91,6 +91,8 @@ std::unique_ptr<roles::EstimatorSettings> readEstimator(Settings settings,
 void run(const Arguments& a, Common& common) {
   requireFile(a.ini, "ini");
   Settings settings = Settings::fromFile(a.ini);
+  GivenCalibration calibration(a.calibration);
+  for (const std::string& assignment : calibration.assignments()) settings.set(assignment);
   for (const std::string& assignment : a.set) settings.set(assignment);
   loadPlugins(common);
   const std::vector<std::string> sensors = live::sensorSections(settings);
@@ -111,6 +113,7 @@ void run(const Arguments& a, Common& common) {
   if (plan.options.out.empty()) plan.options.out = defaultOut(a.ini);
   plan.results = a.results;
   plan.settings = settings;
+  plan.calibration = calibration;
   plan.verbose = a.verbose;
   common.exit_code = runLiveSession(&plan) ? kOk : kRunFailed;
 }
@@ -125,6 +128,8 @@ void addRecord(CLI::App& app, Common& common) {
   command->add_option("--out", a->out, "Rawlog to write; must not exist yet");
   command->add_option("--results", a->results,
                       "Results folder of --estimate (default: results/<date-time>)");
+  command->add_option("--calibration", a->calibration,
+                      "File that goes before what the sensors' sections say");
   command->add_flag("--estimate", a->estimate, "Estimate while recording");
   command->add_flag("--view", a->view, "Show path, anchors and tracks; implies --estimate");
   command->add_option("--duration-s", a->duration_s, "End after so long")

@@ -7,6 +7,7 @@
 #include "output/console.h"
 #include "output/run_table.h"
 #include "recordings/companion.h"
+#include "recordings/recording_check.h"
 #include "setup/prepared_run.h"
 #include "setup/run_source.h"
 #include "vir/runs/offline_run.h"
@@ -21,6 +22,7 @@ Examples:
   vir-slam run flight.mcap --topic camera=/cam0/image_raw --topic imu=/imu0 --out results/flight
   vir-slam run mh01.rawlog
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog
+  vir-slam run ini/euroc.ini --rawlog mh01.rawlog --calibration camchain-imucam.yaml
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01 --set Estimator.start_offset_s=10)";
 
 const char* levelName(LogLevel level) {
@@ -53,6 +55,15 @@ void run(const RunArguments& arguments, Common& common) {
   };
   hooks.progress = [&](double part) { bar.show(part); };
   hooks.stop = interrupted;
+  for (const std::string& line : prepared.calibration.said()) {
+    std::fprintf(stderr, "%s\n", line.c_str());
+    log_file.line("info: " + line);
+  }
+  RecordingCheck check(RecordingCheck::Depth::brief);
+  hooks.prepare = [&](mrpt::obs::CObservation* o) {
+    prepared.calibration.apply(o);
+    check.add(*o);
+  };
   if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
 
   catchInterrupt();
@@ -70,6 +81,7 @@ void run(const RunArguments& arguments, Common& common) {
   prepared.peers.follow(hooks.log, &hooks.observers);
   const results::RunSummary summary = runs::runOffline(*prepared.estimator, options, folder, hooks);
   bar.clear();
+  for (const std::string& line : briefLines(check)) hooks.log(LogLevel::warning, line);
   if (summary.poses == 0) {
     const std::string& why = summary.longest_wait_reason;
     hooks.log(LogLevel::error, "no pose at all" + (why.empty() ? "" : ": " + why));
@@ -94,13 +106,11 @@ void addRun(CLI::App& app, Common& common) {
           "another format, which is imported into the results folder first")
       ->required();
   command->add_option("--rawlog", arguments->rawlog, "Recording (instead of the one in the ini)");
+  command->add_option("--calibration", arguments->calibration,
+                      "File that goes before the calibration in the recording");
   command->add_option("--out", arguments->out, "Results folder (default: results/<date-time>)");
   command
       ->add_option("--set", arguments->assignments, "Section.key=value, before what the ini says")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--calibration", source->calibration,
-                   "File with camera, IMU and both together, for a recording that is imported")
       ->allow_extra_args(false);
   command
       ->add_option("--topic", source->topics,

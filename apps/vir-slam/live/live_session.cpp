@@ -11,6 +11,7 @@
 #include "live/live_view.h"
 #include "live/pose_stream.h"
 #include "output/console.h"
+#include "recordings/recording_check.h"
 #include "vir/core/ini_writer.h"
 #include "vir/live/acquisition.h"
 #include "vir/live/line_server.h"
@@ -53,6 +54,7 @@ class LiveSession final : public results::RunObserver {
     acquisition_.start();
     startEstimation();
     recorder_ = std::make_unique<live::LiveRecorder>(options_.out, options_.file, merging, sensors);
+    for (const std::string& line : plan_.calibration.said()) std::printf("%s\n", line.c_str());
     std::printf("recording %zu sensors to %s; Ctrl-C ends it\n", sensors, options_.out.c_str());
     std::fflush(stdout);
     started_ = SteadyClock::now();
@@ -137,6 +139,10 @@ class LiveSession final : public results::RunObserver {
   }
 
   void pass(const std::vector<live::Arrival>& arrivals) {
+    for (const live::Arrival& a : arrivals) {
+      plan_.calibration.apply(a.observation.get());
+      check_.add(*a.observation);
+    }
     if (estimation_) estimation_->add(arrivals);
     drawn([&] {
       for (const live::Arrival& a : arrivals) view_->setObservation(a.observation);
@@ -206,6 +212,7 @@ class LiveSession final : public results::RunObserver {
       std::printf("up to %.1f s waited to be written\n", counts.behind_s);
     }
     for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
+    for (const std::string& line : briefLines(check_)) std::printf("%s\n", line.c_str());
   }
 
   bool finishEstimation() {
@@ -228,6 +235,7 @@ class LiveSession final : public results::RunObserver {
   LiveSessionPlan& plan_;
   const RecordOptions& options_;
   LogSink log_;
+  RecordingCheck check_{RecordingCheck::Depth::brief};
   live::Acquisition acquisition_;
   std::optional<results::ResultsFolder> folder_;
   std::unique_ptr<live::LineServer> server_;

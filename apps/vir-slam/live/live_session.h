@@ -4,6 +4,7 @@
 #include <string>
 
 #include "robots/peer_run.h"
+#include "setup/given_calibration.h"
 #include "setup/record_options.h"
 #include "setup/run_options.h"
 #include "vir/core/settings.h"
@@ -19,6 +20,7 @@ struct LiveSessionPlan {
   std::string estimator_name;
   std::string results;  ///< folder of the estimate; empty: results/<date-time>
   bool verbose = false;
+  GivenCalibration calibration;
   PeerRun peers;  ///< their settings are read
 
   /// Every setting with its value, the estimator's included.

@@ -10,6 +10,7 @@
 #include "commands/commands.h"
 #include "output/console.h"
 #include "recordings/image_folder.h"
+#include "recordings/recording_check.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_writer.h"
 
@@ -33,7 +34,7 @@ using Statistics = std::map<std::string, LabelStatistics>;
 
 /// Runs the sensor to its end.
 Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, roles::RecordedSource& source,
-                rawlog::RawlogWriter& writer) {
+                rawlog::RawlogWriter& writer, RecordingCheck* check) {
   Statistics statistics;
   ProgressBar bar;
   bool more = true;
@@ -45,6 +46,7 @@ Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, roles::RecordedSource& 
       const auto* obs = dynamic_cast<const mrpt::obs::CObservation*>(object.get());
       if (obs == nullptr) continue;
       writer.write(*obs);
+      check->add(*obs);
       statistics[obs->sensorLabel].add(rawlog::fromMrptTime(obs->timestamp));
     }
     bar.show(source.progress());
@@ -144,7 +146,8 @@ void recordToRawlog(const RecordingJob& job) {
   job.sensor->setPathForExternalImages(images.workingFolder());
   job.sensor->initialize();
   rawlog::RawlogWriter writer(job.out, job.compression);
-  const Statistics statistics = pump(*job.sensor, *job.source, writer);
+  RecordingCheck check(RecordingCheck::Depth::brief);
+  const Statistics statistics = pump(*job.sensor, *job.source, writer, &check);
   images.swap();
   writer.finish();
   images.commit();
@@ -152,6 +155,9 @@ void recordToRawlog(const RecordingJob& job) {
       writeCompanion(stem + ".ini", kIniMark, iniText(*job.source, job.out, job.command)) +
       writeCompanion(stem + "_anchors_truth.csv", kAnchorsMark, anchorsText(*job.source));
   report(*job.source, statistics, job.out, companions);
+  const std::vector<std::string> doubts = briefLines(check);
+  for (const std::string& line : doubts) std::printf("%s\n", line.c_str());
+  if (!doubts.empty()) std::printf("more: vir-slam check %s\n", job.out.c_str());
 }
 
 }  // namespace vir::app

@@ -8,6 +8,7 @@
 #include "setup/record_options.h"
 #include "vir/core/ini_writer.h"
 #include "vir/core/settings.h"
+#include "vir/rawlog/labels.h"
 #include "vir/roles/estimator_registry.h"
 
 namespace vir::app {
@@ -24,6 +25,14 @@ std::string rawlogPath(const Settings& settings, const RunOptions& options) {
   const bool from_file = setting != nullptr && setting->origin.line > 0;
   if (!from_file || fs::path(options.rawlog).is_absolute()) return options.rawlog;
   return (fs::path(settings.name()).parent_path() / options.rawlog).string();
+}
+
+/// Under which label it reads its images.
+std::string imageLabel(const roles::EstimatorSettings& estimator) {
+  for (const roles::EstimatorInput& input : estimator.inputs()) {
+    if (input.kind == roles::InputKind::image) return input.label;
+  }
+  return rawlog::kCameraLabel;
 }
 
 /// What keeps an estimator from being made is a matter of its settings.
@@ -44,6 +53,8 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   PreparedRun run;
   Settings settings;
   if (!arguments.ini.empty()) settings = Settings::fromFile(arguments.ini);
+  run.calibration = GivenCalibration(arguments.calibration);
+  for (const std::string& assignment : run.calibration.assignments()) settings.set(assignment);
   for (const std::string& assignment : arguments.assignments) settings.set(assignment);
   if (!arguments.rawlog.empty()) settings.set("Estimator.rawlog=" + arguments.rawlog);
   const std::vector<std::string> of_sensors = sectionsOfSensors(settings);
@@ -77,6 +88,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   run.peers.describe(reader);
   reader.ignoreUnknownFrom(companion);
   reader.finish();
+  run.calibration.setCameraLabel(imageLabel(*estimator));
 
   IniWriter used(IniWriter::Style::values);
   run.options.rawlog = fs::absolute(run.options.rawlog).lexically_normal().string();

@@ -5,6 +5,7 @@
 
 #include "commands/commands.h"
 #include "robots/peer_run.h"
+#include "setup/given_calibration.h"
 #include "setup/run_options.h"
 #include "vir/core/log.h"
 #include "vir/roles/estimator.h"
@@ -13,7 +14,7 @@ namespace vir::app {
 
 /// As given to `vir-slam run`. Without an ini every setting has its default.
 struct RunArguments {
-  std::string ini, rawlog, out;
+  std::string ini, rawlog, out, calibration;
   std::vector<std::string> assignments;
   bool verbose = false;
 };
@@ -25,6 +26,7 @@ struct PreparedRun {
   std::shared_ptr<LogSink> log = std::make_shared<LogSink>();
   std::unique_ptr<roles::Estimator> estimator;
   PeerRun peers;
+  GivenCalibration calibration;
   std::string used_ini, note;
 };
 

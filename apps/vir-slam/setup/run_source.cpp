@@ -52,9 +52,8 @@ void resolveSource(const RunSource& source, const Common& common, RunArguments* 
                      source.what + "` tells more");
   }
   if (driver.empty()) {
-    if (!source.calibration.empty() || !source.topics.empty()) {
-      throw UsageError("--calibration and --topic are for a recording that is imported; " +
-                       source.what + " is none");
+    if (!source.topics.empty()) {
+      throw UsageError("--topic is for a recording that is imported; " + source.what + " is none");
     }
     arguments->ini = source.what;
     return;
@@ -68,7 +67,7 @@ void resolveSource(const RunSource& source, const Common& common, RunArguments* 
   job.driver = driver;
   job.source = source.what;
   job.out = folder.file("recording.rawlog");
-  job.calibration = source.calibration;
+  job.calibration = arguments->calibration;
   job.topics = source.topics;
   splitSettings(driver, &arguments->assignments, &job.set);
   catchInterrupt();

@@ -99,6 +99,7 @@ class OfflineRun {
     if ((seen || odometry) && !first_recorded_) first_recorded_ = t;
     if (beforeStart(t)) return;
     if (image && !decode(*image)) return;
+    if (hooks_.prepare) hooks_.prepare(observation.get());
     if (seen) images_.add(t);
     if (odometry) odometry_.add(t);
     for (results::RunObserver* o : hooks_.observers) o->onObservation(*observation);

@@ -24,6 +24,8 @@ struct OfflineRunHooks {
   LogSink log;
   std::function<void(double)> progress;  ///< part done, 0..1; may be empty
   std::function<bool()> stop;            ///< true: end here with what there is; may be empty
+  /// May change an observation before anybody sees it (a calibration from elsewhere); may be empty.
+  std::function<void(mrpt::obs::CObservation*)> prepare;
   std::vector<results::RunObserver*> observers;  ///< not owned; told in this order
 };
 

@@ -1,0 +1,191 @@
+#include "recordings/recording_check.h"
+
+#include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "vir/camera/camera_model.h"
+#include "vir/rawlog/convert.h"
+#include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_camera.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
+
+namespace vir::app {
+namespace {
+
+using namespace mrpt::obs;
+
+/// Images followed for turning; later ones are looked at now and then.
+constexpr long kFollowed = 600, kLookEvery = 20;
+
+check::StreamKind kindOf(const CObservation& o) {
+  if (rawlog::isImage(o)) return check::StreamKind::images;
+  if (dynamic_cast<const CObservationIMU*>(&o) != nullptr) return check::StreamKind::imu;
+  if (dynamic_cast<const CObservationRobotPose*>(&o) != nullptr) return check::StreamKind::poses;
+  return rawlog::rangesOf(o).empty() ? check::StreamKind::other : check::StreamKind::ranges;
+}
+
+cv::Mat grayOf(const CObservationImage& image) {
+  const cv::Mat m = image.image.asCvMat<cv::Mat>(mrpt::img::SHALLOW_COPY);
+  if (m.channels() == 1) return m;
+  cv::Mat gray;
+  cv::cvtColor(m, gray, m.channels() == 4 ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
+  return gray;
+}
+
+}  // namespace
+
+struct RecordingCheck::Camera {
+  explicit Camera(const std::string& label) : images(label) {}
+  check::ImageCheck images;
+  CameraCalibration calibration;
+  bool calibrated = false;
+  Mat3 R_B_C = Mat3::Identity();
+  std::unique_ptr<check::ImageTurning> turning;
+  long count = 0;
+};
+
+RecordingCheck::RecordingCheck(Depth depth) : depth_(depth) {}
+RecordingCheck::~RecordingCheck() = default;
+
+void RecordingCheck::add(const CObservation& o) {
+  const std::string& label = o.sensorLabel;
+  const TimeNs t = rawlog::fromMrptTime(o.timestamp);
+  streams_.try_emplace(label, label, kindOf(o)).first->second.add(t);
+  if (const auto sample = rawlog::imuSampleOf(o)) {
+    imus_.try_emplace(label, label).first->second.add(*sample);
+    if (!turning_ && depth_ == Depth::full) {
+      turning_ = std::make_unique<check::TurningCheck>(label, rawlog::kCameraLabel);
+    }
+    if (turning_ && label == imus_.begin()->first) turning_->add(*sample);
+  } else if (const auto* image = dynamic_cast<const CObservationImage*>(&o)) {
+    addImage(*image, t);
+  } else {
+    addRanges(o);
+  }
+}
+
+void RecordingCheck::addRanges(const CObservation& o) {
+  const std::string& label = o.sensorLabel;
+  const bool full = depth_ == Depth::full;
+  for (const Range& r : rawlog::rangesOf(o)) {
+    ranges_.try_emplace(label, label).first->second.add(r);
+    // Those to other robots have no anchor.
+    if (full && label != rawlog::kPeerLabel) {
+      biases_.try_emplace(label, label).first->second.add(r);
+    }
+  }
+  if (!full || label != rawlog::kGroundTruthLabel) return;
+  const auto truth = rawlog::poseOf(o);
+  for (auto& [name, bias] : biases_) {
+    if (truth) bias.addTruth(*truth);
+  }
+}
+
+void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
+  auto& camera = cameras_[image.sensorLabel];
+  if (!camera) {
+    camera = std::make_unique<Camera>(image.sensorLabel);
+    camera->calibration = rawlog::fromMrptCamera(image.cameraParams);
+    camera->R_B_C = rawlog::fromMrptPose(image.cameraPose).R();
+    camera->calibrated = camera->calibration.fx > 0 && camera->calibration.cx > 0;
+    if (camera->calibrated && depth_ == Depth::full && cameras_.size() == 1) {
+      camera->turning =
+          std::make_unique<check::ImageTurning>(camera::makeCamera(camera->calibration));
+    }
+  }
+  if (depth_ == Depth::brief) return;
+  const bool follow = camera->turning && camera->count < kFollowed;
+  if (camera->count++ % kLookEvery != 0 && !follow) return;
+  cv::Mat gray;
+  try {
+    image.load();
+    gray = grayOf(image);
+  } catch (const std::exception&) {
+    camera->images.addUnreadable();
+    return;
+  }
+  camera->images.add(gray);
+  if (follow) {
+    const auto turn = camera->turning->add(t, gray);
+    camera->images.addCorners(camera->turning->corners());
+    if (turn && turning_) turning_->add(*turn);
+  }
+  if (image.image.isExternallyStored()) image.image.unload();
+}
+
+std::vector<check::StreamSummary> RecordingCheck::streams() const {
+  std::vector<check::StreamSummary> out;
+  for (const auto& [label, stream] : streams_) out.push_back(stream.summary());
+  return out;
+}
+
+std::vector<check::Finding> RecordingCheck::findings() const {
+  std::vector<check::Finding> out = check::checkStreams(streams());
+  if (depth_ == Depth::brief) {
+    // An estimator may do with less; it then says itself what it misses.
+    out.erase(std::remove_if(out.begin(), out.end(),
+                             [](const check::Finding& f) { return f.kind == "no_imu"; }),
+              out.end());
+  }
+  const auto take = [&](const std::vector<check::Finding>& more) {
+    for (const check::Finding& f : more) {
+      const bool known = std::any_of(out.begin(), out.end(), [&](const check::Finding& o) {
+        return o.kind == f.kind && o.stream == f.stream && f.severity != check::Severity::note;
+      });
+      if (!known) out.push_back(f);
+    }
+  };
+  const Camera* first = cameras_.empty() ? nullptr : cameras_.begin()->second.get();
+  // What rests on the time between readings says nothing while stamps are wrong.
+  const bool stamps = check::worst(out) != check::Severity::unusable;
+  for (const auto& [label, imu] : imus_) {
+    std::optional<check::Mounting> mounting;
+    // The identity is what is there when nobody has said where the camera sits.
+    const bool mounted = first != nullptr && !first->R_B_C.isIdentity(1e-9);
+    if (mounted) mounting = check::Mounting{first->R_B_C, cameras_.begin()->first};
+    if (stamps) take(imu.findings(noise_, mounting));
+  }
+  for (const auto& [label, ranges] : ranges_) {
+    take(ranges.findings());
+    // What is in another unit fits nothing.
+    const auto bias = biases_.find(label);
+    if (stamps && bias != biases_.end() &&
+        check::worst(ranges.findings()) != check::Severity::unusable) {
+      take(bias->second.findings());
+    }
+  }
+  for (const auto& [label, camera] : cameras_) {
+    if (depth_ == Depth::brief) continue;
+    const CameraCalibration& c = camera->calibration;
+    take(camera->images.findings(camera->calibrated ? c.width : 0, c.height));
+    if (!camera->calibrated) {
+      out.push_back({check::Severity::unusable, "no_calibration", label,
+                     "the camera has no calibration", "", "give --calibration FILE"});
+    }
+  }
+  const bool gyro = std::none_of(out.begin(), out.end(), [](const check::Finding& f) {
+    return f.kind == "imu_columns_swapped";
+  });
+  if (turning_ && first != nullptr && first->turning && stamps && gyro) {
+    take(turning_->findings(first->R_B_C, 0));
+  }
+  std::stable_sort(out.begin(), out.end(), [](const check::Finding& a, const check::Finding& b) {
+    return a.severity > b.severity;
+  });
+  return out;
+}
+
+std::vector<std::string> briefLines(const RecordingCheck& check) {
+  std::vector<std::string> out;
+  for (const check::Finding& f : check.findings()) {
+    if (f.severity != check::Severity::note) out.push_back(check::line(f));
+  }
+  return out;
+}
+
+}  // namespace vir::app

@@ -1,0 +1,60 @@
+#pragma once
+/// Feeds the observations of a recording to vir::check.
+#include <mrpt/obs/CObservation.h>
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vir/check/finding.h"
+#include "vir/check/image_check.h"
+#include "vir/check/imu_check.h"
+#include "vir/check/range_bias.h"
+#include "vir/check/range_check.h"
+#include "vir/check/stream_check.h"
+#include "vir/check/turning_check.h"
+
+namespace mrpt::obs {
+class CObservationImage;
+}
+
+namespace vir::app {
+
+class RecordingCheck {
+ public:
+  /// `brief`: stamps, IMU and ranges, at no cost to speak of. `full`: images are decoded and
+  /// followed as well.
+  enum class Depth { brief, full };
+  explicit RecordingCheck(Depth depth);
+  ~RecordingCheck();
+
+  /// Densities that an estimator would use.
+  void setNoise(const imu::ImuNoise& noise) { noise_ = noise; }
+  /// Loads an external image if need be (full), and lets go of it again.
+  void add(const mrpt::obs::CObservation& observation);
+
+  std::vector<check::StreamSummary> streams() const;
+  /// The worst first.
+  std::vector<check::Finding> findings() const;
+
+ private:
+  struct Camera;
+  void addRanges(const mrpt::obs::CObservation& observation);
+  void addImage(const mrpt::obs::CObservationImage& image, TimeNs t);
+
+  Depth depth_;
+  std::optional<imu::ImuNoise> noise_;
+  std::map<std::string, check::StreamCheck> streams_;
+  std::map<std::string, check::ImuCheck> imus_;
+  std::map<std::string, check::RangeCheck> ranges_;
+  std::map<std::string, check::RangeBiasCheck> biases_;  ///< full only
+  std::map<std::string, std::unique_ptr<Camera>> cameras_;
+  std::unique_ptr<check::TurningCheck> turning_;  ///< of the first camera and the first IMU
+};
+
+/// One line for each finding that is more than a note.
+std::vector<std::string> briefLines(const RecordingCheck& check);
+
+}  // namespace vir::app

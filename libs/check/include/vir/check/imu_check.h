@@ -1,0 +1,53 @@
+#pragma once
+/// Units, columns and noise of an IMU, by itself.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vir/check/finding.h"
+#include "vir/imu/preintegration.h"
+#include "vir/types/imu_sample.h"
+
+namespace vir::check {
+
+/// What is needed to think about which way is up.
+struct Mounting {
+  Mat3 R_B_C = Mat3::Identity();  ///< camera in the body
+  std::string camera;             ///< its label
+};
+
+/// Memory: four entries a second.
+class ImuCheck {
+ public:
+  explicit ImuCheck(std::string label) : label_(std::move(label)) {}
+  void add(const ImuSample& sample);
+
+  /// |a| at rest, or in the quietest moments there are [m/s^2, if that is its unit]; 0: too short.
+  double restMagnitude() const;
+  /// `given`: the densities an estimator would use. `mounting`: where there is a camera.
+  std::vector<Finding> findings(const std::optional<imu::ImuNoise>& given,
+                                const std::optional<Mounting>& mounting) const;
+
+ private:
+  /// A quarter of a second.
+  struct Block {
+    Vec3 acc = Vec3::Zero(), gyro = Vec3::Zero();  ///< means
+    double acc_spread = 0;                         ///< rms distance from the mean
+    double acc_step2 = 0, gyro_step2 = 0;  ///< mean squared difference of neighbours, per axis
+    double dt = 0;                         ///< mean time between readings [s]
+  };
+  void close();
+  std::vector<Block> quietest() const;
+  bool columnsSwapped(std::vector<Finding>* out) const;
+  void checkGravity(std::vector<Finding>* out) const;
+  void checkRates(std::vector<Finding>* out) const;
+  void checkUp(const Mounting& mounting, std::vector<Finding>* out) const;
+  void noteNoise(const std::optional<imu::ImuNoise>& given, std::vector<Finding>* out) const;
+
+  std::string label_;
+  std::vector<Block> blocks_;
+  std::vector<ImuSample> open_;  ///< of the block that is being filled
+  long not_finite_ = 0, count_ = 0;
+};
+
+}  // namespace vir::check

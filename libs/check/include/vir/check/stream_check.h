@@ -1,0 +1,42 @@
+#pragma once
+/// Stamps of the streams of a recording, alone and against each other.
+#include <string>
+#include <vector>
+
+#include "vir/check/finding.h"
+#include "vir/core/time.h"
+
+namespace vir::check {
+
+enum class StreamKind { images, imu, ranges, poses, other };
+
+struct StreamSummary {
+  std::string label;
+  StreamKind kind = StreamKind::other;
+  long count = 0;
+  TimeNs first = 0, last = 0;
+  double rate_hz = 0;   ///< of the median period
+  double jitter_s = 0;  ///< median distance of a period from the median period
+  double longest_gap_s = 0;
+  long out_of_order = 0, repeated = 0;
+};
+
+/// Memory does not grow with the stream.
+class StreamCheck {
+ public:
+  StreamCheck(std::string label, StreamKind kind);
+  /// In the order in which they come.
+  void add(TimeNs t);
+  StreamSummary summary() const;
+
+ private:
+  StreamSummary s_;
+  TimeNs newest_ = 0;
+  std::vector<TimeNs> periods_;  ///< the first ones
+};
+
+/// Rates that cannot be (stamps in another unit), gaps, order, and streams that do not overlap.
+/// `poses` streams are the ground truth or odometry.
+std::vector<Finding> checkStreams(const std::vector<StreamSummary>& streams);
+
+}  // namespace vir::check

@@ -1,0 +1,41 @@
+#pragma once
+/// The gyro against the turning of the images: unit, axes, and the camera's rotation on the IMU.
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "vir/check/finding.h"
+#include "vir/check/turning.h"
+#include "vir/types/imu_sample.h"
+
+namespace vir::check {
+
+/// The same piece of time, as seen by both.
+struct TurnPair {
+  TimeNs t0 = 0, t1 = 0;
+  Vec3 image_C = Vec3::Zero();  ///< mean angular rate by the images, camera frame [rad/s]
+  Vec3 gyro_B = Vec3::Zero();   ///< mean angular rate by the gyro, body frame [rad/s]
+};
+
+class TurningCheck {
+ public:
+  TurningCheck(std::string imu_label, std::string camera_label)
+      : imu_label_(std::move(imu_label)), camera_label_(std::move(camera_label)) {}
+  void add(const ImuSample& sample);
+  void add(const ImageTurn& turn);
+  /// Pieces of time with the readings of the gyro in them: what a time offset is found from.
+  const std::vector<TurnPair>& pairs() const { return pairs_; }
+  /// `R_B_C`: the camera's rotation on the IMU as given. `time_offset_s`: stamp of an image + this
+  /// = IMU's clock, as given.
+  std::vector<Finding> findings(const Mat3& R_B_C, double time_offset_s) const;
+
+ private:
+  void pairUp();
+
+  std::string imu_label_, camera_label_;
+  std::deque<ImuSample> readings_;  ///< since the oldest turn that waits
+  std::deque<ImageTurn> waiting_;
+  std::vector<TurnPair> pairs_;
+};
+
+}  // namespace vir::check

@@ -1,0 +1,208 @@
+#include "vir/check/imu_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "text.h"
+#include "vir/core/order_statistics.h"
+
+namespace vir::check {
+namespace {
+
+constexpr double kGravity = 9.80665;
+constexpr TimeNs kBlock = 250'000'000;
+constexpr std::size_t kMostInBlock = 20000;  // faster is no IMU, but a wrong stamp
+constexpr std::size_t kFewest = 8;           // blocks, to say anything
+/// Nothing with a camera on it turns this fast for a quarter of a second in a twentieth of its
+/// time: in degrees it is a brisk hand.
+constexpr double kFastestRate = 10;  // [rad/s]
+
+struct UnitOfForce {
+  double at_rest;
+  const char* kind;
+  const char* unit;
+  const char* factor;
+};
+
+}  // namespace
+
+void ImuCheck::add(const ImuSample& s) {
+  ++count_;
+  if (!s.acc.allFinite() || !s.gyro.allFinite()) {
+    ++not_finite_;
+    return;
+  }
+  if (!open_.empty() &&
+      (s.t - open_.front().t >= kBlock || s.t < open_.back().t || open_.size() >= kMostInBlock)) {
+    close();
+  }
+  open_.push_back(s);
+}
+
+void ImuCheck::close() {
+  const auto n = static_cast<double>(open_.size());
+  if (open_.size() >= 4) {
+    Block b;
+    for (const ImuSample& s : open_) {
+      b.acc += s.acc / n;
+      b.gyro += s.gyro / n;
+    }
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      b.acc_spread += (open_[i].acc - b.acc).squaredNorm() / n;
+      if (i == 0) continue;
+      b.acc_step2 += (open_[i].acc - open_[i - 1].acc).squaredNorm() / (3 * (n - 1));
+      b.gyro_step2 += (open_[i].gyro - open_[i - 1].gyro).squaredNorm() / (3 * (n - 1));
+    }
+    b.acc_spread = std::sqrt(b.acc_spread);
+    b.dt = toSeconds(open_.back().t - open_.front().t) / (n - 1);
+    blocks_.push_back(b);
+  }
+  open_.clear();
+}
+
+std::vector<ImuCheck::Block> ImuCheck::quietest() const {
+  if (blocks_.size() < kFewest) return {};
+  std::vector<double> spread;
+  for (const Block& b : blocks_) spread.push_back(b.acc_spread);
+  const double limit = quantileInPlace(&spread, 0.2);
+  std::vector<Block> out;
+  for (const Block& b : blocks_) {
+    if (b.acc_spread <= limit) out.push_back(b);
+  }
+  return out;
+}
+
+double ImuCheck::restMagnitude() const {
+  std::vector<double> norms;
+  for (const Block& b : quietest()) norms.push_back(b.acc.norm());
+  return medianInPlace(&norms);
+}
+
+bool ImuCheck::columnsSwapped(std::vector<Finding>* out) const {
+  // Gravity in the gyro: about 9.8 that is always there, and no such thing in the accelerometer.
+  std::vector<double> gyro, acc;
+  for (const Block& b : blocks_) {
+    gyro.push_back(b.gyro.norm());
+    acc.push_back(b.acc.norm());
+  }
+  const double g = medianInPlace(&gyro), a = medianInPlace(&acc);
+  const bool gravity = g > 0.85 * kGravity && g < 1.15 * kGravity;
+  if (!gravity || a > 0.5 * kGravity) return false;
+  out->push_back(
+      {Severity::unusable, "imu_columns_swapped", label_,
+       "gyro and accelerometer columns are swapped",
+       "gravity is in the gyro: median |gyro| " + num(g) + ", median |accelerometer| " + num(a),
+       "name the columns in a header (timestamp,ax,ay,az,gx,gy,gz), or reorder them"});
+  return true;
+}
+
+void ImuCheck::checkGravity(std::vector<Finding>* out) const {
+  const double a = restMagnitude();
+  if (a > 0.88 * kGravity && a < 1.12 * kGravity) return;
+  const std::string evidence =
+      "|a| is " + num(a, 4) + " in the quietest moments, 9.81 at rest is right";
+  static const UnitOfForce units[] = {{1, "acc_in_g", "g", "9.80665"},
+                                      {1000, "acc_in_mg", "mg (thousandths of g)", "0.00980665"}};
+  for (const UnitOfForce& u : units) {
+    if (a < 0.88 * u.at_rest || a > 1.12 * u.at_rest) continue;
+    out->push_back({Severity::unusable, u.kind, label_,
+                    std::string("the accelerometer is in ") + u.unit + ", not in m/s^2", evidence,
+                    std::string("multiply it by ") + u.factor + " before importing"});
+    return;
+  }
+  if (a < 0.3 * kGravity) {
+    out->push_back({Severity::unusable, "gravity_removed", label_,
+                    "gravity has been removed from the accelerometer", evidence,
+                    "record the raw specific force (on phones: accelerometer, not linear "
+                    "acceleration)"});
+    return;
+  }
+  const bool far = a < 0.7 * kGravity || a > 1.4 * kGravity;
+  out->push_back({far ? Severity::unusable : Severity::doubtful, "acc_scale", label_,
+                  "the accelerometer has a wrong scale or unit", evidence,
+                  "give m/s^2; raw counts must be multiplied by the range over the resolution"});
+}
+
+void ImuCheck::checkRates(std::vector<Finding>* out) const {
+  std::vector<double> rates;
+  for (const Block& b : blocks_) rates.push_back(b.gyro.norm());
+  const double fast = quantileInPlace(&rates, 0.95);
+  if (fast < kFastestRate) return;
+  const bool degrees = fast < 57.3 * kFastestRate;
+  out->push_back({Severity::unusable, degrees ? "gyro_in_deg" : "gyro_scale", label_,
+                  degrees ? "the gyro is in deg/s, not in rad/s" : "the gyro has a wrong unit",
+                  "it turns at " + num(fast) +
+                      " rad/s for a quarter of a second, in a twentieth of "
+                      "the time",
+                  degrees ? "multiply it by 0.0174533 before importing" : "give rad/s"});
+}
+
+void ImuCheck::checkUp(const Mounting& m, std::vector<Finding>* out) const {
+  Vec3 mean = Vec3::Zero();
+  for (const Block& b : blocks_) mean += b.acc.normalized();
+  const double steady = mean.norm() / static_cast<double>(blocks_.size());
+  if (steady < 0.8) return;  // carried about any way up
+  // Up, as the camera sees it: y is down, z forward.
+  const Vec3 up_C = m.R_B_C.transpose() * mean.normalized();
+  const bool upside_down = up_C.y() > 0.6, skyward = up_C.z() > 0.8;
+  if (!upside_down && !skyward) return;
+  out->push_back(
+      {Severity::doubtful, "acc_negated", label_,
+       "the accelerometer is negated (at rest it must point up), or the camera is mounted " +
+           std::string(upside_down ? "upside down" : "looking up"),
+       "by the accelerometer and its pose on the IMU, " + m.camera + " has up at (" +
+           num(up_C.x(), 2) + ", " + num(up_C.y(), 2) + ", " + num(up_C.z(), 2) +
+           ") in x right, y down, z forward",
+       "negate the accelerometer before importing; nothing to do if the camera is mounted so"});
+}
+
+void ImuCheck::noteNoise(const std::optional<imu::ImuNoise>& given,
+                         std::vector<Finding>* out) const {
+  std::vector<double> acc, gyro;
+  for (const Block& b : quietest()) {
+    // White noise of sigma has steps of variance 2 sigma^2; a density is sigma times sqrt(dt).
+    acc.push_back(std::sqrt(b.acc_step2 / 2 * b.dt));
+    gyro.push_back(std::sqrt(b.gyro_step2 / 2 * b.dt));
+  }
+  if (acc.empty()) return;
+  const double a = medianInPlace(&acc), g = medianInPlace(&gyro);
+  Finding f{Severity::note,
+            "imu_noise",
+            label_,
+            "noise as seen in the quietest moments",
+            "gyro " + num(g) + " rad/s/sqrt(Hz), accelerometer " + num(a) + " m/s^2/sqrt(Hz)",
+            ""};
+  if (given) {
+    f.evidence += "; given " + num(given->gyro_noise_density) + " and " +
+                  num(given->acc_noise_density) + ", times " + num(given->noise_scale);
+    const double gyro_given = given->gyro_noise_density * given->noise_scale;
+    const double acc_given = given->acc_noise_density * given->noise_scale;
+    // In motion vibrations are in it, so only what is seen and not allowed for is worth a word.
+    if (g > 30 * gyro_given || a > 30 * acc_given) {
+      f.severity = Severity::doubtful;
+      f.what = "is far noisier than the densities given";
+      f.remedy = "set [Imu] gyro_noise_density = " + num(std::max(g, given->gyro_noise_density)) +
+                 ", acc_noise_density = " + num(std::max(a, given->acc_noise_density));
+    }
+  }
+  out->push_back(f);
+}
+
+std::vector<Finding> ImuCheck::findings(const std::optional<imu::ImuNoise>& given,
+                                        const std::optional<Mounting>& mounting) const {
+  std::vector<Finding> out;
+  if (not_finite_ > 0) {
+    out.push_back({not_finite_ * 100 > count_ ? Severity::doubtful : Severity::note, "not_finite",
+                   label_, "readings are no numbers",
+                   std::to_string(not_finite_) + " of " + std::to_string(count_), ""});
+  }
+  if (blocks_.size() < kFewest) return out;
+  if (columnsSwapped(&out)) return out;
+  checkGravity(&out);
+  checkRates(&out);
+  if (mounting) checkUp(*mounting, &out);
+  if (worst(out) == Severity::note) noteNoise(given, &out);
+  return out;
+}
+
+}  // namespace vir::check

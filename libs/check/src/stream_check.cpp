@@ -1,0 +1,196 @@
+#include "vir/check/stream_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "text.h"
+#include "vir/core/order_statistics.h"
+
+namespace vir::check {
+namespace {
+
+constexpr std::size_t kPeriods = 20000;
+constexpr TimeNs kUnixSince = 1'000'000'000'000'000'000;  // 2001, in ns
+
+/// Rates that a sensor of a kind can have [Hz].
+struct Rates {
+  double least, most;
+};
+
+Rates ratesOf(StreamKind kind) {
+  switch (kind) {
+    case StreamKind::images:
+      return {0.2, 2000};
+    case StreamKind::imu:
+      return {10, 50000};
+    case StreamKind::ranges:
+    case StreamKind::poses:
+      return {0.001, 50000};
+    case StreamKind::other:
+      break;
+  }
+  return {0, 1e12};
+}
+
+/// What nanoseconds are that are something else.
+struct WrongUnit {
+  const char* kind;
+  const char* unit;
+  double factor;  ///< by which the rate is too high
+};
+constexpr WrongUnit kWrongUnits[] = {{"stamps_in_us", "microseconds", 1e3},
+                                     {"stamps_in_ms", "milliseconds", 1e6},
+                                     {"stamps_in_s", "seconds", 1e9}};
+
+/// Longest hole [s] that is nothing to worry about.
+double harmlessGap(const StreamSummary& s) {
+  const double period = s.rate_hz > 0 ? 1 / s.rate_hz : 0;
+  if (s.kind == StreamKind::imu) return std::max(0.1, 10 * period);
+  return std::max(1.0, 10 * period);
+}
+
+std::string span(const StreamSummary& s) {
+  char text[96];
+  std::snprintf(text, sizeof text, "%s from %.3f to %.3f s", s.label.c_str(), toSeconds(s.first),
+                toSeconds(s.last));
+  return text;
+}
+
+bool checkRate(const StreamSummary& s, std::vector<Finding>* out) {
+  const Rates rates = ratesOf(s.kind);
+  if (s.count < 3 || (s.rate_hz >= rates.least && s.rate_hz <= rates.most)) return true;
+  Finding f{Severity::unusable, "rate", s.label, "", num(s.rate_hz, 6) + " Hz", ""};
+  f.what = "cannot come at this rate: the stamps are in another unit, or not what they should be";
+  f.remedy = "stamps must be nanoseconds, microseconds, milliseconds or seconds of one clock";
+  // Typical of a camera and an IMU, to tell the unit by.
+  const double typical = s.kind == StreamKind::imu ? 200 : 20;
+  for (const WrongUnit& u : kWrongUnits) {
+    if (std::abs(std::log(s.rate_hz / u.factor / typical)) > std::log(20.0)) continue;
+    f.kind = u.kind;
+    f.what = std::string("the stamps are in ") + u.unit + ", taken for nanoseconds";
+    f.remedy = "import again with stamps in nanoseconds";
+    break;
+  }
+  out->push_back(f);
+  return false;
+}
+
+void checkOrder(const StreamSummary& s, std::vector<Finding>* out) {
+  const double share = static_cast<double>(s.out_of_order) / static_cast<double>(s.count);
+  if (s.out_of_order > 0) {
+    out->push_back(
+        {share > 0.01 ? Severity::doubtful : Severity::note, "order", s.label, "stamps go back",
+         std::to_string(s.out_of_order) + " of " + std::to_string(s.count), "sort it by stamp"});
+  }
+  if (s.repeated > s.count / 100 && s.kind != StreamKind::ranges) {
+    out->push_back({Severity::doubtful, "repeated", s.label, "stamps repeat",
+                    std::to_string(s.repeated) + " of " + std::to_string(s.count),
+                    "stamp each when it is measured, not when a batch is read"});
+  }
+  if (s.longest_gap_s > harmlessGap(s) && s.kind != StreamKind::poses) {
+    out->push_back({Severity::doubtful, "gap", s.label, "has a gap",
+                    "nothing for " + num(s.longest_gap_s) + " s at " + num(s.rate_hz) + " Hz",
+                    "what lies in it is lost; the estimator starts anew after long ones"});
+  }
+  const double period = s.rate_hz > 0 ? 1 / s.rate_hz : 0;
+  if (s.kind == StreamKind::imu && period > 0 && s.jitter_s > 0.25 * period) {
+    out->push_back({Severity::doubtful, "jitter", s.label, "stamps jitter",
+                    "period " + num(1e3 * period) + " ms, off by " + num(1e3 * s.jitter_s) +
+                        " ms in the median",
+                    "use the sensor's own stamps, not those of arrival"});
+  }
+  if (s.kind == StreamKind::imu && s.count > 2 && s.rate_hz < 50) {
+    out->push_back({Severity::note, "slow_imu", s.label, "is slow for an IMU",
+                    num(s.rate_hz) + " Hz", "100 Hz or more is better"});
+  }
+}
+
+/// How the two clocks may have come apart.
+std::string whyApart(const StreamSummary& a, const StreamSummary& b) {
+  const bool unix_a = a.first >= kUnixSince, unix_b = b.first >= kUnixSince;
+  if (unix_a == unix_b) return "are from different clocks";
+  const std::string& up = unix_a ? b.label : a.label;
+  const std::string& date = unix_a ? a.label : b.label;
+  return up + " counts from power-up, " + date + " is Unix time";
+}
+
+void checkOverlap(const StreamSummary& imu, const StreamSummary& other, std::vector<Finding>* out) {
+  const TimeNs both = std::min(imu.last, other.last) - std::max(imu.first, other.first);
+  const TimeNs shorter = std::min(imu.last - imu.first, other.last - other.first);
+  const std::string spans = span(imu) + ", " + span(other);
+  if (both <= 0) {
+    const bool needed = other.kind == StreamKind::images;
+    out->push_back({needed ? Severity::unusable : Severity::doubtful, "no_overlap", other.label,
+                    "has no time in common with " + imu.label + ": the two " + whyApart(imu, other),
+                    spans, "put both on one clock before importing"});
+  } else if (toSeconds(both) < 0.5 * toSeconds(shorter)) {
+    out->push_back({Severity::doubtful, "little_overlap", other.label,
+                    "overlaps with " + imu.label + " for " + num(toSeconds(both)) + " s only",
+                    spans, "check that both are from one recording and one clock"});
+  }
+}
+
+}  // namespace
+
+StreamCheck::StreamCheck(std::string label, StreamKind kind) {
+  s_.label = std::move(label);
+  s_.kind = kind;
+}
+
+void StreamCheck::add(TimeNs t) {
+  if (s_.count++ == 0) {
+    s_.first = s_.last = newest_ = t;
+    return;
+  }
+  s_.first = std::min(s_.first, t);
+  s_.last = std::max(s_.last, t);
+  if (t < newest_) {
+    ++s_.out_of_order;
+  } else if (t == newest_) {
+    ++s_.repeated;
+  } else {
+    s_.longest_gap_s = std::max(s_.longest_gap_s, toSeconds(t - newest_));
+    if (periods_.size() < kPeriods) periods_.push_back(t - newest_);
+  }
+  newest_ = std::max(newest_, t);
+}
+
+StreamSummary StreamCheck::summary() const {
+  StreamSummary out = s_;
+  std::vector<TimeNs> periods = periods_;
+  const TimeNs period = medianInPlace(&periods);
+  if (period <= 0) return out;
+  out.rate_hz = 1 / toSeconds(period);
+  for (TimeNs& p : periods) p = std::abs(p - period);
+  out.jitter_s = toSeconds(medianInPlace(&periods));
+  return out;
+}
+
+std::vector<Finding> checkStreams(const std::vector<StreamSummary>& streams) {
+  std::vector<Finding> out;
+  const StreamSummary* imu = nullptr;
+  bool rates_are_sound = true;
+  for (const StreamSummary& s : streams) {
+    if (s.count == 0) continue;
+    if (s.kind == StreamKind::imu && imu == nullptr) imu = &s;
+    if (checkRate(s, &out)) {
+      checkOrder(s, &out);
+    } else {
+      rates_are_sound = false;
+    }
+  }
+  const bool images = std::any_of(streams.begin(), streams.end(), [](const StreamSummary& s) {
+    return s.kind == StreamKind::images && s.count > 0;
+  });
+  if (images && imu == nullptr) {
+    out.push_back({Severity::unusable, "no_imu", "IMU0", "there is none", "",
+                   "a camera alone knows no scale: record or import the IMU as well"});
+  }
+  if (imu == nullptr || !rates_are_sound) return out;
+  for (const StreamSummary& s : streams) {
+    if (&s != imu && s.count > 1) checkOverlap(*imu, s, &out);
+  }
+  return out;
+}
+
+}  // namespace vir::check

@@ -1,0 +1,191 @@
+#include "vir/check/turning_check.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "text.h"
+#include "vir/core/order_statistics.h"
+
+namespace vir::check {
+namespace {
+
+constexpr double kDegPerRad = 57.29577951308232;
+constexpr std::size_t kFewest = 30;  // pairs that turn, to say anything
+constexpr double kTurning = 0.08;    // [rad/s] by images, to count as turning
+constexpr std::size_t kMostPairs = 20000;
+constexpr double kWrongAngle = 15;  // [deg] between rotation found and given
+constexpr double kFits = 0.45;      // rest of the rate that a rotation leaves, as a share
+
+/// Rotation (or mirror) from the gyro's axes to the camera's that explains the pairs best.
+struct AxesFit {
+  Mat3 rotation = Mat3::Identity(), mirror = Mat3::Identity();
+  double rotation_rest = 1, mirror_rest = 1;  ///< median share of the rate left unexplained
+  double second_axis = 0;                     ///< how much turning there is about other axes, 0..1
+};
+
+double restOf(const std::vector<TurnPair>& pairs, const Mat3& R_C_B) {
+  std::vector<double> rest;
+  for (const TurnPair& p : pairs) {
+    const double size = std::max(p.image_C.norm(), p.gyro_B.norm());
+    rest.push_back((p.image_C - R_C_B * p.gyro_B).norm() / size);
+  }
+  return medianInPlace(&rest);
+}
+
+AxesFit fitAxes(const std::vector<TurnPair>& pairs) {
+  Mat3 sum = Mat3::Zero();
+  for (const TurnPair& p : pairs) {
+    // Directions weighted by the rate, so that outliers of one image do not decide.
+    const double weight = 1 / std::max(p.image_C.norm(), p.gyro_B.norm());
+    sum += weight * p.image_C * p.gyro_B.transpose();
+  }
+  const Eigen::JacobiSVD<Mat3> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Mat3 free = svd.matrixU() * svd.matrixV().transpose();
+  const double sign = free.determinant() < 0 ? -1 : 1;
+  AxesFit fit;
+  fit.rotation = svd.matrixU() * Vec3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+  fit.mirror = svd.matrixU() * Vec3(1, 1, -sign).asDiagonal() * svd.matrixV().transpose();
+  const Vec3 s = svd.singularValues();
+  fit.second_axis = s(0) > 0 ? s(1) / s(0) : 0;
+  fit.rotation_rest = restOf(pairs, fit.rotation);
+  fit.mirror_rest = restOf(pairs, fit.mirror);
+  return fit;
+}
+
+double angleDeg(const Mat3& R) { return kDegPerRad * logSO3(R).norm(); }
+
+std::vector<TurnPair> thatTurn(const std::vector<TurnPair>& pairs) {
+  std::vector<TurnPair> out;
+  for (const TurnPair& p : pairs) {
+    if (p.image_C.norm() > kTurning) out.push_back(p);
+  }
+  return out;
+}
+
+double ratioOf(const std::vector<TurnPair>& pairs) {
+  std::vector<double> ratios;
+  for (const TurnPair& p : pairs) ratios.push_back(p.gyro_B.norm() / p.image_C.norm());
+  return medianInPlace(&ratios);
+}
+
+/// `IMU x is -y, ...` of a matrix near a signed permutation; empty for any other.
+std::string axesNamed(const Mat3& M) {
+  static const char* const axes = "xyz";
+  std::string out;
+  for (int r = 0; r < 3; ++r) {
+    Eigen::Index c = 0;
+    if (M.row(r).cwiseAbs().maxCoeff(&c) < 0.9) return {};
+    out += std::string(out.empty() ? "" : ", ") + axes[r] + " is " + (M(r, c) < 0 ? "-" : "") +
+           axes[c];
+  }
+  return out;
+}
+
+}  // namespace
+
+void TurningCheck::add(const ImuSample& sample) {
+  if (!sample.gyro.allFinite() || (!readings_.empty() && sample.t <= readings_.back().t)) return;
+  readings_.push_back(sample);
+  pairUp();
+}
+
+void TurningCheck::add(const ImageTurn& turn) {
+  waiting_.push_back(turn);
+  pairUp();
+}
+
+void TurningCheck::pairUp() {
+  while (!waiting_.empty() && !readings_.empty() && readings_.back().t > waiting_.front().t1) {
+    const ImageTurn turn = waiting_.front();
+    waiting_.pop_front();
+    while (readings_.size() > 1 && readings_[1].t <= turn.t0) readings_.pop_front();
+    TurnPair pair;
+    pair.t0 = turn.t0;
+    pair.t1 = turn.t1;
+    int n = 0;
+    for (const ImuSample& s : readings_) {
+      if (s.t < turn.t0 || s.t > turn.t1) continue;
+      pair.gyro_B += s.gyro;
+      ++n;
+    }
+    const double dt = toSeconds(turn.t1 - turn.t0);
+    if (n == 0 || dt <= 0 || pairs_.size() >= kMostPairs) continue;
+    pair.gyro_B /= n;
+    pair.image_C = turn.rotation_C / dt;
+    pairs_.push_back(pair);
+  }
+  // Readings before the first image are of no use.
+  while (waiting_.empty() && readings_.size() > 4000) readings_.pop_front();
+}
+
+std::vector<Finding> TurningCheck::findings(const Mat3& R_B_C, double /*time_offset_s*/) const {
+  std::vector<Finding> out;
+  std::vector<TurnPair> turning = thatTurn(pairs_);
+  if (turning.size() < kFewest) {
+    out.push_back({Severity::note, "hardly_turns", camera_label_,
+                   "turns too little to hold the gyro against it",
+                   std::to_string(turning.size()) + " of " + std::to_string(pairs_.size()) +
+                       " images turn faster than " + num(kTurning) + " rad/s",
+                   ""});
+    return out;
+  }
+  const double ratio = ratioOf(turning);
+  const std::string rates = "where the images turn by 1 rad/s the gyro says " + num(ratio);
+  if (ratio > 20 && ratio < 160) {
+    out.push_back({Severity::unusable, "gyro_in_deg", imu_label_,
+                   "the gyro is in deg/s, not in rad/s", rates,
+                   "multiply it by 0.0174533 before importing"});
+    for (TurnPair& p : turning) p.gyro_B /= kDegPerRad;
+  } else if (ratio < 0.5 || ratio > 2) {
+    out.push_back({Severity::unusable, "gyro_scale", imu_label_,
+                   "gyro and images disagree on how fast it turns", rates,
+                   "check the gyro's unit and columns, and the camera's focal length"});
+    return out;
+  } else if (ratio < 0.85 || ratio > 1.18) {
+    out.push_back({Severity::doubtful, "gyro_scale", imu_label_,
+                   "gyro and images disagree on how fast it turns", rates,
+                   "check the camera's focal length and the gyro's scale"});
+  }
+  const AxesFit fit = fitAxes(turning);
+  const double given = restOf(turning, R_B_C.transpose());
+  if (std::min(fit.rotation_rest, fit.mirror_rest) > 0.7) {
+    out.push_back({Severity::doubtful, "turns_apart", camera_label_,
+                   "does not turn together with the gyro",
+                   "no rotation between the two explains " + num(100 * fit.rotation_rest, 2) +
+                       " % of the turning",
+                   "check that the stamps of both are from one clock"});
+    return out;
+  }
+  if (fit.mirror_rest < 0.6 * fit.rotation_rest && fit.mirror_rest < kFits &&
+      fit.second_axis > 0.15) {
+    const std::string axes = axesNamed(R_B_C * fit.mirror);
+    out.push_back({Severity::unusable, "gyro_mirrored", imu_label_,
+                   "the gyro's axes are mirrored" + (axes.empty() ? "" : ": its " + axes),
+                   "a mirror leaves " + num(100 * fit.mirror_rest, 2) +
+                       " % of the turning, a "
+                       "rotation " +
+                       num(100 * fit.rotation_rest, 2) + " %",
+                   "one axis has the wrong sign, or two are exchanged"});
+    return out;
+  }
+  const double off = angleDeg(R_B_C * fit.rotation);
+  const bool better = fit.rotation_rest < kFits && fit.rotation_rest < 0.6 * given;
+  if (off < kWrongAngle || !better || fit.second_axis < 0.15) return out;
+  const bool inverted = angleDeg(R_B_C.transpose() * fit.rotation) < kWrongAngle;
+  const std::string axes = axesNamed(R_B_C * fit.rotation);
+  out.push_back({Severity::unusable, inverted ? "camera_pose_inverted" : "camera_rotation",
+                 camera_label_,
+                 inverted ? "its pose on the IMU is given the wrong way round"
+                          : "its rotation on the IMU is not the one given" +
+                                (axes.empty() ? std::string() : ", or the IMU's axes are: " + axes),
+                 "by " + num(off) + " deg: what is given leaves " + num(100 * given, 2) +
+                     " % of the turning, what was found " + num(100 * fit.rotation_rest, 2) + " %",
+                 inverted ? "give the inverse (T_BS takes camera to body; Kalibr's T_cam_imu the "
+                            "other way)"
+                          : "give the pose of the camera on the IMU anew"});
+  return out;
+}
+
+}  // namespace vir::check

@@ -1,0 +1,284 @@
+/// `vir-slam check` names what is wrong with a recording, and finds nothing wrong with good ones.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <iomanip>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "vir_test_data.h"
+#include "vir_test_shell.h"
+#include "vir_test_temp_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using vir::test::quoted;
+using vir::test::virSlam;
+
+constexpr double kSeconds = 15;  // of a recording, from its first image on
+
+struct Row {
+  long long t = 0;
+  std::vector<double> v;  ///< numbers behind the stamp
+  std::string rest;       ///< the line behind the stamp, comma included
+};
+
+/// The beginning of a recording, its tables rewritten; images are links.
+class Variant {
+ public:
+  explicit Variant(const fs::path& source) : source_(source / "mav0") {
+    fs::create_directories(mav0());
+    for (const auto& item : fs::directory_iterator(source_)) {
+      const fs::path folder = mav0() / item.path().filename();
+      fs::create_directories(folder);
+      for (const auto& file : fs::directory_iterator(item.path())) {
+        fs::create_symlink(fs::canonical(file.path()), folder / file.path().filename());
+      }
+    }
+    end_ = rows("cam0").front().t + static_cast<long long>(1e9 * kSeconds);
+    for (const char* name : {"cam0", "imu0", "uwb0"}) {
+      if (fs::exists(source_ / name))
+        rewrite(name, "#t", [](const Row& r) { return line(r.t, r.rest); });
+    }
+  }
+
+  fs::path mav0() const { return temp_ / "r/mav0"; }
+  std::string folder() const { return quoted((temp_ / "r").string()); }
+  std::string out(const std::string& name) const { return (temp_ / name).string(); }
+
+  static std::string line(long long t, const std::string& rest) { return std::to_string(t) + rest; }
+  static std::string line(long long t, const std::vector<double>& v) {
+    std::ostringstream s;
+    s << t << std::setprecision(9);
+    for (const double x : v) s << "," << x;
+    return s.str();
+  }
+
+  void rewrite(const std::string& sensor, const std::string& header,
+               const std::function<std::string(const Row&)>& write) const {
+    std::string text = header + "\n";
+    for (const Row& row : rows(sensor)) {
+      if (row.t <= end_) text += write(row) + "\n";
+    }
+    const fs::path file = mav0() / sensor / "data.csv";
+    fs::remove(file);
+    vir::test::writeText(file, text);
+  }
+  void imu(const std::function<void(std::vector<double>*)>& change,
+           const std::string& header = "#t,wx,wy,wz,ax,ay,az") const {
+    rewrite("imu0", header, [&](const Row& r) {
+      std::vector<double> v = r.v;
+      change(&v);
+      return line(r.t, v);
+    });
+  }
+
+ private:
+  std::vector<Row> rows(const std::string& sensor) const {
+    std::ifstream in(source_ / sensor / "data.csv");
+    std::vector<Row> out;
+    for (std::string text; std::getline(in, text);) {
+      if (text.empty() || text[0] == '#') continue;
+      if (text.back() == '\r') text.pop_back();
+      Row r;
+      const std::size_t comma = text.find(',');
+      r.t = std::stoll(text);
+      r.rest = text.substr(comma);
+      std::istringstream fields(text.substr(comma + 1));
+      for (std::string f; std::getline(fields, f, ',');) {
+        try {
+          r.v.push_back(std::stod(f));
+        } catch (const std::exception&) {
+        }
+      }
+      out.push_back(r);
+    }
+    return out;
+  }
+
+  vir::test::TempFolder temp_;
+  fs::path source_;
+  long long end_ = 0;
+};
+
+/// What check says of a variant.
+struct Checked {
+  int code = -1;
+  std::string text;
+  std::vector<std::string> kinds;  ///< more than notes, the worst first
+};
+
+Checked check(const Variant& v, const std::string& more = "") {
+  const auto o = virSlam("check " + v.folder() + " --json " + quoted(v.out("c.json")) + " " + more);
+  Checked c{o.code, o.text, {}};
+  std::ifstream in(v.out("c.json"));
+  const auto json = nlohmann::json::parse(in, nullptr, false);
+  if (json.is_discarded()) return c;
+  for (const auto& f : json["findings"]) {
+    if (f["severity"] != "note") c.kinds.push_back(f["kind"]);
+  }
+  return c;
+}
+
+bool has(const Checked& c, const std::string& kind) {
+  return std::find(c.kinds.begin(), c.kinds.end(), kind) != c.kinds.end();
+}
+
+constexpr const char* kFlight = "euroc_MH01_clip30s";
+constexpr const char* kRoom = "rendered_V102_32s";
+
+TEST(CheckCli, NothingIsWrongWithGoodRecordings) {
+  for (const char* name : {kFlight, kRoom}) {
+    VIR_REQUIRE_DATA(source, name);
+    const auto o = virSlam("check " + quoted(source.string()));
+    EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_TRUE(vir::test::contains(o.text, "fine")) << o.text;
+  }
+}
+
+TEST(CheckCli, NamesUnitsAxesAndColumns) {
+  struct Case {
+    const char* kind;
+    int code;
+    std::function<void(std::vector<double>*)> change;
+  };
+  const auto each = [](int from, double factor) {
+    return [=](std::vector<double>* v) {
+      for (int i = from; i < from + 3; ++i) (*v)[static_cast<std::size_t>(i)] *= factor;
+    };
+  };
+  const std::vector<Case> cases{
+      {"acc_in_g", 1, each(3, 1 / 9.80665)},
+      {"acc_in_mg", 1, each(3, 1000 / 9.80665)},
+      {"acc_negated", 3, each(3, -1)},
+      {"gyro_in_deg", 1, each(0, 57.29577951)},
+      {"imu_columns_swapped", 1,
+       [](std::vector<double>* v) { std::rotate(v->begin(), v->begin() + 3, v->begin() + 6); }},
+      {"gyro_mirrored", 1, [](std::vector<double>* v) { (*v)[0] = -(*v)[0]; }},
+      {"camera_rotation", 1, [](std::vector<double>* v) {
+         const std::vector<double> w = *v;
+         *v = {w[1], -w[0], w[2], w[4], -w[3], w[5]};
+       }}};
+  for (const char* name : {kFlight, kRoom}) {
+    VIR_REQUIRE_DATA(source, name);
+    for (const Case& c : cases) {
+      const Variant v(source);
+      v.imu(c.change);
+      const Checked o = check(v);
+      EXPECT_EQ(o.code, c.code) << name << " " << c.kind << "\n" << o.text;
+      EXPECT_TRUE(has(o, c.kind)) << name << " " << c.kind << "\n" << o.text;
+    }
+  }
+}
+
+/// Import says it as well, in a line.
+TEST(CheckCli, ImportSaysItToo) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant v(source);
+  v.imu([](std::vector<double>* x) {
+    for (int i = 3; i < 6; ++i) (*x)[static_cast<std::size_t>(i)] /= 9.80665;
+  });
+  const auto o = virSlam("import euroc " + v.folder() + " --out " + quoted(v.out("v.rawlog")));
+  EXPECT_EQ(o.code, 0) << o.text;
+  EXPECT_TRUE(vir::test::contains(o.text, "unusable: IMU0: the accelerometer is in g")) << o.text;
+  const auto c = virSlam("check " + quoted(v.out("v.rawlog")));
+  EXPECT_EQ(c.code, 1) << c.text;
+}
+
+TEST(CheckCli, HeadersAndStampsInAnyUnitAreRead) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant swapped(source);
+  swapped.imu(
+      [](std::vector<double>* v) { std::rotate(v->begin(), v->begin() + 3, v->begin() + 6); },
+      "timestamp,ax,ay,az,gx,gy,gz");
+  const Checked o = check(swapped);
+  EXPECT_EQ(o.code, 0) << o.text;
+  EXPECT_TRUE(vir::test::contains(o.text, "by its header")) << o.text;
+  const std::vector<std::pair<std::string, std::function<std::string(long long)>>> units{
+      {"in ms", [](long long t) { return std::to_string(t / 1000000); }},
+      {"in us", [](long long t) { return std::to_string(t / 1000); }},
+      {"in s", [](long long t) {
+         char text[40];
+         std::snprintf(text, sizeof text, "%lld.%09lld", t / 1000000000, t % 1000000000);
+         return std::string(text);
+       }}};
+  for (const auto& [said, convert] : units) {
+    const Variant v(source);
+    // The header still says nanoseconds, as copied headers do.
+    for (const char* sensor : {"cam0", "imu0", "uwb0"}) {
+      v.rewrite(sensor, "#timestamp [ns]", [&](const Row& r) { return convert(r.t) + r.rest; });
+    }
+    const Checked c = check(v);
+    EXPECT_EQ(c.code, 0) << c.text;
+    EXPECT_TRUE(vir::test::contains(c.text, "the stamps are " + said)) << c.text;
+  }
+}
+
+TEST(CheckCli, NamesAClockSincePowerUp) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant v(source);
+  long long first = 0;
+  v.rewrite("imu0", "#timestamp [ns]", [&](const Row& r) {
+    if (first == 0) first = r.t;
+    return Variant::line(r.t - first + 43847434001234, r.rest);
+  });
+  const Checked c = check(v);
+  EXPECT_EQ(c.code, 1) << c.text;
+  EXPECT_TRUE(has(c, "no_overlap")) << c.text;
+  EXPECT_TRUE(vir::test::contains(c.text, "IMU0 counts from power-up, CAM0 is Unix time"))
+      << c.text;
+}
+
+TEST(CheckCli, NamesRangesInMillimetresAndReadsNamesOfAnchors) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant mm(source);
+  mm.rewrite("uwb0", "#timestamp [ns],anchor_id,range [m]", [](const Row& r) {
+    return Variant::line(r.t, {r.v[0], std::floor(1000 * r.v[1])});
+  });
+  const Checked c = check(mm);
+  EXPECT_EQ(c.code, 1) << c.text;
+  EXPECT_TRUE(has(c, "ranges_in_mm")) << c.text;
+  for (const char* id : {"0x84", "200A", "9412036502"}) {
+    const Variant v(source);
+    v.rewrite("uwb0", "#timestamp [ns],anchor_id,range [m]", [&](const Row& r) {
+      return std::to_string(r.t) + "," + id + "," + std::to_string(r.v[1]);
+    });
+    const Checked named = check(v);
+    EXPECT_EQ(named.code, 0) << id << named.text;
+    EXPECT_TRUE(vir::test::contains(named.text, "UWB0")) << id << named.text;
+  }
+}
+
+TEST(CheckCli, NamesAPoseOfTheCameraGivenTheWrongWayRound) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant v(source);
+  const std::string calibration = v.out("inverted.yaml");
+  // T_cam_imu where T_imu_cam is meant: EuRoC's T_BS under the other name.
+  vir::test::writeText(
+      calibration,
+      "cam0:\n  T_cam_imu:\n  - [0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216]\n"
+      "  - [0.999557249008, 0.0149672133247, 0.025715529948, -0.0647]\n"
+      "  - [-0.0257744366974, 0.00375618835797, 0.999660727178, 0.0098]\n"
+      "  - [0.0, 0.0, 0.0, 1.0]\n  camera_model: pinhole\n"
+      "  distortion_coeffs: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]\n"
+      "  distortion_model: radtan\n  intrinsics: [458.654, 457.296, 367.215, 248.375]\n"
+      "  resolution: [752, 480]\n");
+  const Checked c = check(v, "--calibration " + quoted(calibration));
+  EXPECT_EQ(c.code, 1) << c.text;
+  EXPECT_TRUE(has(c, "camera_pose_inverted")) << c.text;
+}
+
+TEST(CheckCli, WrongUse) {
+  EXPECT_EQ(virSlam("check /nonexistent").code, 2);
+  const vir::test::TempFolder folder;
+  vir::test::writeText(folder / "x.rawlog", "nothing");
+  EXPECT_NE(virSlam("check " + quoted((folder / "x.rawlog").string())).code, 0);
+  EXPECT_EQ(virSlam("check " + quoted((folder / "x.rawlog").string()) + " --calibration " +
+                    quoted((folder / "none.yaml").string()))
+                .code,
+            2);
+}
+
+}  // namespace

@@ -1,0 +1,73 @@
+#include "vir/check/stream_check.h"
+
+#include <gtest/gtest.h>
+
+#include "found.h"
+
+namespace vir::check {
+namespace {
+
+constexpr TimeNs kDate = 1400000000000000000;
+
+StreamSummary stream(const char* label, StreamKind kind, TimeNs first, TimeNs step, int count) {
+  StreamCheck s(label, kind);
+  for (int i = 0; i < count; ++i) s.add(first + i * step);
+  return s.summary();
+}
+
+StreamSummary imu(TimeNs first = kDate, TimeNs step = 5000000, int count = 2000) {
+  return stream("IMU0", StreamKind::imu, first, step, count);
+}
+StreamSummary images(TimeNs first = kDate, TimeNs step = 50000000, int count = 200) {
+  return stream("CAM0", StreamKind::images, first, step, count);
+}
+
+TEST(StreamCheck, CountsRatesAndGaps) {
+  StreamCheck s("CAM0", StreamKind::images);
+  for (const TimeNs t : {0, 50, 100, 150, 140, 150, 400}) s.add(kDate + t * 1000000);
+  const StreamSummary sum = s.summary();
+  EXPECT_EQ(sum.count, 7);
+  EXPECT_DOUBLE_EQ(sum.rate_hz, 20);
+  EXPECT_DOUBLE_EQ(sum.longest_gap_s, 0.25);
+  EXPECT_EQ(sum.out_of_order, 1);
+  EXPECT_EQ(sum.repeated, 1);
+}
+
+TEST(StreamCheck, NothingIsWrongWithARecording) {
+  EXPECT_TRUE(checkStreams({images(), imu(), stream("GT", StreamKind::poses, kDate, 5000000, 50),
+                            stream("UWB0", StreamKind::ranges, kDate, 2000000000, 5)})
+                  .empty());
+}
+
+TEST(StreamCheck, NamesTheUnitOfStamps) {
+  EXPECT_EQ(seriousKinds(checkStreams({images(1400000000000, 50), imu(1400000000000, 5)})),
+            (Kinds{"stamps_in_ms", "stamps_in_ms"}));
+  EXPECT_EQ(seriousKinds(checkStreams({images(1400000000000000, 50000)})),
+            (Kinds{"stamps_in_us", "no_imu"}));
+  EXPECT_EQ(seriousKinds(checkStreams({imu(7, 200)})), Kinds{"rate"});
+}
+
+TEST(StreamCheck, NamesClocksThatDoNotMeet) {
+  const auto findings = checkStreams({images(), imu(43847434001234)});
+  ASSERT_EQ(seriousKinds(findings), Kinds{"no_overlap"});
+  EXPECT_EQ(findings[0].severity, Severity::unusable);
+  EXPECT_NE(findings[0].what.find("IMU0 counts from power-up, CAM0 is Unix time"),
+            std::string::npos)
+      << findings[0].what;
+  EXPECT_NE(findings[0].evidence.find("43847.434"), std::string::npos) << findings[0].evidence;
+  EXPECT_NE(findings[0].evidence.find("1400000000.000"), std::string::npos);
+  EXPECT_EQ(seriousKinds(checkStreams({images(kDate + 9000000000), imu()})),
+            Kinds{"little_overlap"});
+}
+
+TEST(StreamCheck, NamesGapsAndDisorder) {
+  StreamCheck s("IMU0", StreamKind::imu);
+  for (int i = 0; i < 1000; ++i) s.add(kDate + i * 5000000LL + (i > 500 ? 300000000 : 0));
+  EXPECT_EQ(seriousKinds(checkStreams({s.summary()})), Kinds{"gap"});
+  StreamCheck back("IMU0", StreamKind::imu);
+  for (int i = 0; i < 1000; ++i) back.add(kDate + (i % 10 == 9 ? i - 3 : i) * 5000000LL);
+  EXPECT_EQ(seriousKinds(checkStreams({back.summary()})), Kinds{"order"});
+}
+
+}  // namespace
+}  // namespace vir::check

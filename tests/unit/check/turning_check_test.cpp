@@ -1,0 +1,122 @@
+#include "vir/check/turning_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "found.h"
+#include "vir/core/random.h"
+
+namespace vir::check {
+namespace {
+
+/// Rate of the body at time `t` [rad/s].
+Vec3 rate(double t) {
+  return {0.7 * std::sin(1.1 * t), 0.5 * std::cos(0.8 * t), 0.6 * std::sin(0.6 * t + 1)};
+}
+
+Mat3 forward() {
+  Mat3 R_B_C;
+  R_B_C << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return R_B_C;
+}
+
+/// 20 s at 200 Hz with images at 20 Hz, the gyro through `change`, the camera mounted `R_B_C` and
+/// given as `told`.
+template <typename Change>
+std::vector<Finding> findingsOf(Change change, const Mat3& R_B_C, const Mat3& told) {
+  TurningCheck check("IMU0", "CAM0");
+  Random random(2);
+  for (int i = 0; i < 4000; ++i) {
+    const double t = 0.005 * i;
+    if (i % 10 == 5 && i > 10) {
+      ImageTurn turn;
+      turn.t0 = fromSeconds(t - 0.05);
+      turn.t1 = fromSeconds(t);
+      const Vec3 noise(random.normal(), random.normal(), random.normal());
+      turn.rotation_C = R_B_C.transpose() * rate(t - 0.025) * 0.05 + 0.001 * noise;
+      check.add(turn);
+    }
+    check.add(ImuSample{fromSeconds(t), change(rate(t)), Vec3(0, 0, 9.81)});
+  }
+  return check.findings(told, 0);
+}
+
+const auto kAsItIs = [](const Vec3& w) { return w; };
+
+TEST(TurningCheck, NothingIsWrongWithTheRightCalibration) {
+  EXPECT_EQ(seriousKinds(findingsOf(kAsItIs, forward(), forward())), Kinds{});
+  const Mat3 off = forward() * expSO3(Vec3(0.05, -0.05, 0.05));
+  EXPECT_EQ(seriousKinds(findingsOf(kAsItIs, forward(), off)), Kinds{});
+}
+
+TEST(TurningCheck, NamesDegrees) {
+  const auto degrees = [](const Vec3& w) { return Vec3(57.3 * w); };
+  EXPECT_EQ(seriousKinds(findingsOf(degrees, forward(), forward())), Kinds{"gyro_in_deg"});
+  const auto twice = [](const Vec3& w) { return Vec3(3 * w); };
+  EXPECT_EQ(seriousKinds(findingsOf(twice, forward(), forward())), Kinds{"gyro_scale"});
+}
+
+TEST(TurningCheck, NamesAPoseGivenTheWrongWayRound) {
+  EXPECT_EQ(seriousKinds(findingsOf(kAsItIs, forward(), forward().transpose())),
+            Kinds{"camera_pose_inverted"});
+}
+
+TEST(TurningCheck, NamesExchangedAxes) {
+  const auto turned = [](const Vec3& w) { return Vec3(w.y(), -w.x(), w.z()); };
+  const auto findings = findingsOf(turned, forward(), forward());
+  ASSERT_EQ(seriousKinds(findings), Kinds{"camera_rotation"});
+  EXPECT_NE(findings[0].what.find("x is -y, y is x, z is z"), std::string::npos)
+      << findings[0].what;
+  const auto mirrored = [](const Vec3& w) { return Vec3(w.x(), -w.y(), w.z()); };
+  EXPECT_EQ(seriousKinds(findingsOf(mirrored, forward(), forward())), Kinds{"gyro_mirrored"});
+}
+
+TEST(TurningCheck, NamesWhatDoesNotBelongTogether) {
+  Random random(9);
+  const auto other = [&](const Vec3& w) {
+    return Vec3(w.norm() * Vec3(random.normal(), random.normal(), random.normal()).normalized());
+  };
+  // Averaged over an image there is little left of it.
+  EXPECT_FALSE(seriousKinds(findingsOf(other, forward(), forward())).empty());
+}
+
+/// A far wall that a camera pans over.
+TEST(ImageTurning, FindsTheTurningOfAPan) {
+  CameraCalibration c;
+  c.width = 376;
+  c.height = 240;
+  c.fx = c.fy = 230;
+  c.cx = 188;
+  c.cy = 120;
+  ImageTurning turning(camera::makeCamera(c));
+  cv::Mat wall(600, 1200, CV_8UC1);
+  cv::theRNG().state = 5;
+  cv::randu(wall, 0, 255);
+  cv::GaussianBlur(wall, wall, {0, 0}, 3);
+  cv::normalize(wall, wall, 0, 255, cv::NORM_MINMAX);
+  const auto view = [&](double yaw) {
+    // Pixel of the view to pixel of the wall, by way of the direction.
+    const Mat3 R = expSO3(Vec3(0, yaw, 0));
+    cv::Mat x(c.height, c.width, CV_32F), y(c.height, c.width, CV_32F), out;
+    for (int v = 0; v < c.height; ++v) {
+      for (int u = 0; u < c.width; ++u) {
+        const Vec3 d = R * Vec3((u - c.cx) / c.fx, (v - c.cy) / c.fy, 1);
+        x.at<float>(v, u) = static_cast<float>(600 + 300 * d.x() / d.z());
+        y.at<float>(v, u) = static_cast<float>(300 + 300 * d.y() / d.z());
+      }
+    }
+    cv::remap(wall, out, x, y, cv::INTER_LINEAR);
+    return out;
+  };
+  EXPECT_FALSE(turning.add(0, view(0)).has_value());
+  const auto turn = turning.add(50000000, view(0.03));
+  ASSERT_TRUE(turn.has_value());
+  EXPECT_LT((turn->rotation_C - Vec3(0, 0.03, 0)).norm(), 0.006) << turn->rotation_C.transpose();
+  EXPECT_EQ(turn->t1, 50000000);
+  EXPECT_FALSE(turning.add(1, cv::Mat(10, 10, CV_8UC1)).has_value());
+}
+
+}  // namespace
+}  // namespace vir::check
