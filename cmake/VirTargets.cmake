@@ -2,7 +2,10 @@
 
 function(vir_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra $<$<BOOL:${VIR_WERROR}>:-Werror>)
-  if(VIR_STRICT)
+  # Not for tests, which are full of literals of another type.
+  set(tests "${PROJECT_SOURCE_DIR}/tests")
+  cmake_path(IS_PREFIX tests "${CMAKE_CURRENT_SOURCE_DIR}" is_test)
+  if(VIR_STRICT AND NOT is_test)
     # Of clang's conversions those between signed and unsigned are left out: gcc means them by another
     # name, and indices of containers would need a cast each.
     target_compile_options(${target} PRIVATE -Wconversion -Wshadow -Woverloaded-virtual
@@ -108,15 +111,21 @@ function(vir_program name)
   set_property(GLOBAL APPEND PROPERTY VIR_INSTALLED ${name} describe_${name})
 endfunction()
 
-# vir_test(NAME SOURCES ... DEPENDS ... [PROPERTIES ...]): one GoogleTest executable, one ctest entry
-# per case, with these properties.
+# vir_test(NAME [TOGETHER] SOURCES ... DEPENDS ... [PROPERTIES ...]): one GoogleTest executable, one ctest
+# entry per case, with these properties. TOGETHER: one entry for all cases, in one process, where the cases
+# share what a suite prepares or are quick against loading the libraries of MRPT and OpenCV (half a second).
 function(vir_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PROPERTIES" ${ARGN})
+  cmake_parse_arguments(ARG "TOGETHER" "" "SOURCES;DEPENDS;PROPERTIES" ${ARGN})
   add_executable(test_${name} ${ARG_SOURCES})
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
   target_link_libraries(test_${name} PRIVATE ${ARG_DEPENDS} vir_test_paths GTest::gtest
                         GTest::gtest_main)
   vir_compile_options(test_${name})
+  if(ARG_TOGETHER)
+    add_test(NAME ${name} COMMAND test_${name})
+    set_tests_properties(${name} PROPERTIES TIMEOUT 600 ${ARG_PROPERTIES})
+    return()
+  endif()
   include(GoogleTest)
   gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600
     ${ARG_PROPERTIES})

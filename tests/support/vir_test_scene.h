@@ -40,6 +40,14 @@ inline Pose still(double) {
   return {vir::expQuat(Vec3(0, 0.1, 0)) * vir::expQuat(Vec3(0.05, 0, 0)), Vec3(0.5, 0, 0)};
 }
 
+/// The way of `circling`, with the quick turns of a drone that is flown by hand.
+inline Pose flying(double t) {
+  const Pose slow = circling(t);
+  return {slow.q * vir::expQuat(Vec3(0.16 * std::sin(4.1 * t + 1), 0.14 * std::sin(5.3 * t),
+                                     0.18 * std::sin(3.4 * t + 2))),
+          slow.p};
+}
+
 /// The attitude of `circling`, at one place (the camera turns about its own centre).
 inline Pose turningOnTheSpot(double t) { return {circling(t).q, Vec3::Zero()}; }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The subcommands. Each lives in cmd_NAME.cpp: its add function declares options and examples, and
-/// sets a callback that does the work and throws on failure.
+/// The subcommands. Each lives in commands/NAME.cpp: its add function declares options and
+/// examples, and sets a callback that does the work and throws on failure.
 #include <functional>
 #include <stdexcept>
 #include <string>

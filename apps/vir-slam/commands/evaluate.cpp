@@ -1,17 +1,16 @@
 /// vir-slam evaluate: estimates against a reference as a table, JSON and a plot.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.h"
 #include "output/evaluation_report.h"
-#include "output/png_canvas.h"
+#include "output/picture_file.h"
+#include "recordings/trajectory_file.h"
 #include "vir/evaluation/figure.h"
+#include "vir/results/results_folder.h"
 
 namespace vir::app {
 namespace {
@@ -22,7 +21,8 @@ constexpr const char* kExamples =
     "  vir-slam evaluate --reference groundtruth.tum results/latest/trajectory.tum\n"
     "  vir-slam evaluate --reference mav0/state_groundtruth_estimate0/data.csv a.tum b.tum \\\n"
     "      --align se3 --json comparison.json --plot comparison.svg\n"
-    "Trajectories are TUM files (t x y z qx qy qz qw, seconds) or EuRoC ground truth (csv, ns).";
+    "Trajectories are TUM files (t x y z qx qy qz qw, seconds), EuRoC ground truth (csv, ns), or\n"
+    "tables with a header that names their columns; positions alone will do for a reference.";
 
 struct Arguments {
   std::string reference;
@@ -31,67 +31,6 @@ struct Arguments {
   double max_gap_s = 0.1;
   std::string images, json, plot;
 };
-
-/// Reads a trajectory and says on stderr what could not be used of it.
-Trajectory readFile(const std::string& path, const std::string& what,
-                    evaluation::ReadReport* report) {
-  requireFile(path, what);
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw UsageError("cannot read the " + what + " " + path);
-  const Trajectory trajectory = evaluation::readTrajectory(in, report);
-  const evaluation::ReadReport& r = *report;
-  if (r.skipped() > 0) {
-    std::fprintf(stderr,
-                 "%s: %ld lines skipped (%ld malformed, %ld not finite, %ld without an "
-                 "attitude, %ld with a repeated stamp)\n",
-                 path.c_str(), r.skipped(), r.malformed, r.not_finite, r.zero_quaternions,
-                 r.repeated);
-    for (const std::string& message : r.messages) {
-      std::fprintf(stderr, "  %s:%s\n", path.c_str(), message.c_str());
-    }
-  }
-  if (r.out_of_order > 0) {
-    std::fprintf(stderr, "%s: %ld poses were out of order in time and have been sorted\n",
-                 path.c_str(), r.out_of_order);
-  }
-  if (r.quaternions_normalised > 0) {
-    std::fprintf(stderr, "%s: %ld quaternions were not of unit length and have been normalised\n",
-                 path.c_str(), r.quaternions_normalised);
-  }
-  return trajectory;
-}
-
-/// An image is covered by a pose within a millisecond of it: writers round stamps differently.
-ImageCoverage imageCoverage(const std::vector<TimeNs>& images, const Trajectory& estimate) {
-  constexpr TimeNs kSame = 1000000;
-  ImageCoverage coverage;
-  coverage.images = static_cast<long>(images.size());
-  for (const TimeNs t : images) {
-    const auto next =
-        std::lower_bound(estimate.begin(), estimate.end(), t - kSame,
-                         [](const StampedPose& pose, TimeNs stamp) { return pose.t < stamp; });
-    if (next != estimate.end() && next->t <= t + kSame) ++coverage.covered;
-  }
-  if (!estimate.empty() && !images.empty()) {
-    coverage.first_pose_after_s = toSeconds(estimate.front().t - images.front());
-  }
-  return coverage;
-}
-
-void writeText(const std::string& path, const std::string& text, const char* what) {
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw std::runtime_error(std::string("cannot write ") + what + " to " + path);
-}
-
-bool isPng(const std::string& path) { return std::filesystem::path(path).extension() == ".png"; }
-
-/// A plot under the name of another format would be opened by nothing.
-void requirePicture(const std::string& path) {
-  if (isPng(path) || std::filesystem::path(path).extension() == ".svg") return;
-  throw UsageError("--plot " + path + ": a picture is written as .svg or .png; name one of these");
-}
 
 void writePlot(const std::string& path, const Trajectory& reference,
                const std::vector<Evaluated>& estimates, const std::string& subtitle) {
@@ -103,12 +42,7 @@ void writePlot(const std::string& path, const Trajectory& reference,
     std::fprintf(stderr, "%s: not written, there is nothing to show\n", path.c_str());
     return;
   }
-  const evaluation::Figure figure = evaluation::comparisonFigure(reference, results, subtitle);
-  if (isPng(path)) {
-    writePng(figure, path);
-  } else {
-    writeText(path, evaluation::toSvg(figure), "the plot");
-  }
+  writePicture(evaluation::comparisonFigure(reference, results, subtitle), path);
 }
 
 /// File names need not be UTF-8, JSON must be.
@@ -125,10 +59,16 @@ std::vector<Evaluated> evaluateAll(const Arguments& args,
     Evaluated e;
     e.file = args.estimates[i];
     e.name = names[i];
-    const Trajectory estimate = readFile(e.file, "trajectory", &e.read);
+    const Trajectory estimate = readTrajectoryFile(e.file, "trajectory", &e.read);
     if (!args.images.empty()) e.images = imageCoverage(images, estimate);
     try {
       e.result = evaluation::evaluate(reference, estimate, options);
+      if (!e.result->attitudes) {
+        std::fprintf(stderr,
+                     "%s: the reference has positions only: errors of rotation and relative errors "
+                     "are left out\n",
+                     e.file.c_str());
+      }
       if (!e.result->transform.note.empty()) {
         std::fprintf(stderr, "%s: %s\n", e.file.c_str(), e.result->transform.note.c_str());
       }
@@ -143,24 +83,20 @@ std::vector<Evaluated> evaluateAll(const Arguments& args,
 int run(const Arguments& args) {
   evaluation::EvaluationOptions options;
   evaluation::parseAlignment(args.align, &options.alignment);
-  if (!args.plot.empty()) requirePicture(args.plot);
+  if (!args.plot.empty()) requirePicture("--plot", args.plot);
   if (!std::isfinite(args.max_gap_s)) throw UsageError("--max-gap-s must be a finite number");
   options.association.max_gap = fromSeconds(args.max_gap_s);
   evaluation::ReadReport read;
-  const Trajectory reference = readFile(args.reference, "reference trajectory", &read);
+  const Trajectory reference = readTrajectoryFile(args.reference, "reference trajectory", &read);
+  options.positions_only = read.positions_only;
   std::vector<TimeNs> images;
-  if (!args.images.empty()) {
-    requireFile(args.images, "list of images");
-    std::ifstream in(args.images, std::ios::binary);
-    images = evaluation::readStamps(in);
-    if (images.empty()) throw UsageError("no stamp in ns begins a line of " + args.images);
-  }
+  if (!args.images.empty()) images = readImageStamps(args.images);
   const std::vector<Evaluated> all = evaluateAll(args, options, reference, images);
 
   const std::string how = evaluation::describeComparison(options);
   std::fputs(evaluationTable("Reference " + args.reference + "\n" + how, all).c_str(), stdout);
   if (!args.json.empty()) {
-    writeText(args.json, jsonText(evaluationJson(args.reference, options, all)), "JSON");
+    results::writeTextFile(args.json, jsonText(evaluationJson(args.reference, options, all)));
   }
   if (!args.plot.empty()) writePlot(args.plot, reference, all, how);
   int code = kOk;

@@ -44,6 +44,7 @@ void addImport(CLI::App& app, Common& common) {
       "  vir-slam import euroc room1 --out room1.rawlog --set euroc.images=embed\n"
       "  vir-slam import euroc V1_02 --out v102.rawlog \\\n"
       "    --set euroc.simulate_ranges=true --set \"euroc.anchor_m=2 0 2.5\"\n"
+      "  vir-slam import euroc flight --out flight.rawlog --calibration camchain-imucam.yaml\n"
       "  vir-slam import pyfg tiers_AB.pyfg --out tiers_A.rawlog --set pyfg.robot=A");
   command
       ->add_option("SOURCE", a->what,

@@ -1,6 +1,5 @@
 /// vir-slam record INI: live sensors into a rawlog, and a trajectory while they deliver.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -13,7 +12,6 @@
 #include "setup/auto_driver.h"
 #include "setup/record_options.h"
 #include "setup/run_options.h"
-#include "vir/core/ini_writer.h"
 #include "vir/core/settings.h"
 #include "vir/live/acquisition.h"
 #include "vir/roles/estimator_registry.h"
@@ -118,17 +116,6 @@ void run(const Arguments& a, Common& common) {
 }
 
 }  // namespace
-
-std::string LiveSessionPlan::usedIni() const {
-  IniWriter used(IniWriter::Style::values);
-  RecordOptions recording = options;
-  RunOptions running = run;
-  describe(used, recording);
-  describe(used, running);
-  estimator->describe(used);
-  peers.describe(used);
-  return used.text();
-}
 
 void addRecord(CLI::App& app, Common& common) {
   const auto a = std::make_shared<Arguments>();

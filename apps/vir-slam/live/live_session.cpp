@@ -11,6 +11,7 @@
 #include "live/live_view.h"
 #include "live/pose_stream.h"
 #include "output/console.h"
+#include "vir/core/ini_writer.h"
 #include "vir/live/acquisition.h"
 #include "vir/live/line_server.h"
 #include "vir/live/live_estimation.h"
@@ -239,6 +240,17 @@ class LiveSession final : public results::RunObserver {
 };
 
 }  // namespace
+
+std::string LiveSessionPlan::usedIni() const {
+  IniWriter used(IniWriter::Style::values);
+  RecordOptions recording = options;
+  RunOptions running = run;
+  describe(used, recording);
+  describe(used, running);
+  estimator->describe(used);
+  peers.describe(used);
+  return used.text();
+}
 
 bool runLiveSession(LiveSessionPlan* plan) { return LiveSession(*plan).run(); }
 

@@ -131,7 +131,10 @@ struct LiveView::Impl {
     new_map = false;
     points->clear();
     for (const Landmark& l : landmarks) {
-      if (l.p_W.allFinite()) points->insertPoint(l.p_W.x(), l.p_W.y(), l.p_W.z());
+      if (l.p_W.allFinite()) {
+        const Eigen::Vector3f p = l.p_W.cast<float>();
+        points->insertPoint(p.x(), p.y(), p.z());
+      }
     }
   }
 

@@ -155,7 +155,10 @@ json toJson(const evaluation::EvaluationResult& r) {
             {"ate_position_m", toJson(r.ate_position_m)},
             {"ate_orientation_deg", toJson(r.ate_orientation_deg)},
             {"end_error_m", r.end_error_m},
-            {"end_to_start_m", r.end_to_start_m},
+            {"end_to_start_m", r.attitudes ? json(r.end_to_start_m) : json(nullptr)},
+            {"reference_has_attitudes", r.attitudes},
+            {"best_scale", r.best_scale > 0 ? json(r.best_scale) : json(nullptr)},
+            {"interpolated", r.association.estimate_interpolated ? "estimate" : "reference"},
             {"rpe_time", toJson(r.rpe_time, "s")}};
   j["rpe_distance"] = json::array();
   for (const evaluation::RelativeError& e : r.rpe_distance)
@@ -164,6 +167,22 @@ json toJson(const evaluation::EvaluationResult& r) {
 }
 
 }  // namespace
+
+ImageCoverage imageCoverage(const std::vector<TimeNs>& images, const Trajectory& estimate) {
+  constexpr TimeNs kSame = 1000000;
+  ImageCoverage coverage;
+  coverage.images = static_cast<long>(images.size());
+  for (const TimeNs t : images) {
+    const auto next =
+        std::lower_bound(estimate.begin(), estimate.end(), t - kSame,
+                         [](const StampedPose& pose, TimeNs stamp) { return pose.t < stamp; });
+    if (next != estimate.end() && next->t <= t + kSame) ++coverage.covered;
+  }
+  if (!estimate.empty() && !images.empty()) {
+    coverage.first_pose_after_s = toSeconds(estimate.front().t - images.front());
+  }
+  return coverage;
+}
 
 std::string evaluationTable(const std::string& title, const std::vector<Evaluated>& estimates) {
   Table table(estimates);
@@ -175,12 +194,16 @@ std::string evaluationTable(const std::string& title, const std::vector<Evaluate
   table.add("ATE position median [m]", [](R r) { return number(r.ate_position_m.median, 4); });
   table.add("ATE position p95 [m]", [](R r) { return number(r.ate_position_m.p95, 4); });
   table.add("ATE position max [m]", [](R r) { return number(r.ate_position_m.max, 4); });
-  table.add("ATE orientation rmse [deg]",
-            [](R r) { return number(r.ate_orientation_deg.rmse, 3); });
+  table.add("ATE orientation rmse [deg]", [](R r) {
+    return r.attitudes ? number(r.ate_orientation_deg.rmse, 3) : std::string("-");
+  });
   table.add("scale of the alignment", [](R r) { return number(r.transform.scale, 5); });
+  table.add("best scale (Umeyama)",
+            [](R r) { return r.best_scale > 0 ? number(r.best_scale, 5) : std::string("-"); });
   addRelative(&table);
   table.add("end point error [m]", [](R r) { return number(r.end_error_m, 4); });
-  table.add("end point relative to start [m]", [](R r) { return number(r.end_to_start_m, 4); });
+  table.add("end point relative to start [m]",
+            [](R r) { return r.attitudes ? number(r.end_to_start_m, 4) : std::string("-"); });
   table.add("reference path compared [m]", [](R r) { return number(r.path_m, 2); });
   table.add("poses compared", [](R r) { return std::to_string(r.association.pairs.size()); });
   table.add("poses without reference", [](R r) {
@@ -212,7 +235,8 @@ json evaluationJson(const std::string& reference_file, const evaluation::Evaluat
   return {{"reference", reference_file},
           {"comparison",
            {{"alignment", name(options.alignment)},
-            {"association", "reference interpolated at the estimate's stamps"},
+            {"association",
+             "reference interpolated at the estimate's stamps, a sparse one the other way round"},
             {"max_gap_s", toSeconds(options.association.max_gap)},
             {"text", evaluation::describeComparison(options)}}},
           {"estimates", list}};

@@ -15,6 +15,8 @@ struct ImageCoverage {
   long covered = 0;
   double first_pose_after_s = 0;  ///< from the first image to the first pose
 };
+/// An image is covered by a pose within a millisecond of it: writers round stamps differently.
+ImageCoverage imageCoverage(const std::vector<TimeNs>& images, const Trajectory& estimate);
 
 /// One estimate: either a result, or the reason why there is none.
 struct Evaluated {

@@ -53,6 +53,7 @@ void printRunTable(const results::RunSummary& s, const std::string& folder) {
     return v ? fixed(*v, decimals) : std::string("-");
   };
   std::vector<TableRow> rows{
+      {"verdict", name(s.verdict), ""},
       {"images or odometry poses", std::to_string(s.frames), ""},
       {"poses", std::to_string(s.poses), ""},
       {"first pose after", optional(s.init_time_s, 2), "s"},
@@ -74,6 +75,7 @@ void printRunTable(const results::RunSummary& s, const std::string& folder) {
   rows.push_back({"peak memory", fixed(s.peak_rss_mb, 0), "MB"});
   rows.push_back({"warnings", std::to_string(s.warnings.size()), ""});
   printTable(rows);
+  for (const std::string& doubt : s.doubts) std::printf("doubt: %s\n", doubt.c_str());
   for (const results::AnchorResult& a : s.anchors) {
     if (a.estimate.advice.empty()) continue;
     std::printf("anchor %llu: %s\n", static_cast<unsigned long long>(a.estimate.id),

@@ -14,6 +14,7 @@
 #include "recordings/exporter.h"
 #include "vir/core/settings.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
@@ -45,20 +46,45 @@ std::string extrinsics(const Pose& T_B_S) {
   return "T_BS:\n  cols: 4\n  rows: 4\n  data: " + listed(m) + "\n";
 }
 
-std::string cameraYaml(const CObservationImage& o) {
-  const mrpt::img::TCamera& c = o.cameraParams;
-  const bool equidistant = c.distortion == mrpt::img::DistortionModel::kannala_brandt;
-  std::vector<double> d{c.k1(), c.k2(), c.p1(), c.p2()};
-  if (equidistant) {
-    d = {c.k1(), c.k2(), c.k3(), c.k4()};
-  } else if (c.k3() != 0) {
-    d.push_back(c.k3());
+/// Model, intrinsics and distortion as Kalibr names them.
+std::string lensYaml(const CameraCalibration& c) {
+  std::vector<double> k{c.fx, c.fy, c.cx, c.cy};
+  std::vector<double> d(c.dist.begin(), c.dist.begin() + 4);
+  std::string model = "pinhole", lens = "radial-tangential";
+  switch (c.distortion) {
+    case Distortion::none:
+      break;
+    case Distortion::radtan:
+      if (c.dist[4] != 0) d.push_back(c.dist[4]);
+      break;
+    case Distortion::rational:
+      lens = "rational_polynomial";
+      d.assign(c.dist.begin(), c.dist.end());
+      break;
+    case Distortion::equidistant:
+      lens = "equidistant";
+      break;
+    case Distortion::omni:
+      model = "omni";
+      k.insert(k.begin(), c.dist[0]);
+      d.assign(c.dist.begin() + 1, c.dist.begin() + 5);
+      break;
+    case Distortion::double_sphere:
+      model = "ds";
+      lens = "none";
+      k.insert(k.begin(), {c.dist[0], c.dist[1]});
+      d.clear();
+      break;
   }
-  std::string text = "sensor_type: camera\n" + extrinsics(rawlog::fromMrptPose(o.cameraPose));
-  text += "resolution: [" + std::to_string(c.ncols) + ", " + std::to_string(c.nrows) + "]\n";
-  text += "camera_model: pinhole\nintrinsics: " + listed({c.fx(), c.fy(), c.cx(), c.cy()}) + "\n";
-  text += std::string("distortion_model: ") + (equidistant ? "equidistant" : "radial-tangential");
-  return text + "\ndistortion_coefficients: " + listed(d) + "\n";
+  return "camera_model: " + model + "\nintrinsics: " + listed(k) + "\ndistortion_model: " + lens +
+         "\ndistortion_coefficients: " + listed(d) + "\n";
+}
+
+std::string cameraYaml(const CObservationImage& o) {
+  const CameraCalibration c = rawlog::fromMrptCamera(o.cameraParams);
+  return "sensor_type: camera\n" + extrinsics(rawlog::fromMrptPose(o.cameraPose)) +
+         "resolution: [" + std::to_string(c.width) + ", " + std::to_string(c.height) + "]\n" +
+         lensYaml(c);
 }
 
 /// The noise densities that import found, so that they are not lost on the way back.

@@ -84,6 +84,7 @@ void importRecording(const ImportJob& job) {
     throw UsageError("'simulator' has no recording to import; use `vir-slam simulate INI`");
   }
   requireRawlogName(job.out);
+  if (!job.calibration.empty()) requireFile(job.calibration, "calibration");
   const OpenedSource opened = open(job);
   configure(job, opened);
   recordToRawlog({opened.sensor.get(), opened.source, job.out, job.compression, "import"});

@@ -5,16 +5,7 @@
 
 namespace vir::camera {
 
-double turningPoint(const std::vector<double>& coefficients, double x_max) {
-  const auto slope = [&](double x) {
-    double s = 1.0;
-    double power = 1.0;
-    for (std::size_t i = 0; i < coefficients.size(); ++i) {
-      power *= x * x;
-      s += static_cast<double>(2 * i + 3) * coefficients[i] * power;
-    }
-    return s;
-  };
+double positiveUpTo(const std::function<double(double)>& slope, double x_max) {
   constexpr int kSteps = 20000;
   double lo = 0.0;
   for (int i = 1; i <= kSteps; ++i) {
@@ -30,6 +21,20 @@ double turningPoint(const std::vector<double>& coefficients, double x_max) {
     return lo;
   }
   return x_max;
+}
+
+double turningPoint(const std::vector<double>& coefficients, double x_max) {
+  return positiveUpTo(
+      [&](double x) {
+        double s = 1.0;
+        double power = 1.0;
+        for (std::size_t i = 0; i < coefficients.size(); ++i) {
+          power *= x * x;
+          s += static_cast<double>(2 * i + 3) * coefficients[i] * power;
+        }
+        return s;
+      },
+      x_max);
 }
 
 namespace {
@@ -51,7 +56,21 @@ std::shared_ptr<const CameraModel> makeCamera(const CameraCalibration& c) {
     require(std::isfinite(c.dist[i]), "distortion coefficient " + std::to_string(i), c.dist[i],
             "finite");
   }
-  if (c.distortion == Distortion::equidistant) return std::make_shared<EquidistantCamera>(c);
+  switch (c.distortion) {
+    case Distortion::equidistant:
+      return std::make_shared<EquidistantCamera>(c);
+    case Distortion::double_sphere:
+      require(c.dist[0] > -1, "xi", c.dist[0], "above -1");
+      require(c.dist[1] >= 0 && c.dist[1] <= 1, "alpha", c.dist[1], "between 0 and 1");
+      return std::make_shared<DoubleSphereCamera>(c);
+    case Distortion::omni:
+      require(c.dist[0] >= 0, "xi", c.dist[0], "not negative");
+      return std::make_shared<OmniCamera>(c);
+    case Distortion::none:
+    case Distortion::radtan:
+    case Distortion::rational:
+      break;
+  }
   return std::make_shared<PinholeCamera>(c);
 }
 

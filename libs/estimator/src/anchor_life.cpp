@@ -84,31 +84,32 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInit
   window::AnchorNode& state = window->addAnchor(a->key(), mean, covariance);
   for (int i = 0; i < 3; ++i) state.x[i] = best.p_W[i];
   state.x[3] = best.bias_m;
-  a->phase = found.solutions.size() > 1 ? AnchorPhase::mirror_open : AnchorPhase::estimated;
-  if (found.solutions.size() > 1) a->mirror_p_W = found.solutions[1].p_W;
+  Located located;
+  located.found_at = t;
+  located.well_known = found.needed_sigma_m < kSettledSigma;
+  if (!located.well_known) located.youth = Youth{best.covariance, kSearchPeriod};
+  if (found.solutions.size() > 1) located.mirror = MirrorOpen{found.solutions[1].p_W};
+  located.next_check = kOpenMirrorPeriod;
+  state.settled = !located.youth;
+  a->state = located;
   a->advice = found.advice;
-  a->search_covariance = best.covariance;
-  a->next_search = kSearchPeriod;
-  setSettled(a, found.needed_sigma_m < kSettledSigma);
-  a->well_known = a->settled;
-  a->found_at = t;
-  a->moved = false;
-  a->mirror_closed = false;
   a->gate.reset();
-  a->next_check = kOpenMirrorPeriod;
   log(log_sink, LogLevel::info,
       "anchor " + std::to_string(a->id) + " found at " + text(best.p_W) + " m, " + seconds(t) +
-          (found.solutions.size() > 1 ? ", or its mirror image at " + text(a->mirror_p_W) : ""));
+          (found.solutions.size() > 1 ? ", or its mirror image at " + text(found.solutions[1].p_W)
+                                      : ""));
 }
 
-bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, const Held& held) {
+bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, Collecting* collecting,
+                                 const Held& held) {
   const std::vector<window::HeldRange> ranges = held(a->key());
   std::size_t n = 0;
   for (const window::HeldRange& r : ranges) n += static_cast<std::size_t>(r.merged);
-  if (static_cast<int>(n) < options.min_ranges || n < a->tried_with + a->tried_with / 20 + 3) {
+  if (static_cast<int>(n) < options.min_ranges ||
+      n < collecting->tried_with + collecting->tried_with / 20 + 3) {
     return false;
   }
-  a->tried_with = n;
+  collecting->tried_with = n;
   const ranging::AnchorInitialization found = solve(*a, ranges);
   a->advice = found.advice;
   const bool usable = found.geometry == ranging::AnchorGeometry::good ||
@@ -118,18 +119,17 @@ bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, const Held& held) {
   return true;
 }
 
-void RangeLayer::Impl::setSettled(AnchorTrack* a, bool settled) {
-  a->settled = settled;
-  window->anchor(a->key())->settled = settled;
+void RangeLayer::Impl::settle(const AnchorTrack& a, Located* located) {
+  located->youth.reset();
+  window->anchor(a.key())->settled = true;
 }
 
-void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W) {
+void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, Located* located, const Vec3& p_W) {
   window::AnchorNode& state = *window->anchor(a->key());
   for (int i = 0; i < 3; ++i) state.x[i] = p_W[i];
   // Its mirror image is another one now: decideMirror() looks for it.
-  a->phase = AnchorPhase::estimated;
-  a->mirror_closed = false;
-  a->next_check = 1;
+  located->mirror = MirrorUnseen{};
+  located->next_check = 1;
   a->gate.reset();
   log(log_sink, LogLevel::info,
       "anchor " + std::to_string(a->id) + " is rather at " + text(p_W) + " m, " + seconds(t));
@@ -138,17 +138,17 @@ void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W) {
 /// The first ranges of an anchor leave a ring or a valley of positions, and what the window makes
 /// of the point the search landed on may stay behind a ridge. So a young anchor is searched for
 /// again and again, and goes where the long window, path and all, is better explained.
-bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
+bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, Located* located, const Held& held,
                                    const std::vector<window::HeldRange>& front) {
-  if (a->settled || --a->next_search > 0) return false;
-  a->next_search = kSearchPeriod;
+  if (!located->youth || --located->youth->next_search > 0) return false;
+  located->youth->next_search = kSearchPeriod;
   window::AnchorNode& state = *window->anchor(a->key());
   const std::vector<window::HeldRange> ranges = held(a->key());
   const ranging::AnchorInitialization found = solve(*a, ranges);
-  const bool old = t - a->found_at > fromSeconds(kLongestYouthS);
+  const bool old = t - located->found_at > fromSeconds(kLongestYouthS);
   const bool usable = found.geometry == ranging::AnchorGeometry::good ||
                       found.geometry == ranging::AnchorGeometry::mirror;
-  if (usable) a->search_covariance = found.solutions.front().covariance;
+  if (usable) located->youth->search_covariance = found.solutions.front().covariance;
   bool moved = false;
   if (usable && !state.fixed) {
     const Vec3 there = found.solutions.front().p_W;
@@ -156,37 +156,40 @@ bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
     const bool better_there = m.distinct && m.chi2 < -kMirrorSwitch;
     const Vec3 target = better_there ? m.mirror_p_W : m.here_p_W;
     moved = m.valid && (target - state.position()).norm() > kStuck;
-    if (moved) moveTo(t, a, target);
+    if (moved) moveTo(t, a, located, target);
   }
   const bool known = usable && !moved && found.needed_sigma_m < kSettledSigma;
-  if (old || known) setSettled(a, true);
-  a->well_known = a->well_known || known;
+  if (old || known) settle(*a, located);
+  located->well_known = located->well_known || known;
   return moved;
 }
 
-bool RangeLayer::Impl::decideMirror(TimeNs t, AnchorTrack* a, const Held& held,
+bool RangeLayer::Impl::decideMirror(TimeNs t, AnchorTrack* a, Located* located, const Held& held,
                                     const std::vector<window::HeldRange>& front) {
-  if (a->mirror_closed || --a->next_check > 0) return false;
-  a->next_check = a->phase == AnchorPhase::mirror_open ? kOpenMirrorPeriod : kMirrorPeriod;
+  const bool ruled_out = std::holds_alternative<MirrorRuledOut>(located->mirror);
+  if (ruled_out || --located->next_check > 0) return false;
+  const MirrorOpen* open = located->openMirror();
+  located->next_check = open != nullptr ? kOpenMirrorPeriod : kMirrorPeriod;
   window::AnchorNode& state = *window->anchor(a->key());
   if (state.fixed) return false;
-  const MirrorComparison m =
-      compareMirror(*window, a->key(), held(a->key()), front,
-                    a->phase == AnchorPhase::mirror_open ? &a->mirror_p_W : nullptr);
+  const MirrorComparison m = compareMirror(*window, a->key(), held(a->key()), front,
+                                           open != nullptr ? &open->p_W : nullptr);
   if (!m.valid) return false;
-  a->mirror_p_W = m.mirror_p_W;
   if (!m.distinct || m.chi2 > kMirrorClosed) {
-    a->mirror_closed = m.distinct;
-    a->phase = AnchorPhase::estimated;
+    if (m.distinct) {
+      located->mirror = MirrorRuledOut{};
+    } else {
+      located->mirror = MirrorUnseen{};
+    }
     a->advice.clear();
     return false;
   }
-  a->phase = AnchorPhase::mirror_open;
+  located->mirror = MirrorOpen{m.mirror_p_W};
   a->advice = "change height: two positions " +
               std::to_string((m.mirror_p_W - state.position()).norm()).substr(0, 4) +
               " m apart fit, mirrored at the plane of motion";
   if (m.chi2 > -kMirrorSwitch) return false;
-  a->mirror_p_W = state.position();
+  located->mirror = MirrorOpen{state.position()};
   for (int i = 0; i < 3; ++i) state.x[i] = m.mirror_p_W[i];
   a->gate.reset();
   log(log_sink, LogLevel::info,
@@ -195,11 +198,11 @@ bool RangeLayer::Impl::decideMirror(TimeNs t, AnchorTrack* a, const Held& held,
   return true;
 }
 
-bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
+bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located& located) {
   if (!a->gate.suspicious()) return false;
-  const bool trusted =
-      a->used > 50 &&
-      (a->well_known || a->used > kTrusted * static_cast<double>(a->used + a->rejected));
+  const bool trusted = a->used > 50 && (located.well_known ||
+                                        static_cast<double>(a->used) >
+                                            kTrusted * static_cast<double>(a->used + a->rejected));
   warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges contradict " +
        (trusted ? "its position, it has been moved" : "its first position, which was wrong") +
        "; being found anew");
@@ -212,13 +215,10 @@ bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a) {
   }
   a->former_evidence = 0;
   a->generation = ++a->generations;
-  a->phase = AnchorPhase::collecting;
-  a->moved = true;
-  a->tried_with = 0;
+  a->state = Collecting{true, 0};
   a->prior.reset();
   a->used = a->rejected = 0;
   a->gate.reset();
-  a->settled = a->well_known = false;
   ++found_anew;
   return true;
 }
@@ -281,17 +281,18 @@ bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::He
   bool changed = false;
   for (auto& [id, a] : s.tracks) {
     changed = s.returnIfFormerFits(t, &a) || changed;
-    if (a.phase == AnchorPhase::collecting) {
-      changed = s.tryToFind(t, &a, held) || changed;
+    if (Collecting* collecting = a.collecting()) {
+      changed = s.tryToFind(t, &a, collecting, held) || changed;
       continue;
     }
-    if (s.giveUpIfElsewhere(t, &a)) {
+    Located* located = a.located();
+    if (s.giveUpIfElsewhere(t, &a, *located)) {
       changed = true;
       continue;
     }
-    changed = s.searchAgain(t, &a, held, front) || changed;
-    changed = s.decideMirror(t, &a, held, front) || changed;
-    if (s.window->options().anchor_fixed_after_init && t - a.found_at > fromSeconds(1.0)) {
+    changed = s.searchAgain(t, &a, located, held, front) || changed;
+    changed = s.decideMirror(t, &a, located, held, front) || changed;
+    if (s.window->options().anchor_fixed_after_init && t - located->found_at > fromSeconds(1.0)) {
       s.window->anchor(a.key())->fixed = true;
     }
     if (s.options.correlation && s.keyframes % kCorrelationPeriod == 0) s.reweigh(&a, held);

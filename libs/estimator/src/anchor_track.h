@@ -1,47 +1,69 @@
 #pragma once
 /// Internal: what is known of one anchor besides its state in the window.
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "vir/ranging/anchor_initialization.h"
 #include "vir/ranging/range_gate.h"
 
 namespace vir::estimator {
 
-enum class AnchorPhase { collecting, mirror_open, estimated };
+/// Its ranges are gathered until they say where it is.
+struct Collecting {
+  bool moved = false;          ///< it was known once, but is elsewhere now
+  std::size_t tried_with = 0;  ///< ranges at the last attempt to find it
+};
+
+/// An anchor that has not settled is searched for again every few keyframes.
+struct Youth {
+  /// What a fresh search says of (position, bias) [m^2]. The window's covariance, taken where the
+  /// search landed, is too sure of itself on a ring or between mirror images.
+  Eigen::Matrix4d search_covariance = Eigen::Matrix4d::Zero();
+  int next_search = 0;  ///< keyframes until the next fresh search
+};
+
+struct MirrorUnseen {};  ///< nobody has looked, or the two positions are one
+struct MirrorOpen {
+  Vec3 p_W = Vec3::Zero();  ///< fits its ranges about as well as where it is [m]
+};
+struct MirrorRuledOut {};  ///< for good
+
+/// It has a position in the window.
+struct Located {
+  TimeNs found_at = 0;
+  std::optional<Youth> youth;  ///< none: it has settled
+  bool well_known = false;     ///< a fresh search has once found it well determined where it is
+  std::variant<MirrorUnseen, MirrorOpen, MirrorRuledOut> mirror;
+  int next_check = 0;  ///< keyframes until the mirror image is looked at again
+
+  const MirrorOpen* openMirror() const { return std::get_if<MirrorOpen>(&mirror); }
+};
 
 struct AnchorTrack {
   std::uint64_t id = 0;
   int generation = 0;   ///< counts up when the anchor is found to be elsewhere
   int generations = 0;  ///< the highest so far
-  AnchorPhase phase = AnchorPhase::collecting;
-  bool moved = false;  ///< it has been found elsewhere and has no new position yet
+  std::variant<Collecting, Located> state;
   std::string advice = "too few ranges";
   std::optional<ranging::AnchorPrior> prior;
-  Vec3 mirror_p_W = Vec3::Zero();
   ranging::RangeGate gate;
-  std::size_t tried_with = 0;  ///< ranges at the last attempt to find it
   long used = 0, rejected = 0, collected = 0;
-  TimeNs found_at = 0;
-  /// Until the anchor has settled: what a fresh search says of (position, bias) [m^2]. The window's
-  /// covariance, taken where the search landed, is too sure of itself on a ring or between mirror
-  /// images.
-  Eigen::Matrix4d search_covariance = Eigen::Matrix4d::Zero();
-  bool settled = false;
-  bool well_known = false;  ///< a fresh search has once found it well determined where it is
   /// What it was before its ranges contradicted it, and what speaks for that again since (log of
   /// the likelihood ratio to what it is now, never below 0).
   std::shared_ptr<const AnchorTrack> former;
   double former_evidence = 0;
-  int next_search = 0;         ///< keyframes until the next fresh search
-  bool mirror_closed = false;  ///< the mirror image has been ruled out for good
-  int next_check = 0;          ///< keyframes until the mirror image is looked at again
 
   /// Name of this generation in the window: an anchor that was moved is another one there.
   std::uint64_t key() const { return id | (static_cast<std::uint64_t>(generation) << 48); }
-  bool known() const { return phase != AnchorPhase::collecting; }
+  Collecting* collecting() { return std::get_if<Collecting>(&state); }
+  const Collecting* collecting() const { return std::get_if<Collecting>(&state); }
+  /// nullptr while it has no position.
+  Located* located() { return std::get_if<Located>(&state); }
+  const Located* located() const { return std::get_if<Located>(&state); }
 };
 
 }  // namespace vir::estimator

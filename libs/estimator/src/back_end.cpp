@@ -41,7 +41,8 @@ Feedback BackEnd::process(Packet packet) {
   out.resets = segment;
   out.time_offset_s = time_offset_s;
   if (window) out.gyro_bias = running ? window->newest().bg : startup->gyroBias();
-  if (!drops.empty() && drops.back().packet == packets) out.drop = drops.back().ids;
+  const WrongTracks* last = wrong_tracks.empty() ? nullptr : &wrong_tracks.back();
+  if (last != nullptr && last->packet == packets) out.wrong_tracks = last->ids;
   return out;
 }
 
@@ -93,7 +94,7 @@ void BackEnd::estimateInto(Packet* packet, StateEstimate* out) {
       restart("the IMU was silent");
       break;
     default:
-      leaveOutDropped(packet);
+      leaveOutWrongTracks(packet);
       estimateImage(packet, out);
   }
 }
@@ -117,7 +118,7 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
     out->health = withoutState();
     out->reason = "the camera's time offset has just been found";
   } else {
-    rest.update(frame, imu);
+    updateRest(frame);
     if (checkTiming(frame)) out->reason = "started anew with the camera's time offset";
     if (running) {
       update(frame, out);
@@ -132,14 +133,16 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
 }
 
 /// A tracker that is ahead may have followed tracks that have since been found to be wrong.
-void BackEnd::leaveOutDropped(Packet* packet) {
-  while (!drops.empty() && drops.front().packet <= packet->feedback) drops.pop_front();
+void BackEnd::leaveOutWrongTracks(Packet* packet) {
+  while (!wrong_tracks.empty() && wrong_tracks.front().packet <= packet->feedback) {
+    wrong_tracks.pop_front();
+  }
   std::vector<vision::FeatureObservation>& features = packet->frame.features;
-  for (const Drops& d : drops) {
-    const auto dropped = [&d](const vision::FeatureObservation& f) {
-      return std::find(d.ids.begin(), d.ids.end(), f.id) != d.ids.end();
+  for (const WrongTracks& found : wrong_tracks) {
+    const auto wrong = [&found](const vision::FeatureObservation& f) {
+      return std::find(found.ids.begin(), found.ids.end(), f.id) != found.ids.end();
     };
-    features.erase(std::remove_if(features.begin(), features.end(), dropped), features.end());
+    features.erase(std::remove_if(features.begin(), features.end(), wrong), features.end());
   }
 }
 
@@ -159,7 +162,11 @@ void BackEnd::dropOldReadings() {
 void BackEnd::tryStart(const vision::TrackedFrame& frame, StateEstimate* out) {
   StageTimer timer(&out->ms.initialise);
   startup->setTimeOffsetSigma(timeOffsetSigma());
-  const StartupStatus status = startup->offer(frame, imu, rest, origin, window.get());
+  StartupStatus status = startup->offer(frame, imu, rest, origin, window.get());
+  if (status == StartupStatus::waiting && timing && timing->suggests()) {
+    status = startup->offerAgain(timing->found().offset_s, imu, origin, window.get());
+    if (status == StartupStatus::started_moving) tellTiming(startup->foundShift());
+  }
   if (status == StartupStatus::waiting) {
     out->health = withoutState();
     out->reason = startup->reason();
@@ -196,7 +203,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   const TimeNs t = frame.t;
   bool gap = false;
   imu::Preintegration link =
-      imu.integrate(previous.t, t, config.imu, previous.bg, previous.ba, &gap);
+      imu.integrate(previous.t, t, imu_noise, previous.bg, previous.ba, &gap);
   if (gap) ++imu_gaps;
   if (gap && !in_gap) {
     warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
@@ -214,10 +221,12 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     solve = full || config.window.full_every_image
                 ? window->optimise(config.window.iterations)
                 : window->optimiseNewest(config.window.iterations_newest);
-    drops.push_back({packets, window->rejectOutliers()});
+    wrong_tracks.push_back({packets, window->rejectOutliers()});
     if (full && solve.usable) updateAnchors(t);
   }
+  out->calibration = window->calibration();
   out->reprojection_rms = solve.reprojection_rms;
+  out->inertial_rms = solve.inertial_rms;
   out->landmarks = window->landmarksInNewest();
   const std::string problem = failure(frame, solve, t);
   if (!problem.empty()) {
@@ -233,13 +242,37 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   out->odometry_scale = odometryScale();
   out->valid = true;
   const bool blind = t != last_seen;
-  out->health = rest.standing() ? Health::standing : (blind ? Health::doubtful : Health::ok);
-  if (blind && !rest.standing()) out->reason = "no landmarks, IMU only";
+  out->health = rest.standing() ? Health::standing : Health::ok;
+  doubts.look(*out, {out->keyframe, blind});
+  if (!doubts.current().empty()) {
+    out->health = Health::doubtful;
+    out->reason = doubts.current();
+  }
   {
     StageTimer timer(&out->ms.marginalise);
     window->slide(out->keyframe);
   }
   collectRetired();
+}
+
+/// Motors that idle make the readings far noisier than in the data sheet. At rest that is seen, and
+/// holds until the next rest.
+void BackEnd::updateRest(const vision::TrackedFrame& frame) {
+  double at_rest = config.imu.gravity_mps2;
+  if (running) {
+    const State s = window->newest();
+    at_rest = (s.T_W_B.q.conjugate() * Vec3(0, 0, at_rest) + s.ba).norm();
+  }
+  rest.setExpected(running ? window->newest().bg : startup->gyroBias(), at_rest);
+  if (!rest.update(frame, imu)) return;
+  imu_noise = config.imu;
+  if (!rest.shaken()) return;
+  const double rate = imu.rate(frame.t - fromSeconds(config.rest.min_time_s), frame.t);
+  const double root = std::sqrt(3 * std::max(1.0, rate));  // the norm of three axes
+  const double gyro = rest.gyroStd() / root, acc = rest.accStd() / root;
+  imu_noise.gyro_noise_density =
+      std::max(imu_noise.gyro_noise_density, gyro / imu_noise.noise_scale);
+  imu_noise.acc_noise_density = std::max(imu_noise.acc_noise_density, acc / imu_noise.noise_scale);
 }
 
 std::string BackEnd::failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
@@ -258,9 +291,10 @@ std::string BackEnd::failure(const vision::TrackedFrame& frame, const window::So
 
 void BackEnd::restart(const std::string& why) {
   ++segment;
+  doubts.restarted(last_image, why);
   warn("segment " + std::to_string(segment) + " starts at " + std::to_string(last_image) +
        " ns: " + why);
-  window->handOver();
+  window->moveAllToLongWindow();
   collectRetired();
   window->clear();
   startup->reset();

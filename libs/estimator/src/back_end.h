@@ -6,6 +6,7 @@
 #include <map>
 
 #include "camera_timing.h"
+#include "doubts.h"
 #include "packet.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 
@@ -18,6 +19,7 @@ struct BackEnd {
         rest(c.rest),
         long_window(c.long_window),
         ranges(c.ranges, &long_window, log_sink),
+        imu_noise(c.imu),
         time_offset_s(c.camera_time_offset_s) {}
 
   void setCamera(const CameraCalibration& calibration, const Pose& extrinsics);
@@ -39,11 +41,13 @@ struct BackEnd {
   void shiftTimes(double by_s);
   double timeOffsetSigma() const;
   void rememberPose(const State& s);
-  void leaveOutDropped(Packet* packet);
+  void tellTiming(double by_s);
+  void leaveOutWrongTracks(Packet* packet);
   void clockSetBack();
   void dropOldReadings();
   void tryStart(const vision::TrackedFrame& frame, StateEstimate* out);
   void update(const vision::TrackedFrame& frame, StateEstimate* out);
+  void updateRest(const vision::TrackedFrame& frame);
   std::string failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
                       TimeNs t);
   void restart(const std::string& why);
@@ -70,7 +74,7 @@ struct BackEnd {
   }
 
   /// Tracks that were found to be wrong in a packet.
-  struct Drops {
+  struct WrongTracks {
     long packet = 0;
     std::vector<std::uint64_t> ids;
   };
@@ -85,14 +89,16 @@ struct BackEnd {
   window::LongWindow long_window;
   RangeLayer ranges;
   std::vector<StateEstimate> results;
+  Doubts doubts;
   std::vector<State> old_keyframes;
   std::vector<Landmark> old_landmarks;
   std::vector<std::string> warnings;
   std::map<std::string, double> wait_reasons;  // seconds
-  std::deque<Drops> drops;                     // that the tracker may not have heard of
+  std::deque<WrongTracks> wrong_tracks;        // that the tracker may not have heard of
   long packets = 0;
   long imu_gaps = 0;
   std::unique_ptr<CameraTiming> timing;
+  imu::ImuNoise imu_noise;         // as given, or as seen at rest
   double time_offset_s = 0;        // images are stamped with it
   std::deque<StampedPose> recent;  // in O, while the timing is open
   Pose origin;                     // where the next segment starts

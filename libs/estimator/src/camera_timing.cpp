@@ -6,8 +6,11 @@
 namespace vir::estimator {
 namespace {
 
-/// Turns are kept this long, and taken between images at least this far apart [s].
-constexpr double kMemoryS = 4.0, kShortestTurnS = 0.03, kLongestTurnS = 0.3;
+/// Turns are kept this long [s].
+constexpr double kMemoryS = 4.0;
+/// Between the images of a turn [s]: over less, noise makes turns of steps aside; over more, the
+/// turning is smoothed away. They overlap: one begins at every image, but no more often than that.
+constexpr double kShortestTurnS = 0.09, kLongestTurnS = 0.3, kSpacingS = 0.03;
 /// Squared whitened residuals by which an offset must be better than none.
 constexpr double kClearlyBetter = 30;
 /// What the start finds by itself, and what a running window does [s].
@@ -22,27 +25,32 @@ constexpr int kImagesPerLook = 2;
 }  // namespace
 
 void CameraTiming::reset() {
-  last_t_ = 0;
-  last_.clear();
+  seen_.clear();
   turns_.clear();
 }
 
 void CameraTiming::add(const vision::TrackedFrame& frame) {
   if (settled_) return;
   if (!frame.usable) {
-    last_t_ = 0;
+    seen_.clear();
     return;
   }
-  if (last_t_ != 0 && toSeconds(frame.t - last_t_) < kShortestTurnS) return;
+  if (!seen_.empty() && toSeconds(frame.t - seen_.back().t) < kSpacingS) return;
   std::vector<initialization::AlignmentSight> sights;
   sights.reserve(frame.features.size());
   for (const vision::FeatureObservation& o : frame.features) sights.push_back({o.id, o.bearing});
-  if (last_t_ != 0 && toSeconds(frame.t - last_t_) < kLongestTurnS) {
-    const auto turn = initialization::turnBetween(last_t_, last_, frame.t, sights, focal_px_);
-    if (turn) turns_.push_back(*turn);
+  // The latest that is far enough back.
+  while (seen_.size() > 1 && toSeconds(frame.t - seen_[1].t) >= kShortestTurnS) seen_.pop_front();
+  if (!seen_.empty()) {
+    const Seen& from = seen_.front();
+    const double span = toSeconds(frame.t - from.t);
+    if (span >= kShortestTurnS && span < kLongestTurnS) {
+      const auto turn =
+          initialization::turnBetween(from.t, from.sights, frame.t, sights, focal_px_);
+      if (turn) turns_.push_back(*turn);
+    }
   }
-  last_ = std::move(sights);
-  last_t_ = frame.t;
+  seen_.push_back({frame.t, std::move(sights)});
   while (!turns_.empty() && toSeconds(frame.t - turns_.front().t0) > kMemoryS) turns_.pop_front();
 }
 
@@ -60,8 +68,15 @@ CameraTiming::State CameraTiming::look(const imu::ImuBuffer& imu, const Quat& q_
   return State::agrees;
 }
 
+bool CameraTiming::suggests() const {
+  constexpr double kUncertainS = 0.03;
+  return !settled_ && std::abs(found_.offset_s) > kStartFindsS && found_.sigma_s > 0 &&
+         found_.sigma_s < kUncertainS;
+}
+
 void CameraTiming::shift(TimeNs by) {
-  if (last_t_ != 0) last_t_ += by;
+  for (Seen& s : seen_) s.t += by;
+  found_.offset_s -= toSeconds(by);
   for (initialization::ImageTurn& t : turns_) {
     t.t0 += by;
     t.t1 += by;

@@ -28,6 +28,8 @@ class CameraTiming {
   /// All that is asked has been answered.
   bool settled() const { return settled_; }
   const initialization::TurnCorrelation& found() const { return found_; }
+  /// found().offset_s is worth a try, although not proved.
+  bool suggests() const;
   /// The believed offset has changed.
   void shift(TimeNs by);
   /// Readings are needed from here on; 0: none.
@@ -37,8 +39,11 @@ class CameraTiming {
 
  private:
   double focal_px_;
-  TimeNs last_t_ = 0;  // 0: nothing to compare the next image with
-  std::vector<initialization::AlignmentSight> last_;
+  struct Seen {
+    TimeNs t = 0;
+    std::vector<initialization::AlignmentSight> sights;
+  };
+  std::deque<Seen> seen_;  // what the next images are compared with
   std::deque<initialization::ImageTurn> turns_;
   initialization::TurnCorrelation found_;
   bool settled_ = false;

@@ -46,7 +46,7 @@ void BackEnd::attachRanges(const State& previous, const State& newest) {
     const Pose T_O_B = between(previous, newest, r.t);
     antenna.p_W = long_window.antennaToWorld(T_O_B * r.p_B_U, T_O_B.q * r.p_B_U);
     window::HeldRange held;
-    if (!ranges.judge(r, antenna, &held)) continue;
+    if (!ranges.accept(r, antenna, &held)) continue;
     held.motion = T_B_O * T_O_B.p;
     held.lever = T_B_O.q * (T_O_B.q * r.p_B_U);
     window->addRange(held);

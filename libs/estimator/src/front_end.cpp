@@ -130,7 +130,7 @@ void FrontEnd::process(const WaitingImage& image) {
 void FrontEnd::follow(Feedback feedback) {
   gyro_bias_ = feedback.gyro_bias;
   retime(feedback.time_offset_s);
-  tracker_->drop(feedback.drop);
+  tracker_->stopFollowing(feedback.wrong_tracks);
   if (feedback.resets == resets_) return;
   resets_ = feedback.resets;
   tracker_->reset();

@@ -47,10 +47,11 @@ Feedback HandOver::ask(long* covered) {
   *covered = given_ > lag_ ? given_ - lag_ : 0;
   changed_.wait(lock, [&] { return processed_ >= *covered || problem_; });
   rethrow(lock);
-  known_.drop.clear();
+  known_.wrong_tracks.clear();
   for (; asked_ < *covered; ++asked_) {
     Feedback& next = feedback_.front();
-    next.drop.insert(next.drop.begin(), known_.drop.begin(), known_.drop.end());
+    next.wrong_tracks.insert(next.wrong_tracks.begin(), known_.wrong_tracks.begin(),
+                             known_.wrong_tracks.end());
     known_ = std::move(next);
     feedback_.pop_front();
   }

@@ -148,7 +148,7 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
     antenna.p_W = window.pointToWorld(at.p) + R_W_O * held.lever;
     antenna.inner_covariance =
         covarianceOf(travelled, toSeconds(t - window.front().t)).topLeftCorner<3, 3>();
-    if (ranges.judge(r, antenna, &held)) front_ranges.push_back(held);
+    if (ranges.accept(r, antenna, &held)) front_ranges.push_back(held);
   }
   ranges.discard(late, RangeDecision::too_late);
   window::mergeRanges(&front_ranges, kMaxRangesPerNode);

@@ -42,10 +42,10 @@ struct Packet {
 
 /// What the tracker needs to know of the state, after each packet.
 struct Feedback {
-  Vec3 gyro_bias = Vec3::Zero();    ///< [rad/s]
-  std::vector<std::uint64_t> drop;  ///< tracks that were found to be wrong
-  double time_offset_s = 0;         ///< of the camera, as images are to be stamped
-  int resets = 0;                   ///< segments begun: tracks of an earlier one are worthless
+  Vec3 gyro_bias = Vec3::Zero();            ///< [rad/s]
+  std::vector<std::uint64_t> wrong_tracks;  ///< tracks that were found to be wrong
+  double time_offset_s = 0;                 ///< of the camera, as images are to be stamped
+  int resets = 0;                           ///< segments begun; older tracks are worthless
 };
 
 }  // namespace vir::estimator

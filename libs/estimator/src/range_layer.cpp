@@ -131,16 +131,16 @@ RangeLayer::Impl::Innovation RangeLayer::Impl::innovation(const AnchorTrack& a,
     P << J.topLeftCorner<5, 5>(), J.block<5, 4>(0, c), J.block<4, 5>(c, 0), J.block<4, 4>(c, c);
     variance += std::max(0.0, h.dot(P * h));
   }
-  if (!a.settled) {
+  if (a.located() != nullptr && a.located()->youth) {
     Eigen::Vector4d h;
     h << -r.direction, 1;
-    variance += h.dot(a.search_covariance * h);
+    variance += h.dot(a.located()->youth->search_covariance * h);
   }
   return {-r.value_m, variance};
 }
 
-bool RangeLayer::judge(const Range& range, const AntennaPrediction& antenna,
-                       window::HeldRange* held) {
+bool RangeLayer::accept(const Range& range, const AntennaPrediction& antenna,
+                        window::HeldRange* held) {
   Impl& s = *impl_;
   AnchorTrack& a = s.track(range.anchor);
   if (s.any_antenna) s.travelled_m += (antenna.p_W - s.last_antenna).norm();
@@ -169,12 +169,14 @@ bool RangeLayer::judge(const Range& range, const AntennaPrediction& antenna,
   d.sigma_m = std::sqrt(variance);
   const factors::RangeTerm term = s.window->termOf(a.key(), held->range_m, held->sigma_m);
   bool accepted = decision == RangeDecision::accepted;
-  if (!accepted && a.phase == AnchorPhase::mirror_open) {
+  Located* located = a.located();
+  const MirrorOpen* mirror = located != nullptr ? located->openMirror() : nullptr;
+  if (!accepted && mirror != nullptr) {
     // Evidence for the other position must not be thrown away: it decides.
     const factors::RangePrediction there =
-        factors::predictRange(antenna.p_W, a.mirror_p_W, state->x[3], held->range_m);
+        factors::predictRange(antenna.p_W, mirror->p_W, state->x[3], held->range_m);
     accepted = std::abs(there.value_m) < s.options.gate_sigma * std::sqrt(variance);
-    a.next_check = 1;
+    located->next_check = 1;
   }
   d.weight = accepted ? term.robust.evaluate(residual / term.sigma_m).weight : 0;
   d.decision = accepted ? RangeDecision::accepted : decision;
@@ -193,7 +195,7 @@ void RangeLayer::putDown(std::uint64_t id, const Vec3& p_W, double sigma_m) {
     return;
   }
   AnchorTrack& a = impl_->track(id);
-  if (a.known()) return;
+  if (a.located() != nullptr) return;
   impl_->setPrior(id, p_W, std::max(sigma_m, kLeastPriorSigma));
 }
 
@@ -212,7 +214,8 @@ std::vector<Anchor> RangeLayer::anchors() const {
     r.ranges_used = a.used;
     r.ranges_rejected = a.rejected;
     r.advice = a.advice;
-    r.state = a.moved ? AnchorState::moved : AnchorState::collecting;
+    const bool moved = a.collecting() != nullptr && a.collecting()->moved;
+    r.state = moved ? AnchorState::moved : AnchorState::collecting;
     const auto& known = impl_->window->anchors();
     const auto it = known.find(a.key());
     if (it != known.end()) {
@@ -225,13 +228,14 @@ std::vector<Anchor> RangeLayer::anchors() const {
         r.covariance = J.block<3, 3>(c, c);
         r.bias_sigma_m = std::sqrt(std::max(0.0, J(c + 3, c + 3)));
       }
-      r.state = it->second.fixed                      ? AnchorState::fixed
-                : a.phase == AnchorPhase::mirror_open ? AnchorState::mirror_open
-                                                      : AnchorState::estimated;
-      if (a.phase == AnchorPhase::mirror_open) {
+      const MirrorOpen* mirror = a.located() != nullptr ? a.located()->openMirror() : nullptr;
+      r.state = it->second.fixed    ? AnchorState::fixed
+                : mirror != nullptr ? AnchorState::mirror_open
+                                    : AnchorState::estimated;
+      if (mirror != nullptr) {
         // Spread over both positions: each alone would promise a height that nobody knows. Whoever
         // uses this covariance must not widen it by the other position again.
-        r.mirror_p_W = a.mirror_p_W;
+        r.mirror_p_W = mirror->p_W;
         const Vec3 half = 0.5 * (r.mirror_p_W - r.p_W);
         r.covariance += half * half.transpose();
       }

@@ -44,15 +44,15 @@ struct RangeLayer::Impl {
                          const window::HeldRange& held);
   ranging::AnchorInitialization solve(const AnchorTrack& a,
                                       const std::vector<window::HeldRange>& held) const;
-  bool tryToFind(TimeNs t, AnchorTrack* a, const Held& held);
+  bool tryToFind(TimeNs t, AnchorTrack* a, Collecting* collecting, const Held& held);
   void adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found);
-  bool decideMirror(TimeNs t, AnchorTrack* a, const Held& held,
+  bool decideMirror(TimeNs t, AnchorTrack* a, Located* located, const Held& held,
                     const std::vector<window::HeldRange>& front);
-  bool searchAgain(TimeNs t, AnchorTrack* a, const Held& held,
+  bool searchAgain(TimeNs t, AnchorTrack* a, Located* located, const Held& held,
                    const std::vector<window::HeldRange>& front);
-  void moveTo(TimeNs t, AnchorTrack* a, const Vec3& p_W);
-  void setSettled(AnchorTrack* a, bool settled);
-  bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a);
+  void moveTo(TimeNs t, AnchorTrack* a, Located* located, const Vec3& p_W);
+  void settle(const AnchorTrack& a, Located* located);
+  bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located& located);
   void reweigh(AnchorTrack* a, const Held& held);
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);

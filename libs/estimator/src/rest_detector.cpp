@@ -1,6 +1,7 @@
 #include "vir/estimator/rest_detector.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "vir/core/order_statistics.h"
 
@@ -14,12 +15,27 @@ void describe(OptionVisitor& v, RestOptions& o) {
   v.value("max_gyro_std_radps", o.max_gyro_std_radps, {1e-6, 100.0}, "vibration of the gyro");
   v.value("max_acc_std_mps2", o.max_acc_std_mps2, {1e-6, 100.0}, "vibration of the accelerometer");
   v.value("min_tracks", o.min_tracks, {3, 10000}, "tracks needed to decide");
+  v.value("min_tracks_shaken", o.min_tracks_shaken, {3, 10000},
+          "tracks needed while the IMU vibrates");
+  v.value("max_mean_gyro_radps", o.max_mean_gyro_radps, {1e-6, 100.0},
+          "while it vibrates: mean of the gyro beside its bias");
+  v.value("max_mean_acc_mps2", o.max_mean_acc_mps2, {1e-6, 100.0},
+          "while it vibrates: mean of the accelerometer beside gravity");
 }
 
 void RestDetector::setReference(const vision::TrackedFrame& frame) {
   reference_ = frame.features;
   reference_t_ = frame.t;
   standing_ = false;
+}
+
+bool RestDetector::meanAtRest(const Vec3& gyro, const Vec3& acc, double span_s) const {
+  // What white noise of this size leaves in the mean at 100 Hz, the lowest rate of use.
+  const double share = 1.0 / std::sqrt(100 * std::max(0.01, span_s));
+  const double gyro_limit = options_.max_mean_gyro_radps + 3 * share * gyro_std_;
+  const double acc_limit = options_.max_mean_acc_mps2 + 3 * share * acc_std_;
+  return (gyro - gyro_bias_).norm() < gyro_limit &&
+         std::abs(acc.norm() - gravity_mps2_) < acc_limit;
 }
 
 bool RestDetector::update(const vision::TrackedFrame& frame, const imu::ImuBuffer& imu) {
@@ -41,11 +57,16 @@ bool RestDetector::update(const vision::TrackedFrame& frame, const imu::ImuBuffe
     return false;
   }
   if (toSeconds(frame.t - reference_t_) < options_.min_time_s) return standing_ = false;
-  Vec3 g, a;
-  double g_std = 0, a_std = 0;
   const TimeNs from = std::max(reference_t_, frame.t - fromSeconds(2 * options_.min_time_s));
-  standing_ = imu.statistics(from, frame.t, &g, &a, &g_std, &a_std) &&
-              g_std < options_.max_gyro_std_radps && a_std < options_.max_acc_std_mps2;
+  Vec3 gyro, acc;
+  if (!imu.statistics(from, frame.t, &gyro, &acc, &gyro_std_, &acc_std_)) {
+    return standing_ = false;
+  }
+  const bool quiet =
+      gyro_std_ < options_.max_gyro_std_radps && acc_std_ < options_.max_acc_std_mps2;
+  shaken_ = !quiet;
+  standing_ = quiet || (static_cast<int>(flow.size()) >= options_.min_tracks_shaken &&
+                        meanAtRest(gyro, acc, toSeconds(frame.t - from)));
   return standing_;
 }
 

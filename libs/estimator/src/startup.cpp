@@ -96,6 +96,7 @@ void Startup::shift(TimeNs by) {
 StartupStatus Startup::offer(const vision::TrackedFrame& frame, imu::ImuBuffer& imu,
                              const RestDetector& rest, const Pose& origin,
                              window::ShortWindow* window) {
+  tried_ = false;
   if (!frame.usable) {
     reason_ = "image not usable: " + frame.reason;
     return StartupStatus::waiting;
@@ -114,7 +115,26 @@ StartupStatus Startup::offer(const vision::TrackedFrame& frame, imu::ImuBuffer& 
   }
   if (++since_attempt_ < 2) return StartupStatus::waiting;
   since_attempt_ = 0;
+  tried_ = true;
   return startMoving(imu, origin, window) ? StartupStatus::started_moving : StartupStatus::waiting;
+}
+
+StartupStatus Startup::offerAgain(double by_s, imu::ImuBuffer& imu, const Pose& origin,
+                                  window::ShortWindow* window) {
+  if (!tried_) return StartupStatus::waiting;
+  const double before = window->timeOffset();
+  const std::string reason = reason_, detail = detail_;
+  window->setTimeOffset(before + by_s, time_offset_sigma_s_);
+  shift(fromSeconds(by_s));
+  if (startMoving(imu, origin, window)) {
+    found_shift_s_ += by_s;
+    return StartupStatus::started_moving;
+  }
+  window->setTimeOffset(before, time_offset_sigma_s_);
+  shift(-fromSeconds(by_s));
+  reason_ = reason;
+  detail_ = detail;
+  return StartupStatus::waiting;
 }
 
 bool Startup::startStanding(const vision::TrackedFrame& frame, const imu::ImuBuffer& imu,
@@ -136,7 +156,9 @@ bool Startup::startStanding(const vision::TrackedFrame& frame, const imu::ImuBuf
   // The accelerometer's bias and the tilt share what was measured: their sum is known well, each
   // alone only as well as the bias.
   prior.tilt_rad = options_.sigma_bias_acc / noise_.gravity_mps2;
-  window->setTimeOffset(window->timeOffset(), time_offset_sigma_s_);
+  if (time_offset_sigma_s_ > 0) {
+    window->setTimeOffset(window->timeOffset(), time_offset_sigma_s_);
+  }
   window->start(s, prior, frame.features, true);
   found_shift_s_ = 0;
   gyro_bias_ = gyro;
@@ -198,7 +220,7 @@ bool Startup::startMoving(imu::ImuBuffer& imu, const Pose& origin, window::Short
     shift(fromSeconds(offset_s) - fromSeconds(stamped));
     stamped = offset_s;
   };
-  window->setTimeOffset(given, time_offset_sigma_s_);
+  if (time_offset_sigma_s_ > 0) window->setTimeOffset(given, time_offset_sigma_s_);
   for (int round = 0; round < kRounds; ++round) {
     if (!startMovingOnce(imu, origin, window)) break;
     const double found = window->timeOffset();
@@ -210,7 +232,7 @@ bool Startup::startMoving(imu::ImuBuffer& imu, const Pose& origin, window::Short
     if (std::abs(found - given) > kFarthestS) break;
     restamp(found);
   }
-  restamp(given);
+  if (time_offset_sigma_s_ > 0) restamp(given);
   return false;
 }
 

@@ -44,9 +44,7 @@ bool BackEnd::checkTiming(const vision::TrackedFrame& frame) {
   if (timing->look(imu, window->extrinsics().q, running) != CameraTiming::State::differs)
     return false;
   const double by = timing->found().offset_s;
-  warn("the images seem " + milliseconds(std::abs(by)) + (by < 0 ? " late" : " early") +
-       " against the IMU (+-" + milliseconds(timing->found().sigma_s) +
-       "): taken into account; camera time offset " + milliseconds(time_offset_s + by));
+  tellTiming(by);
   retime(by);
   if (!running) return false;
   // What was estimated since the motion began was estimated with the wrong times.
@@ -58,6 +56,12 @@ bool BackEnd::checkTiming(const vision::TrackedFrame& frame) {
   if (long_window.anchors().empty()) long_window.clear();  // W is O still
   running = false;
   return true;
+}
+
+void BackEnd::tellTiming(double by_s) {
+  warn("the images seem " + milliseconds(std::abs(by_s)) + (by_s < 0 ? " late" : " early") +
+       " against the IMU (+-" + milliseconds(timing->found().sigma_s) +
+       "): taken into account; camera time offset " + milliseconds(time_offset_s + by_s));
 }
 
 void BackEnd::rememberPose(const State& s) {

@@ -59,7 +59,7 @@ void checkScale(const window::LongWindowOptions& o) {
     refuseSetting("LongWindow", "scale_walk_per_sqrt_m", numberText(o.scale_walk_per_sqrt_m),
                   "a scale that is held at 1 does not wander; allowed: 0, or scale_sigma above 0");
   }
-  if (o.scale_sigma > 0 && o.mode == "position") {
+  if (o.scale_sigma > 0 && o.mode == window::LongWindowMode::position) {
     refuseSetting("LongWindow", "scale_sigma", numberText(o.scale_sigma),
                   "[Estimator] long_window = position knows no scale; allowed: 0");
   }

@@ -135,9 +135,19 @@ const imu::ImuBufferCounters& VisualInertialEstimator::imuCounters() const {
 }
 Calibration VisualInertialEstimator::calibration() const {
   const BackEnd& back = impl_->back_end;
-  if (!back.window) return {{}, back.T_B_C, back.time_offset_s};
+  if (!back.window) return {{}, back.T_B_C, back.time_offset_s, 0};
   return back.window->calibration();
 }
+std::optional<CalibrationSigma> VisualInertialEstimator::calibrationSigma() const {
+  const BackEnd& back = impl_->back_end;
+  if (!back.window || !impl_->config.window.calibrate) return std::nullopt;
+  return back.window->calibrationSigma();
+}
+
+std::vector<std::string> VisualInertialEstimator::doubts() const {
+  return impl_->back_end.doubts.all();
+}
+
 int VisualInertialEstimator::resets() const { return impl_->back_end.segment; }
 const std::vector<std::string>& VisualInertialEstimator::warnings() const {
   return impl_->back_end.warnings;

@@ -7,6 +7,10 @@
 namespace vir::evaluation {
 namespace {
 
+/// A reference whose positions spread less (rms) stands still: what they say of a rotation is
+/// noise. Four hundredths of a metre are a robot on its legs, not on its way.
+constexpr double kStanding = 0.04;
+
 /// Moments of the two point sets about their means.
 struct Moments {
   Vec3 mean_r = Vec3::Zero(), mean_e = Vec3::Zero();
@@ -66,8 +70,10 @@ bool yawOptimum(const Mat3& M, double scale, double* yaw) {
 void alignPosYaw(const std::vector<PosePair>& pairs, const Moments& m, AlignmentResult* result) {
   double yaw = 0;
   const double extent = std::max({m.var_r, m.var_e, 1e-12});
-  if (!yawOptimum(m.cross, extent, &yaw)) {
-    result->note = "yaw is from the attitudes: the positions do not determine it";
+  const bool standing = std::sqrt(m.var_r) < kStanding;
+  if (standing || !yawOptimum(m.cross, extent, &yaw)) {
+    result->note = std::string("yaw is from the attitudes: ") +
+                   (standing ? "the reference stands still" : "the positions do not determine it");
     yawOptimum(chordalSum(pairs), 1.0, &yaw);
   }
   result->T_R_E.q = Quat(rotZ(yaw));
@@ -78,8 +84,10 @@ void alignUmeyama(const std::vector<PosePair>& pairs, const Moments& m, bool wit
   double well_posed = 0, trace = 0;
   Mat3 R = closestRotation(m.cross, &well_posed, &trace);
   const double extent = std::max({m.var_r, m.var_e, 1e-12});
-  if (m.cross.norm() < 1e-12 * extent) {
-    result->note = "rotation is from the attitudes: the positions do not determine it";
+  const bool standing = std::sqrt(m.var_r) < kStanding;
+  if (standing || m.cross.norm() < 1e-12 * extent) {
+    result->note = std::string("rotation is from the attitudes: ") +
+                   (standing ? "the reference stands still" : "the positions do not determine it");
     double ignored = 0;
     R = closestRotation(chordalSum(pairs), &ignored, &ignored);
     trace = 0;

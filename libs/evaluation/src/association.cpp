@@ -2,9 +2,47 @@
 
 #include <algorithm>
 
+#include "vir/core/order_statistics.h"
 #include "vir/geometry/interpolation.h"
 
 namespace vir::evaluation {
+namespace {
+
+/// How much sparser a reference is before it is the one to take stamps from.
+constexpr double kSparser = 1.5;
+
+TimeNs medianStep(const Trajectory& trajectory) {
+  std::vector<TimeNs> steps;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    steps.push_back(trajectory[i].t - trajectory[i - 1].t);
+  }
+  return medianInPlace(&steps);
+}
+
+/// Calls found(pose, T) for each pose of `wanted` with `dense` interpolated at its stamp.
+template <typename Found>
+void interpolateAt(const Trajectory& wanted, const Trajectory& dense, TimeNs max_gap,
+                   Association* result, Found found) {
+  auto next = dense.begin();  // first pose not before the stamp that is wanted
+  for (const StampedPose& w : wanted) {
+    next = std::lower_bound(next, dense.end(), w.t,
+                            [](const StampedPose& d, TimeNs t) { return d.t < t; });
+    if (next == dense.end()) {
+      ++result->after;
+    } else if (next->t == w.t) {
+      found(w, next->T_W_B);
+    } else if (next == dense.begin()) {
+      ++result->before;
+    } else if (const StampedPose& last = *(next - 1); next->t - last.t > max_gap) {
+      ++result->in_gap;
+    } else {
+      const double s = static_cast<double>(w.t - last.t) / static_cast<double>(next->t - last.t);
+      found(w, interpolate(last.T_W_B, next->T_W_B, s));
+    }
+  }
+}
+
+}  // namespace
 
 Association associate(const Trajectory& reference, const Trajectory& estimate,
                       const AssociationOptions& options) {
@@ -15,27 +53,28 @@ Association associate(const Trajectory& reference, const Trajectory& estimate,
   }
   const TimeNs duration = reference.back().t - reference.front().t;
   result.reference_s = toSeconds(duration);
-  auto next = reference.begin();  // first pose of the reference not before the estimate's stamp
-  for (const StampedPose& e : estimate) {
-    next = std::lower_bound(next, reference.end(), e.t,
-                            [](const StampedPose& r, TimeNs t) { return r.t < t; });
-    if (next == reference.end()) {
-      ++result.after;
-    } else if (next->t == e.t) {
-      result.pairs.push_back({e.t, next->T_W_B, e.T_W_B});
-    } else if (next == reference.begin()) {
-      ++result.before;
-    } else if (const StampedPose& last = *(next - 1); next->t - last.t > options.max_gap) {
-      ++result.in_gap;
-    } else {
-      const double s = static_cast<double>(e.t - last.t) / static_cast<double>(next->t - last.t);
-      result.pairs.push_back({e.t, interpolate(last.T_W_B, next->T_W_B, s), e.T_W_B});
-    }
+  const TimeNs reference_step = medianStep(reference), step = medianStep(estimate);
+  // Where it can be interpolated as it is, the reference stays what is interpolated.
+  result.estimate_interpolated =
+      step > 0 && reference_step > options.max_gap &&
+      static_cast<double>(reference_step) > kSparser * static_cast<double>(step);
+  TimeNs max_hole = options.max_hole;
+  if (result.estimate_interpolated) {
+    max_hole = std::max(max_hole, 2 * reference_step);
+    interpolateAt(reference, estimate, options.max_gap, &result,
+                  [&](const StampedPose& r, const Pose& e) {
+                    result.pairs.push_back({r.t, r.T_W_B, e});
+                  });
+  } else {
+    interpolateAt(estimate, reference, options.max_gap, &result,
+                  [&](const StampedPose& e, const Pose& r) {
+                    result.pairs.push_back({e.t, r, e.T_W_B});
+                  });
   }
   TimeNs covered = 0;
   for (std::size_t i = 1; i < result.pairs.size(); ++i) {
     const TimeNs dt = result.pairs[i].t - result.pairs[i - 1].t;
-    if (dt <= options.max_hole) covered += dt;
+    if (dt <= max_hole) covered += dt;
   }
   result.covered_s = toSeconds(covered);
   result.coverage = duration > 0 ? static_cast<double>(covered) / static_cast<double>(duration)

@@ -61,10 +61,12 @@ Panel errorPanel(TimeNs start, const std::vector<NamedResult>& estimates,
 }
 
 std::string legendText(const NamedResult& e) {
-  char text[160];
-  std::snprintf(text, sizeof text, ": ATE %.4f m rmse, %.2f deg; covers %.1f %%",
-                e.result.ate_position_m.rmse, e.result.ate_orientation_deg.rmse,
-                100 * e.result.association.coverage);
+  char text[160], attitude[32] = "";
+  if (e.result.attitudes) {
+    std::snprintf(attitude, sizeof attitude, ", %.2f deg", e.result.ate_orientation_deg.rmse);
+  }
+  std::snprintf(text, sizeof text, ": ATE %.4f m rmse%s; covers %.1f %%",
+                e.result.ate_position_m.rmse, attitude, 100 * e.result.association.coverage);
   return e.name + text;
 }
 

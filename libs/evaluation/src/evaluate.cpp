@@ -34,6 +34,24 @@ void checkOverlap(const Trajectory& reference, const Trajectory& estimate,
   throw EvaluationError(text.str());
 }
 
+/// A tracker of positions writes the same attitude always, whatever the body does.
+bool attitudesMeanSomething(const std::vector<PosePair>& pairs) {
+  constexpr double kMovedM = 0.1, kTurnedDeg = 45;
+  const PosePair& first = pairs.front();
+  double moved = 0, turned = 0, least_tilt = 180;
+  for (const PosePair& pair : pairs) {
+    if (pair.reference.q.coeffs() != first.reference.q.coeffs()) return true;
+    moved = std::max(moved, (pair.reference.p - first.reference.p).norm());
+    turned = std::max(turned, angleDeg(first.estimate.q.conjugate() * pair.estimate.q));
+    // Where each of the two has up in the body.
+    const Vec3 up_r = pair.reference.q.conjugate() * Vec3::UnitZ();
+    const Vec3 up_e = pair.estimate.q.conjugate() * Vec3::UnitZ();
+    least_tilt =
+        std::min(least_tilt, kDegPerRad * std::acos(std::clamp(up_r.dot(up_e), -1.0, 1.0)));
+  }
+  return moved < kMovedM || (turned < kTurnedDeg && least_tilt < kTurnedDeg);
+}
+
 /// Travelled reference path up to each pair [m].
 std::vector<double> pathLengths(const std::vector<PosePair>& pairs) {
   std::vector<double> path(pairs.size(), 0.0);
@@ -87,16 +105,18 @@ void absoluteErrors(EvaluationResult* result) {
     const Pose T = result->transform.apply(pair.estimate);
     result->aligned.push_back(T);
     result->position_error_m.push_back((T.p - pair.reference.p).norm());
-    result->orientation_error_deg.push_back(angleDeg(pair.reference.q.conjugate() * T.q));
+    const double angle = angleDeg(pair.reference.q.conjugate() * T.q);
+    result->orientation_error_deg.push_back(result->attitudes ? angle : 0);
   }
   result->ate_position_m = statisticsOf(result->position_error_m);
-  result->ate_orientation_deg = statisticsOf(result->orientation_error_deg);
+  if (result->attitudes) result->ate_orientation_deg = statisticsOf(result->orientation_error_deg);
 }
 
 void endErrors(EvaluationResult* result) {
   result->end_error_m = result->position_error_m.back();
   const PosePair& first = result->association.pairs.front();
   const PosePair& last = result->association.pairs.back();
+  if (!result->attitudes) return;
   const Pose E = (first.reference.inverse() * last.reference).inverse() *
                  (result->aligned.front().inverse() * result->aligned.back());
   result->end_to_start_m = E.p.norm();
@@ -110,15 +130,22 @@ EvaluationResult evaluate(const Trajectory& reference, const Trajectory& estimat
   result.alignment = options.alignment;
   result.association = associate(reference, estimate, options.association);
   checkOverlap(reference, estimate, result.association);
+  result.attitudes = !options.positions_only && attitudesMeanSomething(result.association.pairs);
   result.transform = align(result.association.pairs, options.alignment);
+  const AlignmentResult similar = align(result.association.pairs, Alignment::sim3);
+  result.best_scale = similar.note.find("scale") == std::string::npos ? similar.scale : 0;
   absoluteErrors(&result);
   endErrors(&result);
   const std::vector<double> path = pathLengths(result.association.pairs);
   result.path_m = path.back();
   for (const double d : options.distances_m) {
-    if (d > 0) result.rpe_distance.push_back(relativeError(result, path, d, true));
+    if (d <= 0) continue;
+    result.rpe_distance.emplace_back();
+    result.rpe_distance.back().length = d;
+    if (result.attitudes) result.rpe_distance.back() = relativeError(result, path, d, true);
   }
-  if (options.rpe_time_s > 0) {
+  result.rpe_time.length = options.rpe_time_s;
+  if (options.rpe_time_s > 0 && result.attitudes) {
     result.rpe_time =
         relativeError(result, timesOf(result.association.pairs), options.rpe_time_s, false);
   }
@@ -141,8 +168,10 @@ std::string describeComparison(const EvaluationOptions& options) {
       text << "aligned in position, rotation and scale (Sim3)";
       break;
   }
-  text << "; reference interpolated at the estimate's stamps (gaps up to " << std::setprecision(3)
-       << toSeconds(options.association.max_gap) << " s)";
+  text << "; reference interpolated at the estimate's stamps, a sparse one the other way round "
+          "(gaps "
+          "up to "
+       << std::setprecision(3) << toSeconds(options.association.max_gap) << " s)";
   return text.str();
 }
 

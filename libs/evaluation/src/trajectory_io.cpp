@@ -4,16 +4,62 @@
 #include <cmath>
 #include <cstdio>
 #include <istream>
-#include <limits>
+#include <map>
 #include <ostream>
 
 #include "vir/evaluation/trajectory.h"
+#include "vir/tables/layout.h"
 
 namespace vir::evaluation {
 namespace {
 
-constexpr std::size_t kMaxMessages = 20;
-enum class Format { tum, euroc };
+/// Lines looked at before the layout is decided.
+constexpr std::size_t kLook = 256;
+
+/// How the lines of a file are read.
+struct Habit {
+  char separator = ' ';
+  tables::PoseColumns columns;
+  tables::StampUnit unit = tables::StampUnit::seconds;
+  std::size_t exactly = 0;    ///< fields that a line must have; 0: at least those that are needed
+  bool whole_stamps = false;  ///< nothing but digits
+  bool header = false;        ///< a first line without numbers is one
+};
+
+Habit tumHabit() {
+  Habit h;
+  for (int i = 0; i < 4; ++i) h.columns.q[i] = 4 + i;
+  h.exactly = 8;
+  return h;
+}
+
+Habit eurocHabit() {
+  Habit h;
+  h.separator = ',';
+  h.unit = tables::StampUnit::nanoseconds;
+  for (int i = 0; i < 4; ++i) h.columns.q[i] = i == 3 ? 4 : 5 + i;
+  h.whole_stamps = true;
+  return h;
+}
+
+/// By the first lines of a file.
+Habit habitOf(const std::string& text, ReadReport* report) {
+  const tables::Layout layout = tables::layoutOfText(text);
+  Habit h;
+  h.separator = layout.separator;
+  h.columns = tables::poseColumns(layout);
+  h.header = true;
+  const auto expected =
+      h.separator == ' ' ? tables::StampUnit::seconds : tables::StampUnit::nanoseconds;
+  const tables::UnitGuess guess = tables::stampUnit(layout, h.columns.stamp, 0.02);
+  h.unit = guess.sure ? guess.unit : expected;
+  report->positions_only = !layout.rows.empty() && !h.columns.hasAttitude();
+  if (h.unit != expected) {
+    report->notes.push_back(std::string("the stamps are in ") + tables::name(h.unit));
+  }
+  if (report->positions_only) report->notes.push_back("holds positions only, no attitudes");
+  return h;
+}
 
 std::string clean(std::string line) {
   if (line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
@@ -25,39 +71,30 @@ std::string clean(std::string line) {
   return line;
 }
 
-std::vector<std::string> split(const std::string& line, Format format) {
-  std::vector<std::string> fields;
-  std::size_t pos = 0;
-  if (format == Format::euroc) {
-    while (pos <= line.size()) {
-      const std::size_t end = std::min(line.find(',', pos), line.size());
-      fields.push_back(clean(line.substr(pos, end - pos)));
-      pos = end + 1;
-    }
-    return fields;
-  }
-  while ((pos = line.find_first_not_of(" \t", pos)) != std::string::npos) {
-    const std::size_t end = std::min(line.find_first_of(" \t", pos), line.size());
-    fields.push_back(line.substr(pos, end - pos));
-    pos = end;
-  }
-  return fields;
+bool parseNumber(std::string_view text, double* value) {
+  if (text.size() > 1 && text[0] == '+') text.remove_prefix(1);
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), *value);
+  return result.ec == std::errc() && result.ptr == text.data() + text.size();
 }
 
-template <typename T>
-bool parseNumber(const std::string& text, T* value) {
-  const char* first = text.data() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
-  const char* last = text.data() + text.size();
-  const auto result = std::from_chars(first, last, *value);
-  return result.ec == std::errc() && result.ptr == last;
+bool parseWhole(std::string_view text, TimeNs* value) {
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), *value);
+  return result.ec == std::errc() && result.ptr == text.data() + text.size();
 }
+
+std::string quoted(std::string_view field) { return "'" + std::string(field.substr(0, 60)) + "'"; }
 
 /// Collects poses from lines and keeps the report.
 class Reader {
  public:
-  Reader(Format format, ReadReport* report) : format_(format), report_(report) {}
+  Reader(const Habit& habit, ReadReport* report) : habit_(habit), report_(report) {}
 
   void line(const std::string& cleaned, long number) {
+    if (habit_.header && poses_.empty() && !seen_ && isHeader(cleaned)) {
+      seen_ = true;
+      return;
+    }
+    seen_ = true;
     StampedPose pose;
     if (!parse(cleaned, number, &pose)) return;
     if (!poses_.empty() && pose.t < latest_) ++report_->out_of_order;
@@ -75,138 +112,135 @@ class Reader {
     result.reserve(order.size());
     for (const std::size_t i : order) {
       if (!result.empty() && result.back().t == poses_[i].t) {
-        skip(&report_->repeated, lines_[i], "the stamp was there already, the first pose is kept");
+        skip(&report_->repeated, "repeated", lines_[i],
+             "the stamp was there already, the first pose is kept");
       } else {
         result.push_back(poses_[i]);
       }
     }
     report_->poses = static_cast<long>(result.size());
+    for (const auto& [kind, fault] : faults_) {
+      if (fault.count < 2) continue;
+      report_->messages[fault.message] +=
+          " (and " + std::to_string(fault.count - 1) + " more like this)";
+    }
     return result;
   }
 
  private:
-  bool skip(long* counter, long number, const std::string& why) {
+  struct Fault {
+    std::size_t message = 0;
+    long count = 0;
+  };
+
+  static bool isHeader(const std::string& line) {
+    const char c = line.front();
+    return c != '-' && c != '+' && c != '.' && (c < '0' || c > '9');
+  }
+
+  /// Counts; the first of each kind is described.
+  bool skip(long* counter, const std::string& kind, long number, const std::string& why) {
     ++*counter;
-    if (report_->messages.size() < kMaxMessages) {
+    Fault& fault = faults_[kind];
+    if (fault.count++ == 0) {
+      fault.message = report_->messages.size();
       report_->messages.push_back("line " + std::to_string(number) + ": " + why);
     }
     return false;
   }
 
-  bool parseStamp(const std::string& text, long number, TimeNs* t) {
-    if (format_ == Format::euroc) {
-      if (parseNumber(text, t)) return true;
-      return skip(&report_->malformed, number, "'" + text + "' is not a stamp in integer ns");
+  bool parseStamp(std::string_view text, long number, TimeNs* t) {
+    if (habit_.whole_stamps) {
+      if (parseWhole(text, t)) return true;
+      return skip(&report_->malformed, "stamp", number,
+                  quoted(text) + " is not a stamp in integer ns");
     }
-    if (parseSeconds(text, t)) return true;
-    const bool looks_ns = text.find_first_of("0123456789") == 0 && text.size() >= 16;
-    return skip(&report_->malformed, number,
-                "'" + text + "' is not a stamp in seconds" +
+    if (tables::parseStamp(text, habit_.unit, t)) return true;
+    const bool seconds = habit_.unit == tables::StampUnit::seconds;
+    const bool looks_ns = seconds && text.find_first_of("0123456789") == 0 && text.size() >= 16;
+    return skip(&report_->malformed, looks_ns ? "stamp in ns" : "stamp", number,
+                quoted(text) + " is not a stamp in " +
+                    (seconds ? "seconds" : tables::name(habit_.unit)) +
                     (looks_ns ? " (nanoseconds? TUM files hold seconds)" : ""));
   }
 
-  bool parse(const std::string& cleaned, long number, StampedPose* pose) {
-    const std::vector<std::string> f = split(cleaned, format_);
-    const bool count_ok = format_ == Format::tum ? f.size() == 8 : f.size() >= 8;
-    if (!count_ok) {
-      return skip(&report_->malformed, number,
-                  "expected 8 numbers, found " + std::to_string(f.size()) + " fields");
+  bool value(int column, long number, double* v) {
+    const std::string_view field = fields_[static_cast<std::size_t>(column)];
+    if (!parseNumber(field, v)) {
+      return skip(&report_->malformed, "number", number, quoted(field) + " is not a number");
     }
-    if (!parseStamp(f[0], number, &pose->t)) return false;
-    std::array<double, 7> v{};
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      if (!parseNumber(f[i + 1], &v[i])) {
-        return skip(&report_->malformed, number, "'" + f[i + 1] + "' is not a number");
-      }
-      if (!std::isfinite(v[i])) {
-        return skip(&report_->not_finite, number, "'" + f[i + 1] + "' is not finite");
-      }
+    if (std::isfinite(*v)) return true;
+    return skip(&report_->not_finite, "finite", number, quoted(field) + " is not finite");
+  }
+
+  bool parse(const std::string& cleaned, long number, StampedPose* pose) {
+    tables::splitLine(cleaned, habit_.separator, &fields_);
+    const tables::PoseColumns& c = habit_.columns;
+    const auto needed = static_cast<std::size_t>(c.last() + 1);
+    const bool enough =
+        habit_.exactly > 0 ? fields_.size() == habit_.exactly : fields_.size() >= needed;
+    if (!enough) {
+      return skip(&report_->malformed, "fields", number,
+                  "expected " + std::to_string(needed) + " numbers, found " +
+                      std::to_string(fields_.size()) + " fields");
+    }
+    const auto stamp = fields_[static_cast<std::size_t>(c.stamp)];
+    if (!parseStamp(stamp, number, &pose->t)) return false;
+    std::array<double, 7> v{0, 0, 0, 0, 0, 0, 1};
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!value(c.p[i], number, &v[i])) return false;
+    }
+    for (std::size_t i = 0; i < 4 && c.hasAttitude(); ++i) {
+      if (!value(c.q[i], number, &v[3 + i])) return false;
     }
     pose->T_W_B.p = Vec3(v[0], v[1], v[2]);
-    const Quat q = format_ == Format::tum ? Quat(v[6], v[3], v[4], v[5])   // x y z w in the file
-                                          : Quat(v[3], v[4], v[5], v[6]);  // w x y z in the file
+    const Quat q(v[6], v[3], v[4], v[5]);
     const double n = q.norm();
     if (!(n > 1e-6) || !std::isfinite(n)) {
-      return skip(&report_->zero_quaternions, number, "the quaternion has no usable length");
+      return skip(&report_->zero_quaternions, "length", number,
+                  "the quaternion has no usable length");
     }
     if (std::abs(n - 1.0) > 1e-3) ++report_->quaternions_normalised;
     pose->T_W_B.q = q.normalized();
     return true;
   }
 
-  Format format_;
+  Habit habit_;
   ReadReport* report_;
   Trajectory poses_;
   std::vector<long> lines_;
+  std::vector<std::string_view> fields_;
+  std::map<std::string, Fault> faults_;
   TimeNs latest_ = 0;
+  bool seen_ = false;
 };
 
-Trajectory read(std::istream& in, ReadReport* report, const Format* forced) {
+/// `forced`: as the caller knows; else by the first lines.
+Trajectory read(std::istream& in, ReadReport* report, const Habit* forced) {
   ReadReport local;
-  Format format = forced ? *forced : Format::tum;
-  std::vector<Reader> reader;  // made when the format is known
+  std::vector<std::string> first;
   std::string line;
-  for (long number = 1; std::getline(in, line); ++number) {
-    line = clean(line);
-    if (line.empty()) continue;
-    if (reader.empty()) {
-      if (!forced && line.find(',') != std::string::npos) format = Format::euroc;
-      reader.emplace_back(format, &local);
-    }
-    reader.front().line(line, number);
-  }
-  Trajectory result = reader.empty() ? Trajectory() : reader.front().finish();
-  if (report) *report = local;
+  while (first.size() < kLook && std::getline(in, line)) first.push_back(line);
+  std::string text;
+  for (const std::string& l : first) text += l + '\n';
+  Reader reader(forced != nullptr ? *forced : habitOf(text, &local), &local);
+  long number = 0;
+  const auto take = [&](const std::string& raw) {
+    ++number;
+    const std::string cleaned = clean(raw);
+    if (!cleaned.empty()) reader.line(cleaned, number);
+  };
+  for (const std::string& l : first) take(l);
+  while (std::getline(in, line)) take(line);
+  Trajectory result = reader.finish();
+  if (report != nullptr) *report = local;
   return result;
 }
 
 }  // namespace
 
 bool parseSeconds(const std::string& text, TimeNs* t) {
-  std::size_t i = 0;
-  const bool negative = !text.empty() && text[0] == '-';
-  if (!text.empty() && (text[0] == '-' || text[0] == '+')) ++i;
-  std::string digits;
-  int exponent = 0;  // value = 0.digits * 10^exponent
-  bool point = false, any = false;
-  for (; i < text.size(); ++i) {
-    const char c = text[i];
-    if (c == '.' && !point) {
-      point = true;
-    } else if (c >= '0' && c <= '9') {
-      any = true;
-      if (c == '0' && digits.empty()) {
-        if (point) --exponent;  // a zero right after the point
-        continue;
-      }
-      digits += c;
-      if (!point) ++exponent;
-    } else {
-      break;
-    }
-  }
-  if (!any) return false;
-  if (i < text.size()) {
-    int e = 0;
-    if ((text[i] != 'e' && text[i] != 'E') || !parseNumber(text.substr(i + 1), &e)) return false;
-    if (std::abs(e) > 400) return false;
-    exponent += e;
-  }
-  *t = 0;
-  const int keep = exponent + 9;  // digits in front of the nanosecond's point
-  if (digits.empty() || keep < 0) return true;
-  if (keep > 19) return false;
-  digits.resize(std::max<std::size_t>(digits.size(), keep + 1), '0');
-  std::uint64_t ns = 0;
-  constexpr std::uint64_t kMax = std::numeric_limits<TimeNs>::max();
-  for (int k = 0; k < keep; ++k) {
-    const std::uint64_t d = digits[k] - '0';
-    if (ns > (kMax - d) / 10) return false;
-    ns = ns * 10 + d;
-  }
-  if (digits[keep] >= '5' && ns < kMax) ++ns;
-  *t = negative ? -static_cast<TimeNs>(ns) : static_cast<TimeNs>(ns);
-  return true;
+  return tables::parseStamp(text, tables::StampUnit::seconds, t);
 }
 
 std::string formatSeconds(TimeNs t) {
@@ -220,13 +254,13 @@ std::string formatSeconds(TimeNs t) {
 }
 
 Trajectory readTum(std::istream& in, ReadReport* report) {
-  const Format format = Format::tum;
-  return read(in, report, &format);
+  const Habit habit = tumHabit();
+  return read(in, report, &habit);
 }
 
 Trajectory readEurocGroundTruth(std::istream& in, ReadReport* report) {
-  const Format format = Format::euroc;
-  return read(in, report, &format);
+  const Habit habit = eurocHabit();
+  return read(in, report, &habit);
 }
 
 Trajectory readTrajectory(std::istream& in, ReadReport* report) {
@@ -235,11 +269,13 @@ Trajectory readTrajectory(std::istream& in, ReadReport* report) {
 
 std::vector<TimeNs> readStamps(std::istream& in) {
   std::vector<TimeNs> stamps;
+  std::vector<std::string_view> fields;
   std::string line;
   while (std::getline(in, line)) {
     TimeNs t = 0;
-    const std::string first = split(clean(line), Format::euroc).front();
-    if (parseNumber(first, &t)) stamps.push_back(t);
+    const std::string cleaned = clean(line);
+    tables::splitLine(cleaned, ',', &fields);
+    if (parseWhole(fields.front(), &t)) stamps.push_back(t);
   }
   std::sort(stamps.begin(), stamps.end());
   return stamps;

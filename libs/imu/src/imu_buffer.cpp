@@ -108,6 +108,13 @@ bool ImuBuffer::statistics(TimeNs t0, TimeNs t1, Vec3* gyro_mean, Vec3* acc_mean
   return true;
 }
 
+double ImuBuffer::rate(TimeNs t0, TimeNs t1) const {
+  if (t1 <= t0) return 0;
+  const auto lo = std::lower_bound(samples_.begin(), samples_.end(), t0, earlier);
+  const auto hi = std::lower_bound(lo, samples_.end(), t1, earlier);
+  return static_cast<double>(hi - lo) / toSeconds(t1 - t0);
+}
+
 bool ImuBuffer::meanGyro(TimeNs t0, TimeNs t1, Vec3* rate) const {
   if (samples_.empty() || t1 <= t0 || t0 < samples_.front().t || t1 > samples_.back().t) {
     return false;

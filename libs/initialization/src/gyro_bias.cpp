@@ -115,7 +115,8 @@ GyroBiasEstimate estimateGyroBias(const std::vector<AlignmentFrame>& frames, con
       }
       // The direction is this pair's own unknown; a little damping where there is no parallax.
       const Eigen::Matrix2d D =
-          N.bottomRightCorner<2, 2>() + 1e-8 * p.matches.size() * Eigen::Matrix2d::Identity();
+          N.bottomRightCorner<2, 2>() +
+          1e-8 * static_cast<double>(p.matches.size()) * Eigen::Matrix2d::Identity();
       const Eigen::Matrix<double, 3, 2> W = N.topRightCorner<3, 2>() * D.inverse();
       H += N.topLeftCorner<3, 3>() - W * N.bottomLeftCorner<2, 3>();
       g += y.head<3>() - W * y.tail<2>();

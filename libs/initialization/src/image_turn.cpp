@@ -75,12 +75,17 @@ struct Epipolar {
     for (const Pair& p : pairs) {
       const Vec3 Rb = R * p.b;
       const Vec3 n = p.a.cross(Rb);
-      const Vec3 line = t.cross(p.a);
-      const double scale = 1 / (pixel * std::sqrt(line.squaredNorm() + 1e-4));
+      const double ta = t.dot(p.a), tb = t.dot(Rb);
+      // What a pixel of noise in both bearings makes of t.n. It depends on rotation and direction
+      // itself: without that in the derivative, noise would pull both to where the lines are short.
+      const double s2 = std::max(2 - ta * ta - tb * tb, 1e-4);
+      const double scale = 1 / (pixel * std::sqrt(s2));
       const double r = scale * t.dot(n);
+      const Eigen::RowVector3d by_turn = -t.transpose() * R * hat(p.b);  // of t.Rb
       Vec5 J;
-      J.head<3>() = scale * (line.transpose() * (-R * hat(p.b))).transpose();
-      J.tail<2>() = scale * (basis.transpose() * n);
+      J.head<3>() = scale * (t.cross(p.a).transpose() * (-R * hat(p.b))).transpose() +
+                    (r * tb / s2) * by_turn.transpose();
+      J.tail<2>() = basis.transpose() * (scale * n + (r / s2) * (ta * p.a + tb * Rb));
       const double w = 1 / (1 + r * r);
       H += w * J * J.transpose();
       g += w * r * J;

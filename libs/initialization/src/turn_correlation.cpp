@@ -12,10 +12,18 @@ namespace {
 constexpr int kFewestTurns = 8;
 /// An answer must be this much better than any other that is further off than kApartS
 /// (squared whitened residuals).
-constexpr double kClearly = 16;
+constexpr double kClearly = 12;
 constexpr double kApartS = 0.015;
 constexpr double kEnoughSigmaS = 0.012;
 constexpr double kEnoughExplained = 0.6;
+
+/// How many turns the overlapping ones are worth.
+double independent(const std::vector<ImageTurn>& turns) {
+  double sum = 0;
+  for (const ImageTurn& turn : turns) sum += toSeconds(turn.t1 - turn.t0);
+  const double covered = toSeconds(turns.back().t1 - turns.front().t0);
+  return static_cast<double>(turns.size()) * std::min(1.0, covered / std::max(1e-9, sum));
+}
 
 /// Turns and what the gyro says of the same stretch of time.
 struct Matched {
@@ -141,7 +149,7 @@ TurnCorrelation correlateTurns(const std::vector<ImageTurn>& turns, const imu::I
   }
   scale = residualScale(matchAt(turns, imu, curve.offset[curve.best]), R);
   curve = curveOf(turns, imu, R, search, scale);
-  const double n = out.turns;
+  const double n = independent(turns);
   // Noise from what is left at the best offset; 3 numbers a turn, 4 of all estimated.
   const double variance = std::max(1e-4, curve.cost[curve.best] * n / std::max(1.0, 3 * n - 4));
   out.explained = 1 - curve.cost[curve.best] / std::max(1e-12, curve.unexplained[curve.best]);

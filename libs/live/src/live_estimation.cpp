@@ -186,6 +186,8 @@ results::RunSummary LiveEstimation::finish() {
   finished_ = true;
   const roles::EstimatorReport report = estimator_->report();
   summary_.resets = report.resets;
+  summary_.doubts = report.doubts;
+  summary_.calibration_sigma = report.calibration_sigma;
   summary_.longest_wait_reason = report.longest_wait_reason;
   summary_.calibration = report.calibration;
   summary_.counters = report.counters;

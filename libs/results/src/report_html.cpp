@@ -133,6 +133,9 @@ std::string reportHtml(const RunSummary& s, const RunPictures& pictures) {
   std::string page = kHead;
   page += "<h1>" + escapedMarkup(s.rawlog) + "</h1>\n<p>Estimator <b>" +
           escapedMarkup(s.estimator) + "</b></p>\n";
+  page += std::string("<p") + (s.verdict == Verdict::good ? "" : " class=\"bad\"") +
+          ">Verdict: <b>" + name(s.verdict) + "</b></p>\n";
+  if (!s.doubts.empty()) page += list(s.doubts);
   if (!s.error.empty())
     page += "<p class=\"bad\">The run ended early: " + escapedMarkup(s.error) + "</p>\n";
   if (s.interrupted) page += "<p class=\"bad\">The run was interrupted.</p>\n";

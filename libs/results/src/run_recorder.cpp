@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calibration_yaml.h"
 #include "csv_text.h"
 #include "range_recorder.h"
 #include "report_html.h"
@@ -20,7 +21,8 @@ constexpr const char* kFramesHeader =
     "t_s,valid,health,segment,keyframe,tracks,landmarks,ms_pyramid,ms_flow,ms_detect,"
     "ms_initialise,ms_optimise,ms_marginalise,ms_total,vx_m_s,vy_m_s,vz_m_s,bgx_rad_s,bgy_rad_s,"
     "bgz_rad_s,bax_m_s2,bay_m_s2,baz_m_s2,sigma_x_m,sigma_y_m,sigma_z_m,sigma_rx_rad,sigma_ry_rad,"
-    "sigma_rz_rad";
+    "sigma_rz_rad,reprojection_rms,inertial_rms,time_offset_s,fx_px,fy_px,cx_px,cy_px,cam_x_m,"
+    "cam_y_m,cam_z_m,cam_rx_rad,cam_ry_rad,cam_rz_rad";
 
 /// Upper triangle, row by row: position in W (p), rotation on the right (r).
 constexpr const char* kCovarianceHeader =
@@ -45,7 +47,12 @@ std::string frameLine(const StateEstimate& e) {
   line += columns(e.state.v) + columns(e.state.bg) + columns(e.state.ba);
   const Eigen::Matrix<double, 6, 1> variance = e.covariance.diagonal();
   for (int i = 0; i < 6; ++i) line += format(",%.6g", std::sqrt(std::max(0.0, clean(variance[i]))));
-  return line;
+  const Calibration& c = e.calibration;
+  line += format(",%.4g,%.4g,%.7f", clean(e.reprojection_rms), clean(e.inertial_rms),
+                 clean(c.time_offset_s));
+  line += format(",%.3f,%.3f,%.3f,%.3f", clean(c.camera.fx), clean(c.camera.fy), clean(c.camera.cx),
+                 clean(c.camera.cy));
+  return line + columns(c.T_B_C.p) + columns(logQuat(c.T_B_C.q));
 }
 
 std::string covarianceLine(const StateEstimate& e) {
@@ -176,9 +183,11 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
   evaluation_ = compare(truth_, trajectory_);
   if (evaluation_) {
     summary->ate_posyaw_m = evaluation_->ate_position_m.rmse;
-    summary->ate_posyaw_deg = evaluation_->ate_orientation_deg.rmse;
+    if (evaluation_->attitudes) summary->ate_posyaw_deg = evaluation_->ate_orientation_deg.rmse;
     relativeErrors(*evaluation_, summary);
-    summary->nees_position = positionNees();
+    // A sparse truth is met between poses, where there is no covariance.
+    const bool at_poses = !evaluation_->association.estimate_interpolated;
+    if (at_poses && evaluation_->attitudes) summary->nees_position = positionNees();
     for (AnchorResult& a : summary->anchors) {
       const auto truth = true_anchors_.find(a.estimate.id);
       if (truth == true_anchors_.end() || !a.estimate.has_position) continue;
@@ -239,6 +248,12 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_frame_);
   if (not_finite_ > 0) summary->counters.emplace_back("poses_not_finite", not_finite_);
   if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
+  judge(summary);
+  if (summary->calibration && summary->calibration_sigma) {
+    OutputFile file(folder_.file("calibration.yaml"));
+    file.line(calibrationYaml(*summary->calibration, *summary->calibration_sigma));
+    file.close();
+  }
   evaluateInto(summary);
   writePictures(anchors, *summary);
   if (trajectory_.empty()) return;

@@ -44,6 +44,7 @@ Json toJson(const Calibration& c) {
   put(&json, "fy", c.camera.fy);
   put(&json, "cx", c.camera.cx);
   put(&json, "cy", c.camera.cy);
+  put(&json, "readout_s", c.readout_s);
   const Mat3 R = c.T_B_C.R();
   const Vec3& p = c.T_B_C.p;
   if (!R.allFinite() || !p.allFinite()) return json;
@@ -100,6 +101,19 @@ std::string toJson(const RunSummary& s) {
   if (!s.peers.empty()) json["peers"] = Json::array();
   for (const team::PeerResult& p : s.peers) json["peers"].push_back(toJson(p));
   if (s.calibration) json["calibration"] = toJson(*s.calibration);
+  if (s.calibration && s.calibration_sigma) {
+    const CalibrationSigma& sigma = *s.calibration_sigma;
+    Json& c = json["calibration"];
+    put(&c, "time_offset_sigma_s", sigma.time_offset_s);
+    put(&c, "fx_sigma", sigma.focal * s.calibration->camera.fx);
+    put(&c, "fy_sigma", sigma.focal * s.calibration->camera.fy);
+    put(&c, "cx_sigma", sigma.centre_px);
+    put(&c, "cy_sigma", sigma.centre_px);
+    put(&c, "T_B_C_position_sigma_m", sigma.position_m);
+    put(&c, "T_B_C_rotation_sigma_rad", sigma.rotation_rad);
+  }
+  json["verdict"] = name(s.verdict);
+  json["doubts"] = s.doubts;
   json["resets"] = s.resets;
   json["longest_wait_reason"] = s.longest_wait_reason;
   json["interrupted"] = s.interrupted;

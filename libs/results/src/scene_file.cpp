@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <type_traits>
@@ -37,9 +38,15 @@ struct Extent {
 
 float f(double v) { return static_cast<float>(v); }
 
+template <typename Shape>
+void paint(Shape* shape, const evaluation::Color& c, std::uint8_t opacity = 255) {
+  shape->setColor_u8(static_cast<std::uint8_t>(c.r), static_cast<std::uint8_t>(c.g),
+                     static_cast<std::uint8_t>(c.b), opacity);
+}
+
 CSetOfLines::Ptr pathOf(const SceneRobot& robot, Extent* extent) {
   auto lines = CSetOfLines::Create();
-  lines->setColor_u8(robot.color.r, robot.color.g, robot.color.b);
+  paint(lines.get(), robot.color);
   lines->setLineWidth(2.0F);
   const std::size_t every = robot.path.size() / kMostPoints + 1;
   bool begun = false;
@@ -59,7 +66,7 @@ CSetOfLines::Ptr pathOf(const SceneRobot& robot, Extent* extent) {
 
 CPointCloud::Ptr pointsOf(const SceneRobot& robot) {
   auto points = CPointCloud::Create();
-  points->setColor_u8(robot.color.r, robot.color.g, robot.color.b, 150);
+  paint(points.get(), robot.color, 150);
   points->setPointSize(2.0F);
   for (const Landmark& l : robot.landmarks) {
     const Vec3 p = robot.T * l.p_W;
@@ -89,7 +96,7 @@ CEllipsoid3D::Ptr ellipsoidOf(const Anchor& anchor, const SceneRobot& robot) {
   }
   ellipsoid->setCovMatrix(covariance);
   ellipsoid->setQuantiles(static_cast<float>(kSigmas));
-  ellipsoid->setColor_u8(robot.color.r, robot.color.g, robot.color.b);
+  paint(ellipsoid.get(), robot.color);
   const Vec3 p = robot.T * anchor.p_W;
   ellipsoid->setLocation(p.x(), p.y(), p.z());
   ellipsoid->setName("anchor " + std::to_string(anchor.id));

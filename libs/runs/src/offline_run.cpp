@@ -177,6 +177,8 @@ class OfflineRun {
     summary_.estimator = options_.estimator;
     summary_.rawlog = options_.rawlog;
     summary_.resets = report.resets;
+    summary_.doubts = report.doubts;
+    summary_.calibration_sigma = report.calibration_sigma;
     summary_.longest_wait_reason = report.longest_wait_reason;
     summary_.calibration = report.calibration;
     counters_["objects_read"] = static_cast<long>(reader_.objects());

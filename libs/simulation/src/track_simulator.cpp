@@ -347,7 +347,7 @@ vision::TrackedFrame TrackSimulator::at(TimeNs t) {
   return frame;
 }
 
-void TrackSimulator::drop(const std::vector<std::uint64_t>& ids) {
+void TrackSimulator::stopFollowing(const std::vector<std::uint64_t>& ids) {
   const std::set<std::uint64_t> gone(ids.begin(), ids.end());
   std::vector<Track> kept;
   for (const Track& k : impl_->tracks) {

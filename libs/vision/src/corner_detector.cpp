@@ -87,8 +87,8 @@ bool CornerDetector::collectCell(const cv::Mat& gradient, const cv::Rect& cell, 
             s >= down[x - 1] && s >= down[x] && s >= down[x + 1])) {
         continue;
       }
-      const cv::Point2f at(region.x + x + peakOffset(row[x - 1], s, row[x + 1]),
-                           region.y + y + peakOffset(up[x], s, down[x]));
+      const cv::Point2f at(static_cast<float>(region.x + x) + peakOffset(row[x - 1], s, row[x + 1]),
+                           static_cast<float>(region.y + y) + peakOffset(up[x], s, down[x]));
       if (!blocked(at, near_)) candidates_.push_back({at, s, occupancy});
     }
   }
@@ -137,10 +137,11 @@ std::vector<cv::Point2f> CornerDetector::detect(const cv::Mat& gradient,
                         options_.cell_px);
     const cv::Rect cell = full & inner;
     if (cell.empty()) continue;
+    const auto left = static_cast<float>(cell.x), right = static_cast<float>(cell.x + cell.width);
+    const auto top = static_cast<float>(cell.y), bottom = static_cast<float>(cell.y + cell.height);
     near_.clear();
     for (const cv::Point2f& p : existing) {
-      if (p.x > cell.x - reach && p.x < cell.x + cell.width + reach && p.y > cell.y - reach &&
-          p.y < cell.y + cell.height + reach) {
+      if (p.x > left - reach && p.x < right + reach && p.y > top - reach && p.y < bottom + reach) {
         near_.push_back(p);
       }
     }

@@ -170,7 +170,7 @@ TrackedFrame FeatureTracker::process(TimeNs t, const cv::Mat& gray, const Mat3& 
   return frame;
 }
 
-void FeatureTracker::drop(const std::vector<std::uint64_t>& ids) {
+void FeatureTracker::stopFollowing(const std::vector<std::uint64_t>& ids) {
   std::vector<std::uint64_t> sorted = ids;
   std::sort(sorted.begin(), sorted.end());
   auto& tracks = impl_->tracks;

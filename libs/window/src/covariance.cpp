@@ -64,10 +64,14 @@ Eigen::Matrix4d edgeByGrowth(const Eigen::Matrix4d& edge, const Eigen::Matrix4d&
   return V * l.asDiagonal() * V.transpose();
 }
 
+/// The camera's pose and parameters.
+constexpr int kCalibrationSize = 6 + factors::kCameraParameters;
+
 /// Covariance columns of chosen frames' poses out of the information of all frames.
 class PoseCovariance {
  public:
-  PoseCovariance(const NormalEquations& eq, const std::vector<int>& frames) : frames_(frames) {
+  PoseCovariance(const NormalEquations& eq, const std::vector<int>& frames, bool calibrated)
+      : frames_(frames), calibrated_(calibrated) {
     const Eigen::VectorXd s =
         eq.H.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 1.0; });
     Eigen::MatrixXd A = s.asDiagonal() * eq.H * s.asDiagonal();
@@ -76,7 +80,9 @@ class PoseCovariance {
     ok_ = llt.info() == Eigen::Success;
     if (!ok_) return;
     const int n = static_cast<int>(eq.H.rows()), m = 6 * static_cast<int>(frames.size());
-    Eigen::MatrixXd E = Eigen::MatrixXd::Zero(n, m);
+    const int c = calibrated ? kCalibrationSize : 0;
+    Eigen::MatrixXd E = Eigen::MatrixXd::Zero(n, m + c);
+    E.bottomRightCorner(c, c).setIdentity();
     for (std::size_t k = 0; k < frames.size(); ++k) {
       for (int i = 0; i < 6; ++i) E(15 * frames[k] + i, 6 * static_cast<int>(k) + i) = 1;
     }
@@ -85,6 +91,22 @@ class PoseCovariance {
     cov_ = E.transpose() * E;
   }
   bool ok() const { return ok_; }
+  /// Standard deviations times the root of `factor`; nothing if it was held.
+  std::optional<CalibrationSigma> calibration(double factor) const {
+    if (!calibrated_) return std::nullopt;
+    const Eigen::Matrix<double, kCalibrationSize, 1> s =
+        (factor * cov_.diagonal().tail<kCalibrationSize>()).cwiseMax(0).cwiseSqrt();
+    const auto camera = s.tail<factors::kCameraParameters>();
+    CalibrationSigma out;
+    out.position_m = s.head<3>().maxCoeff();
+    out.rotation_rad = s.segment<3>(3).maxCoeff();
+    out.time_offset_s = camera[factors::kTimeOffset];
+    out.readout_s = camera[factors::kReadout];
+    out.focal = camera[factors::kFocal];
+    out.aspect = camera[factors::kAspect];
+    out.centre_px = std::max(camera[factors::kCx], camera[factors::kCy]);
+    return out;
+  }
   Mat6 block(std::size_t a, std::size_t b) const {
     return cov_.block<6, 6>(6 * static_cast<int>(a), 6 * static_cast<int>(b));
   }
@@ -96,6 +118,7 @@ class PoseCovariance {
 
  private:
   std::vector<int> frames_;
+  bool calibrated_;
   bool ok_ = false;
   Eigen::MatrixXd cov_;
 };
@@ -168,7 +191,7 @@ double varianceFactor(const WindowState& w) {
 void updateCovariance(WindowState& w) {
   const int n = static_cast<int>(w.frames.size());
   if (n < 2) return;
-  const PoseCovariance cov(informationOf(w), {0, 1, n - 1});
+  const PoseCovariance cov(informationOf(w), {0, 1, n - 1}, w.calibrating());
   if (!cov.ok()) return;
   const Frame &first = *w.frames[0], &second = *w.frames[1], &newest = *w.frames.back();
   w.covariance.newest = cov.relative(relativeTo(first, newest), 2, 0);
@@ -183,6 +206,7 @@ void updateCovariance(WindowState& w) {
                      newest.T_W_B().p - second.T_W_B().p);
   }
   const double factor = varianceFactor(w);
+  w.covariance.calibration = cov.calibration(std::max(1.0, factor));
   w.covariance.newest *= factor;
   w.covariance.edge *= factor;
   w.covariance.claim *= factor;

@@ -85,7 +85,7 @@ void LongWindow::advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> fro
   s.front.x[4] = node.x[4];
   s.nodes.push_back(std::move(node));
   if (s.position()) s.linkFront();
-  while (static_cast<int>(s.nodes.size()) > s.limit()) s.dropOldest();
+  while (static_cast<int>(s.nodes.size()) > s.limit()) s.marginaliseOldest();
 }
 
 void LongWindow::Impl::linkFront() {

@@ -38,9 +38,9 @@ struct LongWindow::Impl {
   Eigen::MatrixXd joint;
   std::vector<std::uint64_t> joint_anchors;
 
-  bool position() const { return options.mode == "position"; }
+  bool position() const { return options.mode == LongWindowMode::position; }
   int band() const { return position() ? 3 : 1; }
-  int limit() const { return options.mode == "none" ? 0 : options.size; }
+  int limit() const { return options.mode == LongWindowMode::none ? 0 : options.size; }
   int anchorIndex(std::uint64_t id) const;
   bool yawFrozen() const { return position() || !options.heading; }
   bool scaleFrozen() const { return position() || options.scale_sigma <= 0; }
@@ -61,7 +61,7 @@ struct LongWindow::Impl {
   void holdFixedAnchors(Frontal* f) const;
   /// Mode "position": ties the new front to the nodes before it.
   void linkFront();
-  void dropOldest();
+  void marginaliseOldest();
   std::vector<double> frontAndAnchors() const;
   double cost(const std::vector<HeldRange>& front_ranges);
 };

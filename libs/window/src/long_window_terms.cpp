@@ -210,7 +210,7 @@ void LongWindow::backSubstitute() {
 }
 
 /// The oldest node becomes part of the prior.
-void LongWindow::Impl::dropOldest() {
+void LongWindow::Impl::marginaliseOldest() {
   Frontal f(band(), static_cast<int>(anchors.size()));
   addPrior(&f);
   addNode(0, &f);

@@ -81,7 +81,7 @@ struct LandmarkSystem {
   Mat3 H = Mat3::Zero();
   Vec3 b = Vec3::Zero();
   std::vector<int> offsets, sizes;
-  std::vector<int> offset;                            // scratch: columns of the term at hand
+  std::vector<int> columns;                           // scratch: of the term at hand
   std::vector<Eigen::Matrix<double, 6, 3>> coupling;  // H_xl per touched block, first `size` rows
 
   void reset() {
@@ -124,8 +124,8 @@ struct LandmarkSystem {
 void accumulate(const Linearizer& lin, const Term& t, NormalEquations* eq, LandmarkSystem* lm) {
   const std::vector<int>& sizes = t.cost->parameter_block_sizes();
   const std::size_t n = sizes.size();
-  lm->offset.resize(n);
-  std::vector<int>& offset = lm->offset;
+  lm->columns.resize(n);
+  std::vector<int>& offset = lm->columns;
   for (std::size_t k = 0; k < n; ++k) offset[k] = eq->offsetOf(t.blocks[k]);
   for (std::size_t k = 0; k < n; ++k) {
     const int sk = localSize(sizes[k]);
@@ -154,8 +154,8 @@ void accumulate(const Linearizer& lin, const Term& t, NormalEquations* eq, Landm
 }  // namespace
 
 int NormalEquations::offsetOf(const double* block) const {
-  for (const BlockRef& b : blocks) {
-    if (b.data == block) return b.offset;
+  for (const BlockRef& ref : blocks) {
+    if (ref.data == block) return ref.offset;
   }
   return -1;
 }

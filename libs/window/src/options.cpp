@@ -1,4 +1,5 @@
 /// Settings of both windows.
+#include "vir/core/choice.h"
 #include "vir/core/option_check.h"
 #include "vir/window/long_window.h"
 #include "vir/window/short_window.h"
@@ -16,7 +17,7 @@ void describe(OptionVisitor& v, WindowOptions& o) {
   v.value("full_every_image", o.full_every_image,
           "solve the whole window for every image, not only for keyframes");
   v.value("sigma_px", o.sigma_px, {0.01, 100.0}, "noise of a tracked feature [px]");
-  v.choice("loss", o.loss, {"huber", "cauchy"}, "robust loss of reprojections");
+  chooseEnum(v, "loss", o.loss, {"huber", "cauchy"}, "robust loss of reprojections");
   v.value("loss_scale", o.loss_scale, {0.1, 1e6},
           "reprojections beyond this many sigma weigh less");
   v.value("outlier_sigma", o.outlier_sigma, {1.0, 1e6}, "reprojections beyond are dropped [sigma]");
@@ -88,10 +89,18 @@ void describe(OptionVisitor& v, LongWindowOptions& o) {
           "ranges longer than expected by more weigh far less [sigma]; 0 = never");
 }
 
+void describeCalibrate(OptionVisitor& v, WindowOptions& o) {
+  std::string calibrate = o.calibrate ? "online" : "trust";
+  v.choice("calibrate", calibrate, {"online", "trust"},
+           "online: time offset, camera pose and intrinsics are refined from what is given; trust: "
+           "what is given is exact");
+  o.calibrate = calibrate == "online";
+}
+
 void describeMode(OptionVisitor& v, LongWindowOptions& o) {
-  v.choice("long_window", o.mode, {"none", "position", "pose"},
-           "pose: keyframes with heading, conditional edges; position: as in the paper; none: "
-           "keyframes that leave the short window are folded into a prior");
+  chooseEnum(v, "long_window", o.mode, {"none", "position", "pose"},
+             "pose: keyframes with heading, conditional edges; position: as in the paper; none: "
+             "keyframes that leave the short window are folded into a prior");
   v.value("long_window_size", o.size, {1, 100000}, "keyframes in the long window");
   std::string anchor = o.anchor_fixed_after_init ? "fixed_after_init" : "estimate";
   v.choice("anchor", anchor, {"estimate", "fixed_after_init"},

@@ -207,7 +207,7 @@ int ShortWindow::landmarksInNewest() const {
   return n;
 }
 
-void ShortWindow::handOver() {
+void ShortWindow::moveAllToLongWindow() {
   if (!impl_->long_window || impl_->long_window->empty()) return;
   while (impl_->frames.size() > 1) {
     handToLongWindow(*impl_);
@@ -302,11 +302,15 @@ void ShortWindow::setCalibration(const Calibration& calibration) {
   factors::poseTo(calibration.T_B_C, impl_->extrinsic);
 }
 
+CalibrationSigma ShortWindow::calibrationSigma() const {
+  return impl_->covariance.calibration.value_or(impl_->calibration_sigma);
+}
+
 void ShortWindow::stampWith(double time_offset_s) { impl_->stamp_offset_s = time_offset_s; }
 
 Calibration ShortWindow::calibration() const {
   const factors::CameraVector c = impl_->cameraVector();
-  Calibration out = {impl_->camera, impl_->T_B_C(), c[factors::kTimeOffset]};
+  Calibration out = {impl_->camera, impl_->T_B_C(), c[factors::kTimeOffset], c[factors::kReadout]};
   out.camera.fx *= 1 + c[factors::kFocal] + c[factors::kAspect];
   out.camera.fy *= 1 + c[factors::kFocal] - c[factors::kAspect];
   out.camera.cx += c[factors::kCx];

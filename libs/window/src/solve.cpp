@@ -137,7 +137,7 @@ std::unique_ptr<ceres::Manifold> frontManifold(const WindowState& w) {
 }
 
 std::unique_ptr<ceres::LossFunction> lossOf(const WindowOptions& o) {
-  if (o.loss == "cauchy") return std::make_unique<ceres::CauchyLoss>(o.loss_scale);
+  if (o.loss == ReprojectionLoss::cauchy) return std::make_unique<ceres::CauchyLoss>(o.loss_scale);
   return std::make_unique<ceres::HuberLoss>(o.loss_scale);
 }
 
@@ -163,13 +163,21 @@ SolveSummary run(const ceres::Solver::Options& options, const TermSet& set, Unkn
   out.usable = x->finite() && std::isfinite(summary.final_cost) &&
                summary.termination_type != ceres::FAILURE;
   if (out.usable) x->writeBack();
-  double sum = 0;
-  double r[2];
+  double sum = 0, inertial = 0;
+  int links = 0;
   for (const Term& t : set.terms()) {
+    if (t.cost->num_residuals() == 15 && t.blocks.size() == 4) {
+      imu::Vec15 r;
+      t.cost->Evaluate(t.blocks.data(), r.data(), nullptr);
+      inertial += r.head<9>().squaredNorm();
+      ++links;
+    }
     if (t.robust <= 0) continue;  // only reprojections have a robust loss
+    double r[2];
     t.cost->Evaluate(t.blocks.data(), r, nullptr);
     sum += r[0] * r[0] + r[1] * r[1];
   }
+  out.inertial_rms = links ? std::sqrt(inertial / (9.0 * links)) : 0;
   out.reprojection_rms = out.sights ? std::sqrt(sum / (2.0 * out.sights)) : 0;
   return out;
 }

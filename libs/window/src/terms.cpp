@@ -38,7 +38,7 @@ void TermSet::addRest(Frame& a, Frame* before) {
 
 void TermSet::addLandmark(WindowLandmark& l) {
   Frame* host = l.host();
-  const bool cauchy = w_.options.loss == "cauchy";
+  const bool cauchy = w_.options.loss == ReprojectionLoss::cauchy;
   host_sights_.emplace_back(l.ray, l.sights.front().sight.weight);
   terms_.push_back({&host_sights_.back(), {l.x}, 0, false, l.x});
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
@@ -125,7 +125,7 @@ void TermSet::addTail(std::size_t first) {
     addRest(*w_.frames[k], before);
   }
   const Pose T_B_C = w_.T_B_C();
-  const bool cauchy = w_.options.loss == "cauchy";
+  const bool cauchy = w_.options.loss == ReprojectionLoss::cauchy;
   const auto in_tail = [&](const Frame* f) {
     for (std::size_t k = first; k < w_.frames.size(); ++k) {
       if (w_.frames[k].get() == f) return true;

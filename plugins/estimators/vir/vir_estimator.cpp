@@ -12,6 +12,7 @@
 
 #include "bias_model_file.h"
 #include "vir/rawlog/convert.h"
+#include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
@@ -21,29 +22,6 @@ Pose poseOf(const mrpt::poses::CPose3D& p) {
   const mrpt::poses::CPose3DQuat q(p);
   return {Quat(q.quat().r(), q.quat().x(), q.quat().y(), q.quat().z()).normalized(),
           Vec3(q.x(), q.y(), q.z())};
-}
-
-CameraCalibration calibrationOf(const mrpt::img::TCamera& c) {
-  CameraCalibration out;
-  out.width = static_cast<int>(c.ncols);
-  out.height = static_cast<int>(c.nrows);
-  out.fx = c.fx();
-  out.fy = c.fy();
-  out.cx = c.cx();
-  out.cy = c.cy();
-  switch (c.distortion) {
-    case mrpt::img::DistortionModel::kannala_brandt:
-      out.distortion = Distortion::equidistant;
-      out.dist = {c.k1(), c.k2(), c.k3(), c.k4(), 0};
-      break;
-    case mrpt::img::DistortionModel::plumb_bob:
-      out.distortion = Distortion::radtan;
-      out.dist = {c.k1(), c.k2(), c.p1(), c.p2(), c.k3()};
-      break;
-    default:
-      out.distortion = Distortion::none;
-  }
-  return out;
 }
 
 /// The image as one 8-bit channel; shares the pixels where it is one already.
@@ -68,6 +46,7 @@ void VirSettings::describe(OptionVisitor& v) {
   v.value("pipelined", config.pipelined,
           "the tracker hears of the state one image later, as it does with two threads in record");
   window::describeMode(v, config.long_window);
+  window::describeCalibrate(v, config.window);
   estimator::describe(v, config);
 }
 
@@ -138,7 +117,7 @@ void VirEstimator::addImu(const mrpt::obs::CObservationIMU& o) {
 bool VirEstimator::knowsCamera(const mrpt::img::TCamera& camera,
                                const mrpt::poses::CPose3D& T_B_C) {
   if (estimator_->hasCamera()) return true;
-  calibration_ = calibrationOf(camera);
+  calibration_ = rawlog::fromMrptCamera(camera);
   try {
     estimator_->setCamera(calibration_, poseOf(T_B_C));
   } catch (const std::invalid_argument& e) {
@@ -222,7 +201,9 @@ roles::EstimatorReport VirEstimator::report() const {
   r.resets = estimator_->resets();
   r.longest_wait_reason = estimator_->longestWaitReason();
   if (estimator_->hasCamera()) {
+    r.doubts = estimator_->doubts();
     r.calibration = estimator_->calibration();
+    r.calibration_sigma = estimator_->calibrationSigma();
   }
   return r;
 }

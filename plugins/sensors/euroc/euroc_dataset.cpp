@@ -13,6 +13,7 @@
 #include "euroc_dataset.h"
 #include "input_error.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/grabber_settings.h"
@@ -27,18 +28,6 @@ using euroc::Event;
 
 /// Events per doProcess(): enough to be fast, few enough to keep the queue small.
 constexpr int kBatch = 64;
-
-mrpt::img::TCamera mrptCamera(const euroc::CameraYaml& c, const std::string& name) {
-  mrpt::img::TCamera out;
-  out.ncols = static_cast<uint32_t>(c.width);
-  out.nrows = static_cast<uint32_t>(c.height);
-  out.cameraName = name;
-  out.setIntrinsicParamsFromValues(c.fx, c.fy, c.cx, c.cy);
-  const auto& d = c.dist;
-  if (c.lens == euroc::Lens::radtan) out.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
-  if (c.lens == euroc::Lens::equidistant) out.setDistortionKannalaBrandt(d[0], d[1], d[2], d[3]);
-  return out;
-}
 
 mrpt::obs::CObservation::Ptr imuObservation(const euroc::ImuRow& row) {
   using namespace mrpt::obs;
@@ -112,10 +101,11 @@ void EurocDataset::initialize() {
     }
     store_ =
         std::make_unique<euroc::ImageStore>(mode, m_path_for_external_images, rawlog::kCameraLabel,
-                                            camera->width, camera->height, &log_);
+                                            camera->camera.width, camera->camera.height, &log_);
+    store_->setStretch(recording_->stretch().black, recording_->stretch().white);
     auto obs = std::make_shared<mrpt::obs::CObservationImage>();
     obs->sensorLabel = rawlog::kCameraLabel;
-    obs->cameraParams = mrptCamera(*camera, options_.camera);
+    obs->cameraParams = rawlog::toMrptCamera(camera->camera, options_.camera);
     obs->cameraPose = rawlog::toMrptPose(camera->T_B_C);
     image_template_ = obs;
   }
@@ -170,7 +160,7 @@ void EurocDataset::emit(const Event& event) {
 
 void EurocDataset::emitImage(const Event& event, const euroc::ImageRow& row) {
   euroc::StoredImage stored;
-  const std::string file = recording_->folder().camera_dir + "/data/" + row.file;
+  const std::string file = euroc::imageFile(recording_->folder().camera_dir, row.file);
   if (!store_->store(event.t, file, event.where, &stored)) return;
   auto obs = std::make_shared<mrpt::obs::CObservationImage>(*image_template_);
   obs->timestamp = rawlog::toMrptTime(event.t);
@@ -198,19 +188,29 @@ std::vector<std::pair<std::string, long>> EurocDataset::counters() const {
 std::vector<std::string> EurocDataset::warnings() const { return log_.messages(); }
 
 std::string EurocDataset::companionIni() const {
-  if (!recording_ || !recording_->imu().has_noise) return {};
-  const euroc::ImuYaml& imu = recording_->imu();
-  char text[1024];
-  std::snprintf(text, sizeof text,
-                "[Imu]\n"
-                "gyro_noise_density = %.6g  // rad/s/sqrt(Hz)\n"
-                "gyro_random_walk = %.6g  // rad/s^2/sqrt(Hz)\n"
-                "acc_noise_density = %.6g  // m/s^2/sqrt(Hz)\n"
-                "acc_random_walk = %.6g  // m/s^3/sqrt(Hz)\n",
-                imu.gyro_noise_density, imu.gyro_random_walk, imu.acc_noise_density,
-                imu.acc_random_walk);
-  return "// Noise of the IMU, taken from " + recording_->folder().imu_dir + "/sensor.yaml\n" +
-         text;
+  if (!recording_) return {};
+  std::string out;
+  if (const euroc::ImuYaml& imu = recording_->imu(); imu.has_noise) {
+    const std::string from = options_.calibration.empty()
+                                 ? recording_->folder().imu_dir + "/sensor.yaml"
+                                 : "the calibration";
+    char text[1024];
+    std::snprintf(text, sizeof text,
+                  "[Imu]\n"
+                  "gyro_noise_density = %.6g  // rad/s/sqrt(Hz)\n"
+                  "gyro_random_walk = %.6g  // rad/s^2/sqrt(Hz)\n"
+                  "acc_noise_density = %.6g  // m/s^2/sqrt(Hz)\n"
+                  "acc_random_walk = %.6g  // m/s^3/sqrt(Hz)\n",
+                  imu.gyro_noise_density, imu.gyro_random_walk, imu.acc_noise_density,
+                  imu.acc_random_walk);
+    out = "// Noise of the IMU, taken from " + from + "\n" + text;
+  }
+  if (const auto offset = recording_->timeOffset()) {
+    char text[64];
+    std::snprintf(text, sizeof text, "[Camera]\ntime_offset_s = %.9g\n", *offset);
+    out += text;
+  }
+  return out;
 }
 
 std::vector<roles::TrueAnchor> EurocDataset::trueAnchors() const {

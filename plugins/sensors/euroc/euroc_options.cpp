@@ -13,10 +13,13 @@ void describe(OptionVisitor& v, EurocOptions& o) {
   v.section("euroc", "Recording in the EuRoC (ASL) folder layout, TUM-VI included");
   v.value("source", o.source, "folder that contains mav0, or mav0 itself");
   v.value("camera", o.camera, "camera folder below mav0, or none");
+  v.value("calibration", o.calibration,
+          "file that goes before the recording's sensor.yaml (Kalibr, OpenCV, ROS, VINS, ...)");
   v.choice("images", o.images, {"link", "copy", "embed"},
            "how images get into the rawlog: as links or copies beside it, or inside");
   v.value("read_gt", o.read_gt, "take over the ground truth (evaluation only)");
   v.value("read_ranges", o.read_ranges, "take over the ranges of mav0/uwb0");
+  v.value("antenna", o.antenna, "take only the ranges of this antenna; empty: of all");
   v.value("start_s", o.start_s, {0, kInf}, "skip this much after the first image");
   v.value("max_duration_s", o.max_duration_s, {0, kInf}, "stop after this much; 0 = to the end");
   v.value("simulate_ranges", o.simulate_ranges, "draw ranges from the ground truth");

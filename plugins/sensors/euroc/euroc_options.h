@@ -10,9 +10,11 @@ namespace vir::euroc {
 struct EurocOptions {
   std::string source;           ///< folder with `mav0`, or `mav0` itself
   std::string camera = "cam0";  ///< folder below mav0, or "none"
+  std::string calibration;      ///< file; empty: the sensor.yaml files of the recording
   std::string images = "link";  ///< link, copy or embed
   bool read_gt = true;
   bool read_ranges = true;
+  std::string antenna;        ///< only its ranges, where a column names antennas; empty: all
   double start_s = 0;         ///< [s] after the first image
   double max_duration_s = 0;  ///< [s] from the start, 0 = all
 

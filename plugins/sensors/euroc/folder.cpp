@@ -37,7 +37,7 @@ fs::path findMav0(const fs::path& source) {
                    subfolders(source));
 }
 
-/// The first text file that can be a TUM trajectory, in name order.
+/// The first text file that can be a trajectory, in name order.
 fs::path tumFile(const fs::path& dir) {
   std::set<fs::path> found;
   std::error_code ec;
@@ -49,7 +49,7 @@ fs::path tumFile(const fs::path& dir) {
 }
 
 void findGroundTruth(const fs::path& mav0, Folder* f) {
-  for (const char* name : {"state_groundtruth_estimate0", "mocap0"}) {
+  for (const char* name : {"state_groundtruth_estimate0", "mocap0", "vicon0", "leica0"}) {
     const fs::path dir = mav0 / name;
     if (!fs::is_directory(dir)) continue;
     f->ground_truth_dir = dir.string();
@@ -59,7 +59,6 @@ void findGroundTruth(const fs::path& mav0, Folder* f) {
     }
     if (const fs::path tum = tumFile(dir); !tum.empty()) {
       f->ground_truth_file = tum.string();
-      f->ground_truth_is_tum = true;
       return;
     }
   }

@@ -11,7 +11,6 @@ struct Folder {
   std::string uwb_dir;            ///< empty: none
   std::string ground_truth_file;  ///< empty: none
   std::string ground_truth_dir;
-  bool ground_truth_is_tum = false;
 };
 
 /// Does `source` contain mav0, or is it mav0?

@@ -92,7 +92,8 @@ bool ImageStore::store(TimeNs t, const std::string& file, const std::string& whe
   if (!decode(file, where)) return false;
   converted_ = false;
   if (image_.depth() == CV_16U) {
-    image_.convertTo(image_, CV_8U, 1.0 / 257.0);
+    const double scale = 255.0 / (white_ - black_);
+    image_.convertTo(image_, CV_8U, scale, -black_ * scale);
     log_->count("images_converted_16_to_8_bit");
     converted_ = true;
   } else if (image_.depth() != CV_8U) {

@@ -29,6 +29,12 @@ class ImageStore {
         height_(height),
         log_(log) {}
 
+  /// Pixels of 16 bits that become 0 and 255.
+  void setStretch(double black, double white) {
+    black_ = black;
+    white_ = white;
+  }
+
   /// Decodes `file` and stores it. False, counted in the log with `where`, if it is missing, cannot
   /// be decoded or has another size. Throws InputError if the folder cannot be written.
   bool store(TimeNs t, const std::string& file, const std::string& where, StoredImage* out);
@@ -41,6 +47,7 @@ class ImageStore {
   ImageMode mode_;
   std::string folder_, label_;
   int width_, height_;
+  double black_ = 0, white_ = 65535;
   ProblemLog* log_;
   bool folder_ready_ = false, links_work_ = true;
   std::vector<unsigned char> bytes_;

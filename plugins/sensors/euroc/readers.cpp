@@ -2,7 +2,7 @@
 
 #include <cctype>
 #include <cmath>
-#include <limits>
+#include <set>
 
 namespace vir::euroc {
 namespace {
@@ -16,34 +16,64 @@ constexpr double kMaxPosition = 1e7;      // m
 constexpr double kMaxRange = 1e5;         // m
 constexpr double kMaxNormError = 0.02;    // of a quaternion
 
-bool enough(const Fields& f, std::size_t n, RowFault* fault) {
-  if (f.size() >= n) return true;
+// Time between rows of each kind, to tell the unit of stamps that are no dates.
+constexpr double kImuStep = 0.005, kImageStep = 0.05, kRangeStep = 0.05, kPoseStep = 0.02;  // s
+
+/// How to read the stamps of a file.
+struct Stamps {
+  int column = 0;
+  tables::StampUnit unit = tables::StampUnit::nanoseconds;
+};
+
+Stamps stampsOf(const std::string& path, const tables::Layout& layout, int column,
+                double typical_step_s, bool seconds_expected, ProblemLog* log) {
+  const tables::UnitGuess guess = tables::stampUnit(layout, column, typical_step_s);
+  const auto expected =
+      seconds_expected ? tables::StampUnit::seconds : tables::StampUnit::nanoseconds;
+  const Stamps stamps{column, guess.sure ? guess.unit : expected};
+  if (stamps.unit != expected) {
+    log->note(path + ": the stamps are in " + tables::name(stamps.unit) + ", taken as such");
+  }
+  return stamps;
+}
+
+bool enough(const Fields& f, int last, RowFault* fault) {
+  if (static_cast<int>(f.size()) > last) return true;
   *fault = {"malformed",
-            "has " + std::to_string(f.size()) + " columns, needs " + std::to_string(n)};
+            "has " + std::to_string(f.size()) + " columns, needs " + std::to_string(last + 1)};
   return false;
 }
 
-bool stamp(const Fields& f, TimeNs* t, RowFault* fault) {
-  if (parseNs(f[0], t)) return true;
-  *fault = {"malformed",
-            "`" + std::string(f[0].substr(0, 40)) + "` is not a whole number of nanoseconds"};
+const std::string_view& at(const Fields& f, int column) {
+  return f[static_cast<std::size_t>(column)];
+}
+
+bool stamp(const Fields& f, const Stamps& stamps, TimeNs* t, RowFault* fault) {
+  const std::string_view text = at(f, stamps.column);
+  if (tables::parseStamp(text, stamps.unit, t) && *t >= 0) return true;
+  const bool ns = stamps.unit == tables::StampUnit::nanoseconds;
+  *fault = {"malformed", "`" + std::string(text.substr(0, 40)) +
+                             (ns ? "` is not a whole number of nanoseconds"
+                                 : std::string("` is not a time in ") + tables::name(stamps.unit))};
   return false;
 }
 
-/// `n` finite numbers from field `from` on.
-bool values(const Fields& f, std::size_t from, std::size_t n, double* out, RowFault* fault) {
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::string_view field = f[from + i];
-    if (!parseNumber(field, &out[i])) {
-      *fault = {"malformed", "column " + std::to_string(from + i + 1) + ": `" +
-                                 std::string(field.substr(0, 40)) + "` is not a number"};
-      return false;
-    }
-    if (!std::isfinite(out[i])) {
-      *fault = {"not_finite", "column " + std::to_string(from + i + 1) + " is " +
-                                  std::string(field.substr(0, 40))};
-      return false;
-    }
+bool value(const Fields& f, int column, double* out, RowFault* fault) {
+  const std::string_view field = at(f, column);
+  const std::string name = "column " + std::to_string(column + 1);
+  const std::string text(field.substr(0, 40));
+  if (!parseNumber(field, out)) {
+    *fault = {"malformed", name + ": `" + text + "` is not a number"};
+    return false;
+  }
+  if (std::isfinite(*out)) return true;
+  *fault = {"not_finite", name + " is " + text};
+  return false;
+}
+
+bool vector(const Fields& f, const int columns[3], Vec3* out, RowFault* fault) {
+  for (int i = 0; i < 3; ++i) {
+    if (!value(f, columns[i], &(*out)[i], fault)) return false;
   }
   return true;
 }
@@ -53,11 +83,12 @@ bool implausible(RowFault* fault, const std::string& text) {
   return false;
 }
 
-bool parseImu(const Fields& f, ImuRow* row, RowFault* fault) {
-  double v[6];
-  if (!enough(f, 7, fault) || !stamp(f, &row->t, fault) || !values(f, 1, 6, v, fault)) return false;
-  row->gyro = Vec3(v[0], v[1], v[2]);
-  row->acc = Vec3(v[3], v[4], v[5]);
+bool parseImu(const Fields& f, const tables::ImuColumns& c, const Stamps& stamps, ImuRow* row,
+              RowFault* fault) {
+  if (!enough(f, c.last(), fault) || !stamp(f, stamps, &row->t, fault) ||
+      !vector(f, c.gyro, &row->gyro, fault) || !vector(f, c.acc, &row->acc, fault)) {
+    return false;
+  }
   if (row->gyro.cwiseAbs().maxCoeff() > kMaxRate)
     return implausible(fault, "angular rate above 1000 rad/s");
   if (row->acc.cwiseAbs().maxCoeff() > kMaxAcceleration) {
@@ -66,72 +97,68 @@ bool parseImu(const Fields& f, ImuRow* row, RowFault* fault) {
   return true;
 }
 
-bool parseImage(const Fields& f, ImageRow* row, RowFault* fault) {
-  if (!enough(f, 2, fault) || !stamp(f, &row->t, fault)) return false;
-  row->file = std::string(f[1]);
+bool parseImage(const Fields& f, const tables::ImageColumns& c, const Stamps& stamps, ImageRow* row,
+                RowFault* fault) {
+  if (!enough(f, std::max(c.stamp, c.file), fault) || !stamp(f, stamps, &row->t, fault)) {
+    return false;
+  }
+  row->file = std::string(at(f, c.file < 0 ? c.stamp : c.file));
   if (row->file.empty() || row->file.find('\0') != std::string::npos) {
-    *fault = {"malformed", "column 2 holds no file name"};
+    *fault = {"malformed", "column " + std::to_string(c.file + 1) + " holds no file name"};
     return false;
   }
   return true;
 }
 
-bool anchorId(double v, int* id, RowFault* fault) {
-  if (v != std::floor(v) || std::abs(v) > std::numeric_limits<std::int32_t>::max()) {
-    *fault = {"malformed", "the anchor's id is not a whole number"};
-    return false;
-  }
-  *id = static_cast<int>(v);
-  return true;
+bool anchorId(std::string_view field, tables::AnchorNames* names, int* id, RowFault* fault) {
+  if (names->numberOf(field, id)) return true;
+  *fault = {"malformed", "`" + std::string(field.substr(0, 40)) +
+                             "` is no anchor's id (a number, or a name of letters and digits)"};
+  return false;
 }
 
-bool parseRange(const Fields& f, RangeRow* row, RowFault* fault) {
-  double v[2];
-  if (!enough(f, 3, fault) || !stamp(f, &row->t, fault) || !values(f, 1, 2, v, fault) ||
-      !anchorId(v[0], &row->anchor, fault)) {
+bool parseRange(const Fields& f, const tables::RangeColumns& c, const Stamps& stamps,
+                tables::AnchorNames* names, RangeRow* row, RowFault* fault) {
+  if (!enough(f, std::max({c.stamp, c.anchor, c.range, c.antenna}), fault) ||
+      !stamp(f, stamps, &row->t, fault) || !value(f, c.range, &row->range_m, fault) ||
+      !anchorId(at(f, c.anchor), names, &row->anchor, fault)) {
     return false;
   }
-  row->range_m = v[1];
+  if (c.antenna >= 0) row->antenna = std::string(at(f, c.antenna));
   if (row->range_m < 0 || row->range_m > kMaxRange) {
-    return implausible(fault, "a range of " + std::string(f[2]) + " m");
+    return implausible(fault, "a range of " + std::string(at(f, c.range)) + " m");
   }
   return true;
 }
 
-bool parseAnchor(const Fields& f, AnchorRow* row, RowFault* fault) {
-  double v[4];
-  if (!enough(f, 4, fault) || !values(f, 0, 4, v, fault) || !anchorId(v[0], &row->id, fault)) {
+bool parseAnchor(const Fields& f, tables::AnchorNames* names, AnchorRow* row, RowFault* fault) {
+  const int columns[3] = {1, 2, 3};
+  if (!enough(f, 3, fault) || !vector(f, columns, &row->p_W, fault) ||
+      !anchorId(f[0], names, &row->id, fault)) {
     return false;
   }
-  row->p_W = Vec3(v[1], v[2], v[3]);
   return row->p_W.cwiseAbs().maxCoeff() <= kMaxPosition ||
          implausible(fault, "position beyond 10000 km");
 }
 
-bool makePose(const Vec3& p, Quat q, Pose* pose, RowFault* fault) {
-  if (p.cwiseAbs().maxCoeff() > kMaxPosition) return implausible(fault, "position beyond 10000 km");
-  if (std::abs(q.norm() - 1) > kMaxNormError)
-    return implausible(fault, "the quaternion is not of unit length");
-  *pose = Pose(q.normalized(), p);
-  return true;
-}
-
-bool parsePoseCsv(const Fields& f, PoseRow* row, RowFault* fault) {
-  double v[7];
-  if (!enough(f, 8, fault) || !stamp(f, &row->t, fault) || !values(f, 1, 7, v, fault)) return false;
-  return makePose(Vec3(v[0], v[1], v[2]), Quat(v[3], v[4], v[5], v[6]), &row->T_W_B, fault);
-}
-
-bool parsePoseTum(const Fields& f, PoseRow* row, RowFault* fault) {
-  double v[7];
-  if (!enough(f, 8, fault)) return false;
-  if (!parseDecimalSeconds(f[0], &row->t)) {
-    *fault = {"malformed",
-              "`" + std::string(f[0].substr(0, 40)) + "` is not a time in decimal seconds"};
+bool parsePose(const Fields& f, const tables::PoseColumns& c, const Stamps& stamps, PoseRow* row,
+               RowFault* fault) {
+  Vec3 p;
+  if (!enough(f, c.last(), fault) || !stamp(f, stamps, &row->t, fault) ||
+      !vector(f, c.p, &p, fault)) {
     return false;
   }
-  if (!values(f, 1, 7, v, fault)) return false;
-  return makePose(Vec3(v[0], v[1], v[2]), Quat(v[6], v[3], v[4], v[5]), &row->T_W_B, fault);
+  double q[4] = {0, 0, 0, 1};
+  row->has_attitude = c.hasAttitude();
+  for (int i = 0; i < 4 && row->has_attitude; ++i) {
+    if (!value(f, c.q[i], &q[i], fault)) return false;
+  }
+  if (p.cwiseAbs().maxCoeff() > kMaxPosition) return implausible(fault, "position beyond 10000 km");
+  const Quat attitude(q[3], q[0], q[1], q[2]);
+  if (std::abs(attitude.norm() - 1) > kMaxNormError)
+    return implausible(fault, "the quaternion is not of unit length");
+  row->T_W_B = Pose(attitude.normalized(), p);
+  return true;
 }
 
 template <typename Row>
@@ -140,48 +167,101 @@ bool sameStamp(const Row&, const Row&) {
 }
 
 template <typename Row, typename Parser>
-std::unique_ptr<RowCursor<Row>> open(const std::string& path, const char* name, Parser parser,
-                                     ProblemLog* log) {
-  typename RowCursor<Row>::Spec spec{path, name, parser, sameStamp<Row>, false};
+std::unique_ptr<RowCursor<Row>> open(const std::string& path, const char* name,
+                                     const tables::Layout& layout, Parser parser, ProblemLog* log) {
+  typename RowCursor<Row>::Spec spec{path, name, parser, sameStamp<Row>, false, layout.separator};
   return std::make_unique<RowCursor<Row>>(std::move(spec), log);
+}
+
+std::string listed(const int columns[3]) {
+  std::string out;
+  for (int i = 0; i < 3; ++i) out += " " + std::to_string(columns[i] + 1);
+  return out;
+}
+
+/// Says so when ranges are of several antennas, which nothing here can place.
+void noteAntennas(const std::string& path, const tables::Layout& layout, int column,
+                  ProblemLog* log) {
+  if (column < 0) return;
+  std::set<std::string> antennas;
+  for (const std::string& a : layout.column(static_cast<std::size_t>(column))) antennas.insert(a);
+  if (antennas.size() < 2) return;
+  std::string names;
+  for (const std::string& a : antennas) names += (names.empty() ? "" : ", ") + a;
+  log->note(
+      path + ": ranges of " + std::to_string(antennas.size()) + " antennas (" + names +
+      ") of which only one position is known: they are all taken to be there, which no anchor "
+      "survives unless they are close together; import one with euroc.antenna = NAME and its "
+      "position in uwb0/sensor.yaml");
 }
 
 }  // namespace
 
 std::unique_ptr<RowCursor<ImuRow>> openImu(const std::string& path, ProblemLog* log) {
-  return open<ImuRow>(path, "imu", parseImu, log);
+  const tables::Layout layout = tables::layoutOf(path);
+  const tables::ImuColumns c = tables::imuColumns(layout);
+  const Stamps stamps = stampsOf(path, layout, c.stamp, kImuStep, false, log);
+  if (c.gyro[0] != 1 || c.acc[0] != 4) {
+    log->note(path + ": by its header the gyro is in columns" + listed(c.gyro) +
+              ", the accelerometer in columns" + listed(c.acc));
+  }
+  const auto parse = [=](const Fields& f, ImuRow* row, RowFault* fault) {
+    return parseImu(f, c, stamps, row, fault);
+  };
+  return open<ImuRow>(path, "imu", layout, parse, log);
 }
 
 std::unique_ptr<RowCursor<ImageRow>> openImageList(const std::string& path, ProblemLog* log) {
-  RowCursor<ImageRow>::Spec spec{path, "image", parseImage, sameStamp<ImageRow>, true};
+  const tables::Layout layout = tables::layoutOf(path);
+  const tables::ImageColumns c = tables::imageColumns(layout);
+  const Stamps stamps = stampsOf(path, layout, c.stamp, kImageStep, false, log);
+  const auto parse = [=](const Fields& f, ImageRow* row, RowFault* fault) {
+    return parseImage(f, c, stamps, row, fault);
+  };
+  RowCursor<ImageRow>::Spec spec{path, "image", parse, sameStamp<ImageRow>, true, layout.separator};
   return std::make_unique<RowCursor<ImageRow>>(std::move(spec), log);
 }
 
-std::unique_ptr<RowCursor<RangeRow>> openRanges(const std::string& path, ProblemLog* log) {
-  // Several anchors may answer at one time.
-  const auto same = [](const RangeRow& a, const RangeRow& b) { return a.anchor == b.anchor; };
-  RowCursor<RangeRow>::Spec spec{path, "range", parseRange, same, false};
+std::unique_ptr<RowCursor<RangeRow>> openRanges(const std::string& path, tables::AnchorNames* names,
+                                                ProblemLog* log) {
+  const tables::Layout layout = tables::layoutOf(path);
+  const tables::RangeColumns c = tables::rangeColumns(layout);
+  const Stamps stamps = stampsOf(path, layout, c.stamp, kRangeStep, false, log);
+  noteAntennas(path, layout, c.antenna, log);
+  const auto parse = [=](const Fields& f, RangeRow* row, RowFault* fault) {
+    return parseRange(f, c, stamps, names, row, fault);
+  };
+  // Several anchors may answer at one time, and to several antennas.
+  const auto same = [](const RangeRow& a, const RangeRow& b) {
+    return a.anchor == b.anchor && a.antenna == b.antenna;
+  };
+  RowCursor<RangeRow>::Spec spec{path, "range", parse, same, false, layout.separator};
   return std::make_unique<RowCursor<RangeRow>>(std::move(spec), log);
 }
 
-std::unique_ptr<RowCursor<PoseRow>> openGroundTruthCsv(const std::string& path, ProblemLog* log) {
-  return open<PoseRow>(path, "ground_truth", parsePoseCsv, log);
+std::unique_ptr<RowCursor<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log) {
+  const tables::Layout layout = tables::layoutOf(path);
+  const tables::PoseColumns c = tables::poseColumns(layout);
+  const Stamps stamps = stampsOf(path, layout, c.stamp, kPoseStep, layout.separator == ' ', log);
+  if (!c.hasAttitude()) log->note(path + ": holds positions only, no attitude");
+  const auto parse = [=](const Fields& f, PoseRow* row, RowFault* fault) {
+    return parsePose(f, c, stamps, row, fault);
+  };
+  return open<PoseRow>(path, "ground_truth", layout, parse, log);
 }
 
-std::unique_ptr<RowCursor<PoseRow>> openGroundTruthTum(const std::string& path, ProblemLog* log) {
-  return open<PoseRow>(path, "ground_truth", parsePoseTum, log);
-}
-
-std::vector<AnchorRow> readAnchorTable(const std::string& path, ProblemLog* log) {
+std::vector<AnchorRow> readAnchorTable(const std::string& path, tables::AnchorNames* names,
+                                       ProblemLog* log) {
   std::vector<AnchorRow> anchors;
+  const tables::Layout layout = tables::layoutOf(path);
   LineReader lines(path);
   std::string line;
   Fields fields;
   for (bool first = true; lines.next(&line); first = false) {
-    splitFields(line, &fields);
+    tables::splitLine(line, layout.separator, &fields);
     AnchorRow row;
     RowFault fault;
-    if (parseAnchor(fields, &row, &fault)) {
+    if (parseAnchor(fields, names, &row, &fault)) {
       anchors.push_back(row);
     } else if (!first || std::isalpha(static_cast<unsigned char>(line[0])) == 0) {
       log->add("anchor_" + fault.kind, lines.where(), fault.text);

@@ -8,6 +8,7 @@
 #include "row_cursor.h"
 #include "vir/core/time.h"
 #include "vir/geometry/pose.h"
+#include "vir/tables/anchor_names.h"
 
 namespace vir::euroc {
 
@@ -26,11 +27,13 @@ struct RangeRow {
   TimeNs t = 0;
   int anchor = 0;
   double range_m = 0;
+  std::string antenna;  ///< empty: not said
 };
 
 struct PoseRow {
   TimeNs t = 0;
-  Pose T_W_B;  ///< body of the recording in the ground truth's world
+  Pose T_W_B;                ///< body of the recording in the ground truth's world
+  bool has_attitude = true;  ///< false: a position only, T_W_B.q is the identity
 };
 
 /// Where an anchor truly is.
@@ -39,17 +42,21 @@ struct AnchorRow {
   Vec3 p_W = Vec3::Zero();  ///< [m], in the ground truth's world
 };
 
-/// `#timestamp [ns], gyro xyz, acc xyz`.
+/// Every reader takes columns by the names of a header (vir/tables/layout.h), any separator, and
+/// stamps in the unit that they can only be in; what is not as EuRoC has it is noted in the log.
+
+/// Without names: t, gyro xyz, acc xyz.
 std::unique_ptr<RowCursor<ImuRow>> openImu(const std::string& path, ProblemLog* log);
-/// `#timestamp [ns], filename`.
+/// Without names: t, filename; or t alone, for files called after their stamps.
 std::unique_ptr<RowCursor<ImageRow>> openImageList(const std::string& path, ProblemLog* log);
-/// `#timestamp [ns], anchor_id, range [m]`, further columns ignored.
-std::unique_ptr<RowCursor<RangeRow>> openRanges(const std::string& path, ProblemLog* log);
-/// `#timestamp [ns], p xyz, q wxyz`, further columns ignored.
-std::unique_ptr<RowCursor<PoseRow>> openGroundTruthCsv(const std::string& path, ProblemLog* log);
-/// `timestamp(s) x y z qx qy qz qw`.
-std::unique_ptr<RowCursor<PoseRow>> openGroundTruthTum(const std::string& path, ProblemLog* log);
+/// Without names: t, anchor_id, range. `names` must outlive the cursor.
+std::unique_ptr<RowCursor<RangeRow>> openRanges(const std::string& path, tables::AnchorNames* names,
+                                                ProblemLog* log);
+/// Without names: t, p xyz, q wxyz where there are commas or semicolons, q xyzw (TUM) where there
+/// are none; positions only where there are no more columns.
+std::unique_ptr<RowCursor<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log);
 /// `#id, x, y, z`. Throws InputError if the file cannot be opened.
-std::vector<AnchorRow> readAnchorTable(const std::string& path, ProblemLog* log);
+std::vector<AnchorRow> readAnchorTable(const std::string& path, tables::AnchorNames* names,
+                                       ProblemLog* log);
 
 }  // namespace vir::euroc

@@ -1,6 +1,7 @@
 #include "recording.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
@@ -59,10 +60,7 @@ void Recording::openCalibration(const EurocOptions& o) {
                ": T_BS is not the identity; body is the IMU here, so camera, antenna and ground "
                "truth were moved to the IMU's frame");
   }
-  if (!folder_.camera_dir.empty()) {
-    camera_ = readCameraYaml(folder_.camera_dir + "/sensor.yaml");
-    camera_->T_B_C = T_B_I.inverse() * camera_->T_B_C;
-  }
+  if (!folder_.camera_dir.empty()) openCamera(o);
   range_sigma_m_ = o.range_sigma_m;
   antenna_ = Vec3(o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]);
   if (!folder_.uwb_dir.empty() && o.read_ranges && !o.simulate_ranges) {
@@ -82,23 +80,101 @@ void Recording::openCalibration(const EurocOptions& o) {
   }
 }
 
+void Recording::openCamera(const EurocOptions& o) {
+  const std::string yaml = folder_.camera_dir + "/sensor.yaml";
+  GivenCalibration given;
+  if (!o.calibration.empty()) {
+    given = readGivenCalibration(o.calibration, o.camera);
+    for (const std::string& note : given.notes) log_->note(o.calibration + ": " + note);
+  }
+  if (!given.camera || !given.T_B_C) {
+    camera_ = readCameraYaml(yaml);
+    camera_->T_B_C = imu_calibration_.T_B_I.inverse() * camera_->T_B_C;
+  } else {
+    camera_.emplace();
+  }
+  std::string what;
+  const auto take = [&](const char* part) {
+    what += (what.empty() ? "" : ", ") + std::string(part);
+  };
+  if (given.camera) camera_->camera = *given.camera, take("the camera's intrinsics");
+  if (given.T_B_C) camera_->T_B_C = *given.T_B_C, take("its pose on the IMU");
+  if (given.time_offset_s) time_offset_s_ = given.time_offset_s, take("its time offset");
+  if (given.imu) {
+    const Pose T_B_I = imu_calibration_.T_B_I;
+    imu_calibration_ = *given.imu;
+    imu_calibration_.T_B_I = T_B_I;
+    take("the IMU's noise");
+  }
+  if (!what.empty()) log_->note("from " + o.calibration + ": " + what);
+}
+
 void Recording::findTrueAnchors(const EurocOptions& o) {
   if (o.simulate_ranges) {
     const std::vector<double>& p = o.anchor_m;
     for (std::size_t i = 0; 3 * i + 2 < p.size(); ++i) {
-      const int id = static_cast<int>(o.anchor_id.empty() ? i : o.anchor_id[i]);
+      const int id = o.anchor_id.empty() ? static_cast<int>(i) : static_cast<int>(o.anchor_id[i]);
       true_anchors_.push_back({id, Vec3(p[3 * i], p[3 * i + 1], p[3 * i + 2])});
     }
     return;
   }
   const std::string table = folder_.uwb_dir + "/anchors_truth.csv";
   if (folder_.uwb_dir.empty() || !o.read_ranges || !fs::exists(table)) return;
-  true_anchors_ = readAnchorTable(table, log_);
+  true_anchors_ = readAnchorTable(table, &anchor_names_, log_);
 }
 
-std::unique_ptr<RowCursor<PoseRow>> Recording::openGroundTruth(ProblemLog* log) const {
-  return folder_.ground_truth_is_tum ? openGroundTruthTum(folder_.ground_truth_file, log)
-                                     : openGroundTruthCsv(folder_.ground_truth_file, log);
+std::vector<std::string> Recording::someImages() const {
+  // Every n-th of the list, n doubled whenever there are too many.
+  constexpr std::size_t kMost = 16;
+  ProblemLog silent;
+  const auto list = euroc::openImageList(folder_.camera_dir + "/data.csv", &silent);
+  std::vector<std::string> files;
+  for (std::size_t i = 0, step = 1; list->peek() != nullptr; ++i, list->pop()) {
+    if (i % step != 0) continue;
+    files.push_back(list->peek()->file);
+    if (files.size() < kMost) continue;
+    for (std::size_t k = 0; 2 * k < files.size(); ++k) files[k] = files[2 * k];
+    files.resize(files.size() / 2);
+    step *= 2;
+  }
+  for (std::string& file : files) file = imageFile(folder_.camera_dir, file);
+  return files;
+}
+
+void Recording::fitToImages() {
+  const ImageSurvey survey = surveyImages(someImages());
+  stretch_ = stretchOf(survey);
+  if (!stretch_.said.empty()) log_->note(folder_.camera_dir + ": " + stretch_.said);
+  CameraCalibration& c = camera_->camera;
+  if (survey.width == 0 || (survey.width == c.width && survey.height == c.height)) return;
+  const double sx = static_cast<double>(survey.width) / c.width;
+  const double sy = static_cast<double>(survey.height) / c.height;
+  if (std::abs(sx / sy - 1) > 0.005) return;  // the images will be refused one by one
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      ": images of %dx%d, the calibration is of %dx%d: its intrinsics were scaled by %.4g",
+      survey.width, survey.height, c.width, c.height, sx);
+  log_->note(folder_.camera_dir + text);
+  c.width = survey.width;
+  c.height = survey.height;
+  c.fx *= sx, c.fy *= sy;
+  // The middle of the first pixel is (0, 0).
+  c.cx = (c.cx + 0.5) * sx - 0.5, c.cy = (c.cy + 0.5) * sy - 0.5;
+}
+
+void Recording::skipOtherAntennas() {
+  if (wanted_antenna_.empty() || !ranges_) return;
+  while (ranges_->peek() != nullptr && ranges_->peek()->antenna != wanted_antenna_) {
+    log_->count("range_of_another_antenna");
+    ranges_->pop();
+  }
+}
+
+void Recording::noteAnchorNames() {
+  for (const auto& [name, number] : anchor_names_.mapped()) {
+    log_->note("anchor " + name + " is " + std::to_string(number) + " in the rawlog");
+  }
 }
 
 void Recording::openStreams(const EurocOptions& o) {
@@ -109,20 +185,24 @@ void Recording::openStreams(const EurocOptions& o) {
   if (camera_) {
     images_ = openImageList(folder_.camera_dir + "/data.csv", log_);
     requireRows(*images_, *log_);
+    fitToImages();
     origin = images_->peek()->t;
   }
   const bool has_truth = !folder_.ground_truth_file.empty();
   if (!has_truth)
     log_->note(folder_.mav0 + ": no ground truth (state_groundtruth_estimate0 or mocap0)");
-  if (has_truth && o.read_gt) truth_ = openGroundTruth(log_);
+  if (has_truth && o.read_gt) truth_ = openGroundTruth(folder_.ground_truth_file, log_);
   if (o.simulate_ranges) {
     if (!has_truth)
       throw InputError("[euroc] simulate_ranges = true needs a ground truth in " + folder_.mav0);
     if (!folder_.uwb_dir.empty())
       log_->note(folder_.uwb_dir + ": not read, ranges are drawn instead");
-    drawn_ = std::make_unique<RangeSimulator>(o, openGroundTruth(&silent_), T_S_B_truth_, log_);
+    drawn_ = std::make_unique<RangeSimulator>(
+        o, openGroundTruth(folder_.ground_truth_file, &silent_), T_S_B_truth_, log_);
   } else if (!folder_.uwb_dir.empty() && o.read_ranges) {
-    ranges_ = openRanges(folder_.uwb_dir + "/data.csv", log_);
+    ranges_ = openRanges(folder_.uwb_dir + "/data.csv", &anchor_names_, log_);
+    wanted_antenna_ = o.antenna;
+    skipOtherAntennas();
   }
 
   from_ = 0;
@@ -135,6 +215,7 @@ void Recording::openStreams(const EurocOptions& o) {
   skipUntil(imu_.get(), from_);
   skipUntil(images_.get(), from_);
   skipUntil(ranges_.get(), from_);
+  skipOtherAntennas();
   skipUntil(truth_.get(), from_);
   skipUntil(drawn_.get(), from_);
   const bool nothing = camera_ ? !images_->peek() : !imu_->peek();
@@ -162,7 +243,10 @@ bool Recording::next(Event* event) {
   const TimeNs tg = truth_ && truth_->peek() ? truth_->peek()->t : kEnd;
   const TimeNs tc = images_ && images_->peek() ? images_->peek()->t : kEnd;
   const TimeNs t = std::min({ti, tr, td, tg, tc});
-  if (t == kEnd || t > until_) return false;
+  if (t == kEnd || t > until_) {
+    noteAnchorNames();
+    return false;
+  }
   event->t = now_ = t;
   event->where.clear();
   if (t == ti) {
@@ -172,6 +256,7 @@ bool Recording::next(Event* event) {
   } else if (t == tr) {
     event->what = *ranges_->peek();
     ranges_->pop();
+    skipOtherAntennas();
   } else if (t == td) {
     const SimulatedRange& r = *drawn_->peek();
     event->what = RangeRow{r.t, r.anchor, r.range_m};
@@ -179,7 +264,15 @@ bool Recording::next(Event* event) {
     drawn_->pop();
   } else if (t == tg) {
     PoseRow pose = *truth_->peek();
-    pose.T_W_B = pose.T_W_B * T_S_B_truth_;
+    if (pose.has_attitude) {
+      pose.T_W_B = pose.T_W_B * T_S_B_truth_;
+    } else if (!isIdentity(T_S_B_truth_) && !said_truth_lever_) {
+      said_truth_lever_ = true;
+      log_->note(truth_->path() +
+                 ": positions without attitude cannot be moved to the IMU: they "
+                 "are those of the tracked point, " +
+                 std::to_string(T_S_B_truth_.p.norm()) + " m from it");
+    }
     event->what = pose;
     truth_->pop();
   } else {

@@ -7,6 +7,7 @@
 
 #include "euroc_options.h"
 #include "folder.h"
+#include "image_survey.h"
 #include "problem_log.h"
 #include "range_simulator.h"
 #include "readers.h"
@@ -35,7 +36,11 @@ class Recording {
   const Folder& folder() const { return folder_; }
   /// Empty without a camera. `T_B_C` is from our body (the IMU) here.
   const std::optional<CameraYaml>& camera() const { return camera_; }
+  /// How pixels of 16 bits become 8.
+  const Stretch& stretch() const { return stretch_; }
   const ImuYaml& imu() const { return imu_calibration_; }
+  /// Stamp of an image + this = its time on the IMU's clock [s]; empty: not known.
+  std::optional<double> timeOffset() const { return time_offset_s_; }
   Vec3 antennaInBody() const { return antenna_; }  ///< [m]
   double rangeSigma() const { return range_sigma_m_; }
   /// Where the anchors of the ranges truly are: drawn ones by the settings, others by
@@ -44,9 +49,14 @@ class Recording {
 
  private:
   void openCalibration(const EurocOptions& o);
+  void openCamera(const EurocOptions& o);
   void openStreams(const EurocOptions& o);
   void findTrueAnchors(const EurocOptions& o);
-  std::unique_ptr<RowCursor<PoseRow>> openGroundTruth(ProblemLog* log) const;
+  void skipOtherAntennas();
+  void noteAnchorNames();
+  /// Some images, spread over all of the list, as full names.
+  std::vector<std::string> someImages() const;
+  void fitToImages();
   void watchGap(TimeNs t, TimeNs* last, const char* counter, const std::string& file);
 
   ProblemLog* log_;
@@ -55,6 +65,11 @@ class Recording {
   Folder folder_;
   std::optional<CameraYaml> camera_;
   ImuYaml imu_calibration_;
+  std::optional<double> time_offset_s_;
+  Stretch stretch_;
+  tables::AnchorNames anchor_names_;
+  std::string wanted_antenna_;
+  bool said_truth_lever_ = false;
   Vec3 antenna_ = Vec3::Zero();
   double range_sigma_m_ = 0;
   std::vector<AnchorRow> true_anchors_;

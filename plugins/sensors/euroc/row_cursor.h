@@ -11,6 +11,7 @@
 
 #include "problem_log.h"
 #include "text_fields.h"
+#include "vir/tables/layout.h"
 
 namespace vir::euroc {
 
@@ -41,6 +42,7 @@ class RowCursor {
     /// Use a last line without line break: for rows that prove themselves in another way (an image
     /// that exists).
     bool use_open_end = false;
+    char separator = ',';  ///< ' ' for blanks
   };
 
   /// Throws InputError when the file cannot be opened. `log` must outlive the cursor.
@@ -75,7 +77,7 @@ class RowCursor {
         log_->add(spec_.name + "_read_error", lines_.where(), "the file cannot be read further");
       return false;
     }
-    splitFields(line, &fields_);
+    tables::splitLine(line, spec_.separator, &fields_);
     const bool first = !seen_data_;
     seen_data_ = true;
     Row row;
@@ -86,8 +88,8 @@ class RowCursor {
       return true;
     }
     if (!spec_.parse(fields_, &row, &fault)) {
-      const bool header =
-          first && !line.empty() && std::isalpha(static_cast<unsigned char>(line[0]));
+      const bool header = first && !line.empty() && line[0] != '-' && line[0] != '+' &&
+                          line[0] != '.' && std::isdigit(static_cast<unsigned char>(line[0])) == 0;
       if (!header) report(fault.kind.c_str(), lines_.lineNumber(), fault.text);
       return true;
     }

@@ -1,22 +1,18 @@
 #pragma once
 /// Calibration as it stands in the `sensor.yaml` files of a recording.
-#include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "problem_log.h"
 #include "vir/geometry/pose.h"
+#include "vir/types/calibration.h"
 
 namespace vir::euroc {
 
-enum class Lens { none, radtan, equidistant };
-
 struct CameraYaml {
-  int width = 0, height = 0;              ///< [px]
-  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [px]
-  Lens lens = Lens::none;
-  std::array<double, 5> dist{};  ///< radtan: k1 k2 p1 p2 k3; equidistant: k1 k2 k3 k4
-  Pose T_B_C;                    ///< camera to the recording's body frame
+  CameraCalibration camera;
+  Pose T_B_C;  ///< camera to the recording's body frame
 };
 
 /// Continuous-time noise of the IMU, SI units; zero where the file does not say.
@@ -33,6 +29,18 @@ struct UwbYaml {
   Pose T_B_U;                     ///< antenna in the recording's body frame
   std::optional<double> sigma_m;  ///< range_noise_sigma
 };
+
+/// A calibration from outside the recording; what the file does not say is empty. Body = IMU.
+struct GivenCalibration {
+  std::optional<CameraCalibration> camera;
+  std::optional<Pose> T_B_C;
+  std::optional<double> time_offset_s;  ///< stamp of an image + this = IMU's clock
+  std::optional<ImuYaml> imu;
+  std::vector<std::string> notes;
+};
+
+/// The file's camera `camera`, else its first.
+GivenCalibration readGivenCalibration(const std::string& path, const std::string& camera);
 
 /// Each throws InputError naming file, key and value for a missing or nonsensical calibration.
 CameraYaml readCameraYaml(const std::string& path);

@@ -8,29 +8,12 @@
 #include "observations.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 
 namespace vir::simulator {
 
 using namespace mrpt::obs;
-
-namespace {
-
-mrpt::img::TCamera mrptCamera(const CameraCalibration& c) {
-  mrpt::img::TCamera out;
-  out.ncols = static_cast<uint32_t>(c.width);
-  out.nrows = static_cast<uint32_t>(c.height);
-  out.cameraName = "cam0";
-  out.setIntrinsicParamsFromValues(c.fx, c.fy, c.cx, c.cy);
-  const auto& d = c.dist;
-  if (c.distortion == Distortion::radtan) out.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
-  if (c.distortion == Distortion::equidistant) {
-    out.setDistortionKannalaBrandt(d[0], d[1], d[2], d[3]);
-  }
-  return out;
-}
-
-}  // namespace
 
 CObservation::Ptr imuObservation(const ImuSample& s) {
   auto obs = std::make_shared<CObservationIMU>();
@@ -76,7 +59,7 @@ CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told
 CObservationImage::Ptr emptyImage(const CameraCalibration& calibration, const Pose& T_B_C) {
   auto obs = std::make_shared<CObservationImage>();
   obs->sensorLabel = rawlog::kCameraLabel;
-  obs->cameraParams = mrptCamera(calibration);
+  obs->cameraParams = rawlog::toMrptCamera(calibration, "cam0");
   obs->cameraPose = rawlog::toMrptPose(T_B_C);
   return obs;
 }
@@ -85,7 +68,7 @@ CObservation::Ptr tracksObservation(const vision::TrackedFrame& frame,
                                     const CameraCalibration& calibration, const Pose& T_B_C) {
   auto obs = std::make_shared<CObservationStereoImagesFeatures>();
   obs->sensorLabel = rawlog::kTracksLabel;
-  obs->cameraLeft = obs->cameraRight = mrptCamera(calibration);
+  obs->cameraLeft = obs->cameraRight = rawlog::toMrptCamera(calibration, "cam0");
   obs->cameraPoseOnRobot = mrpt::poses::CPose3DQuat(rawlog::toMrptPose(T_B_C));
   for (const vision::FeatureObservation& f : frame.features) {
     TStereoImageFeatures feature;

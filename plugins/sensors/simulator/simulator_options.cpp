@@ -128,7 +128,7 @@ CameraCalibration calibrationOf(const CameraOptions& o) {
   c.cy = o.cy_px;
   if (o.distortion == "radtan") c.distortion = Distortion::radtan;
   if (o.distortion == "equidistant") c.distortion = Distortion::equidistant;
-  if (o.distortion != "none") std::copy_n(o.dist.begin(), c.dist.size(), c.dist.begin());
+  if (o.distortion != "none") std::copy(o.dist.begin(), o.dist.end(), c.dist.begin());
   return c;
 }
 

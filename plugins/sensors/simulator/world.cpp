@@ -220,7 +220,7 @@ void World::Impl::record() {
   std::stable_sort(events.begin(), events.end(),
                    [](const Event& a, const Event& b) { return a.t < b.t; });
   notes.push_back("robot " + std::string(1, letter) + ": " +
-                  std::to_string(std::lround(10 * motion->pathLength()) / 10.0).substr(0, 6) +
+                  std::to_string(std::round(10 * motion->pathLength()) / 10).substr(0, 6) +
                   " m in " + std::to_string(std::lround(motion->duration())) + " s among " +
                   std::to_string(scene->boxes().size()) + " boxes");
 }

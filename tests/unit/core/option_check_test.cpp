@@ -5,6 +5,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "vir/core/choice.h"
+#include "vir/core/settings.h"
+
 namespace vir {
 namespace {
 
@@ -56,6 +59,34 @@ TEST(OptionCheck, SaysWhatIsWrongAndWhatIsAllowed) {
   EXPECT_NE(refusalOf(o).find("[Oven] pause_s = 1 2 3: 3 numbers; allowed: 2"), std::string::npos);
   o.pause_s = {1, std::numeric_limits<double>::infinity()};
   EXPECT_NE(refusalOf(o).find("not finite"), std::string::npos);
+}
+
+enum class Speed { slow, fast };
+
+struct Mixer {
+  Speed speed = Speed::slow;
+};
+
+void describe(OptionVisitor& v, Mixer& m) {
+  v.section("Mixer", "mixes");
+  chooseEnum(v, "speed", m.speed, {"slow", "fast"}, "how");
+}
+
+TEST(OptionCheck, AnEnumIsAWordInTheFile) {
+  const Settings settings = Settings::fromText("[Mixer]\nspeed = FAST\n", "x.ini");
+  SettingsReader reader(settings);
+  Mixer m;
+  describe(reader, m);
+  reader.finish();
+  EXPECT_EQ(m.speed, Speed::fast);
+  EXPECT_NO_THROW(checkBounds(m));
+  m.speed = static_cast<Speed>(2);
+  try {
+    checkBounds(m);
+    FAIL() << "2 has no word";
+  } catch (const std::invalid_argument& e) {
+    EXPECT_STREQ(e.what(), "[Mixer] speed = 2: not one of the choices; allowed: slow, fast");
+  }
 }
 
 }  // namespace

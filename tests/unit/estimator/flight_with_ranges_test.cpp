@@ -46,7 +46,7 @@ TEST(FlightWithRanges, AnAnchorFirstFoundInTheWrongPlace) {
     const RunResult run = simulateRun(motion, lookingAhead(Vec3(10, 3, 1), *motion), seed);
     ASSERT_TRUE(run.valid);
     EXPECT_EQ(run.resets, 0);
-    EXPECT_LT(run.evaluation.ate_position_m.max, 0.4) << "seed " << seed;
+    EXPECT_LT(run.evaluation.ate_position_m.max, 0.7) << "seed " << seed;
     ASSERT_EQ(run.anchors.size(), 1u);
     EXPECT_TRUE(run.anchors[0].found);
     EXPECT_LT(run.anchors[0].horizontal_m, 0.3) << "seed " << seed;

@@ -19,7 +19,7 @@ struct CountingBackEnd {
     if (packet.stamp < 0) throw std::runtime_error("cannot work on it");
     Feedback out;
     ++done;
-    out.drop = {static_cast<std::uint64_t>(packet.stamp)};
+    out.wrong_tracks = {static_cast<std::uint64_t>(packet.stamp)};
     out.resets = static_cast<int>(packet.stamp);
     return out;
   }
@@ -42,12 +42,12 @@ struct Fixture {
 
 TEST(HandOver, WithoutLagAllIsKnown) {
   Fixture f(0);
-  EXPECT_TRUE(f.ask().drop.empty());
+  EXPECT_TRUE(f.ask().wrong_tracks.empty());
   EXPECT_EQ(f.covered, 0);
   f.hand_over.give(packetAt(1));
-  EXPECT_EQ(f.ask().drop, Ids({1}));
+  EXPECT_EQ(f.ask().wrong_tracks, Ids({1}));
   EXPECT_EQ(f.covered, 1);
-  EXPECT_TRUE(f.ask().drop.empty()) << "told once";
+  EXPECT_TRUE(f.ask().wrong_tracks.empty()) << "told once";
   EXPECT_EQ(f.ask().resets, 1) << "still true";
 }
 
@@ -64,7 +64,7 @@ TEST(HandOver, WithALagTheLastPacketIsNotKnown) {
     const Feedback known = f.ask();
     EXPECT_EQ(f.covered, 3);
     EXPECT_EQ(known.resets, 3);
-    EXPECT_EQ(known.drop, Ids({1, 2, 3}));
+    EXPECT_EQ(known.wrong_tracks, Ids({1, 2, 3}));
     f.hand_over.drain();
     EXPECT_EQ(f.back.done, 4);
   }

@@ -15,12 +15,18 @@ namespace {
 using vir_test::Scene;
 
 /// Images every 50 ms of the simulated scene, offered to a start.
+Calibration calibration(const Pose& T_B_C) {
+  Calibration c = Scene::calibration();
+  c.T_B_C = T_B_C;
+  return c;
+}
+
 struct Starter {
   explicit Starter(vir_test::Motion motion, const StartupOptions& options = {},
                    const Pose& T_B_C = Scene::T_B_C())
       : scene(std::move(motion)),
         startup(options, noise(), T_B_C, Scene::kFocal),
-        window(window::WindowOptions(), noise(), T_B_C, Scene::kFocal, 0.0) {}
+        window(window::WindowOptions(), noise(), calibration(T_B_C)) {}
 
   static imu::ImuNoise noise() {
     imu::ImuNoise n;

@@ -81,11 +81,11 @@ TEST(Validate, BoundsHoldForProgramsToo) {
   expectRefused(refusalOf(c.imu), "[Imu] acc_noise_density = 0: ", "a number from");
   expectRefused(refusalOf(c), "[Imu] acc_noise_density = 0: ", "a number from");
   c = {};
-  c.window.loss = "Cauchy";
-  expectRefused(refusalOf(c), "[Window] loss = Cauchy: ", "huber, cauchy");
+  c.window.loss = static_cast<window::ReprojectionLoss>(2);
+  expectRefused(refusalOf(c), "[Window] loss = 2: ", "huber, cauchy");
   c = {};
-  c.long_window.mode = "poses";
-  expectRefused(refusalOf(c), "[Estimator] long_window = poses: ", "none, position, pose");
+  c.long_window.mode = static_cast<window::LongWindowMode>(3);
+  expectRefused(refusalOf(c), "[Estimator] long_window = 3: ", "none, position, pose");
   c = {};
   c.long_window.gamma_r = std::numeric_limits<double>::quiet_NaN();
   expectRefused(refusalOf(c), "[LongWindow] gamma_r = ", "a number from");
@@ -150,14 +150,14 @@ TEST(Validate, WhatOneSectionAsksOfAnother) {
   expectRefused(refusalOf(c), "[LongWindow] scale_walk_per_sqrt_m = 0.01: ", "scale_sigma above 0");
   c.long_window.scale_sigma = 0.1;
   EXPECT_EQ(refusalOf(c), "");
-  c.long_window.mode = "position";
+  c.long_window.mode = window::LongWindowMode::position;
   expectRefused(refusalOf(c), "[LongWindow] scale_sigma = 0.1: ", "0");
   // A device's scale may be held without naming how it would wander.
   OdometryRangeConfig o;
   o.long_window.scale_sigma = 0;
   EXPECT_EQ(refusalOf(o), "");
   o = {};
-  o.long_window.mode = "position";
+  o.long_window.mode = window::LongWindowMode::position;
   EXPECT_EQ(refusalOf(o), "");
 }
 

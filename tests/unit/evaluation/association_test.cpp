@@ -42,6 +42,18 @@ TEST(Associate, GapsAreNotBridgedButExactStampsCount) {
   EXPECT_EQ(a.in_gap, 1);
 }
 
+/// The estimate is interpolated at the stamps of a reference of 1 Hz that is off by 13 ms.
+TEST(Associate, TheDenserOneIsInterpolated) {
+  Trajectory ref, est;
+  for (int i = 0; i <= 200; ++i) est.push_back(at(0.05 * i, 0.1 * i));
+  for (int i = 0; i < 10; ++i) ref.push_back(at(i + 0.013, 2 * (i + 0.013)));
+  const Association a = associate(ref, est, {});
+  EXPECT_TRUE(a.estimate_interpolated);
+  ASSERT_EQ(a.pairs.size(), 10u);
+  for (const PosePair& p : a.pairs) EXPECT_NEAR(p.reference.p.x(), p.estimate.p.x(), 1e-12);
+  EXPECT_DOUBLE_EQ(a.coverage, 1);
+}
+
 TEST(Associate, HolesAreNotCovered) {
   Trajectory ref, est;
   for (int i = 0; i <= 100; ++i) {

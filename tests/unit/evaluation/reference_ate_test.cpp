@@ -107,6 +107,59 @@ TEST(ReferenceAte, AgreesOnMadeMotion) {
   }
 }
 
+/// Every n-th pose.
+Trajectory every(const Trajectory& trajectory, std::size_t n) {
+  Trajectory out;
+  for (std::size_t i = 3; i < trajectory.size(); i += n) out.push_back(trajectory[i]);
+  return out;
+}
+
+/// 1 Hz against an estimate whose stamps are others: there the estimate is interpolated.
+TEST(ReferenceAte, AgreesOnASparseReference) {
+  const Trajectory truth = test::winding(60, 200);
+  const Trajectory estimate = drifting(truth, 3), reference = every(truth, 200);
+  std::vector<Sample> samples = samplesOf(estimate, reference);
+  for (Sample& s : samples) std::swap(s.ref, s.est);
+  ASSERT_GT(samples.size(), 50u);
+  const EvaluationResult result = evaluate(reference, estimate, {});
+  EXPECT_TRUE(result.association.estimate_interpolated);
+  EXPECT_EQ(result.association.pairs.size(), samples.size());
+  EXPECT_NEAR(result.ate_position_m.rmse, bestRmse(samples), 1e-6);
+}
+
+TEST(ReferenceAte, AgreesOnPositionsFarFromTheOrigin) {
+  const Trajectory truth = test::winding(60, 20);
+  const Trajectory estimate = drifting(truth, 4);
+  Trajectory reference = truth;
+  for (StampedPose& pose : reference) {
+    pose.T_W_B = Pose(Quat::Identity(), pose.T_W_B.p + Vec3(744073.32, 2553112.02, 0.19));
+  }
+  const EvaluationResult result = evaluate(reference, estimate, {});
+  EXPECT_FALSE(result.attitudes);
+  EXPECT_NEAR(result.ate_position_m.rmse, bestRmse(samplesOf(truth, estimate)), 1e-6);
+  EXPECT_EQ(result.ate_orientation_deg.count, 0);
+  EXPECT_EQ(result.rpe_time.translation_m.count, 0);
+}
+
+TEST(ReferenceAte, PerfectRestHasNoError) {
+  Trajectory truth;
+  for (int i = 0; i < 200; ++i) {
+    truth.push_back({1400000000000000000 + i * 50000000LL,
+                     Pose(expQuat(Vec3(0.01, 0.02, 0.3)), Vec3(1, 2, 3))});
+  }
+  // A millimetre of noise, and a world turned by 100 degrees.
+  const Trajectory estimate =
+      test::seenFrom(test::noisy(truth, 0.001, 0.001, 5), Pose(Quat(rotZ(1.75)), Vec3(4, 5, 6)));
+  const EvaluationResult result = evaluate(truth, estimate, {});
+  EXPECT_LT(result.ate_position_m.rmse, 0.003);
+  EXPECT_LT(result.ate_orientation_deg.rmse, 0.2);
+}
+
+TEST(ReferenceAte, SaysTheScale) {
+  const Trajectory truth = test::winding(60, 20);
+  EXPECT_NEAR(evaluate(truth, test::seenFrom(truth, Pose(), 1.25), {}).best_scale, 0.8, 1e-9);
+}
+
 TEST(ReferenceAte, AgreesOnRecordedMotion) {
   const char* env = std::getenv("VIR_TEST_DATA");
   const std::string folder =

@@ -1,6 +1,8 @@
 /// What the images' turning says of the clocks and of the camera's rotation.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "simulated_frames.h"
 #include "vir/initialization/image_turn.h"
 
@@ -32,9 +34,9 @@ Recorded record(vir_test::Motion motion, double late_s, double noise_px, unsigne
       f.sights.push_back({o.id, o.bearing});
     frames.push_back(std::move(f));
   }
-  if (spoil) vir_test::mixUpTenPercent(&frames);
-  for (std::size_t k = 1; k < frames.size(); ++k) {
-    const auto turn = turnBetween(frames[k - 1].t, frames[k - 1].sights, frames[k].t,
+  if (spoil) vir_test::spoilTenPercent(&frames, 3);
+  for (std::size_t k = 2; k < frames.size(); ++k) {
+    const auto turn = turnBetween(frames[k - 2].t, frames[k - 2].sights, frames[k].t,
                                   frames[k].sights, Scene::kFocal);
     if (turn) out.turns.push_back(*turn);
   }
@@ -53,7 +55,8 @@ TEST(TurnBetween, FindsTheRotationWithoutAGyro) {
   const Quat q_W_C0 = scene.truth(t0).T_W_B.q * Scene::T_B_C().q;
   const Quat q_W_C1 = scene.truth(t1).T_W_B.q * Scene::T_B_C().q;
   EXPECT_LT((turn->rate_C - logQuat(q_W_C0.conjugate() * q_W_C1) / 0.1).norm(), 1e-6);
-  EXPECT_GT(turn->information.eigenvalues().real().minCoeff(), 0);
+  const Eigen::SelfAdjointEigenSolver<Mat3> eig(turn->information);
+  EXPECT_GT(eig.eigenvalues().minCoeff(), 0);
 }
 
 TEST(TurnBetween, RefusesWhatItCannotTell) {
@@ -71,21 +74,25 @@ TEST(TurnBetween, RefusesWhatItCannotTell) {
 TEST(CorrelateTurns, FindsTheOffset) {
   for (const double late : {0.0, 0.005, -0.02, 0.07, -0.15, 0.19}) {
     for (unsigned seed = 1; seed <= 3; ++seed) {
-      const Recorded r = record(vir_test::circling, late, 0.3, seed);
+      const Recorded r = record(vir_test::flying, late, 0.3, seed);
       const TurnCorrelation c = correlateTurns(r.turns, r.imu, Scene::T_B_C().q);
       ASSERT_TRUE(c.ok) << late << ": " << c.reason;
       EXPECT_NEAR(c.offset_s, -late, 0.008) << late << " seed " << seed;
       EXPECT_NEAR(c.offset_s, -late, 4 * c.sigma_s) << late << " seed " << seed;
       EXPECT_LT(c.sigma_s, 0.008);
       EXPECT_LT((c.gyro_bias - Vec3(0.02, -0.03, 0.01)).norm(), 0.05);
-      if (std::abs(late) > 0.05) EXPECT_GT(c.against_none, 30);
-      if (late == 0) EXPECT_LT(c.against_none, 16);
+      if (std::abs(late) > 0.05) {
+        EXPECT_GT(c.against_none, 30);
+      }
+      if (late == 0) {
+        EXPECT_LT(c.against_none, 16);
+      }
     }
   }
 }
 
 TEST(CorrelateTurns, IsNotMisledByWrongMatches) {
-  const Recorded r = record(vir_test::circling, 0.04, 0.3, 2, true);
+  const Recorded r = record(vir_test::flying, 0.04, 0.3, 2, true);
   const TurnCorrelation c = correlateTurns(r.turns, r.imu, Scene::T_B_C().q);
   ASSERT_TRUE(c.ok) << c.reason;
   EXPECT_NEAR(c.offset_s, -0.04, 0.01);
@@ -97,14 +104,14 @@ TEST(CorrelateTurns, SaysWhenItCannotTell) {
   EXPECT_FALSE(c.ok);
   EXPECT_FALSE(c.reason.empty());
   EXPECT_EQ(correlateTurns({}, still.imu, Scene::T_B_C().q).reason, "too few images");
-  const Recorded far = record(vir_test::circling, 0.35, 0.3);
+  const Recorded far = record(vir_test::flying, 0.35, 0.3);
   EXPECT_FALSE(correlateTurns(far.turns, far.imu, Scene::T_B_C().q).ok) << "out of reach";
   EXPECT_FALSE(correlateTurns(far.turns, imu::ImuBuffer(), Scene::T_B_C().q).ok);
 }
 
 TEST(FindCameraRotation, FromNothing) {
   for (const double late : {0.0, 0.06}) {
-    const Recorded r = record(vir_test::circling, late, 0.3);
+    const Recorded r = record(vir_test::flying, late, 0.3);
     const CameraRotation c = findCameraRotation(r.turns, r.imu);
     ASSERT_TRUE(c.ok) << c.explained << " " << c.sigma_rad;
     EXPECT_LT(c.q_B_C.angularDistance(Scene::T_B_C().q), 0.1) << late;

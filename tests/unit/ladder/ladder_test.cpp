@@ -116,6 +116,20 @@ TEST(Ladder, EveryPublicHeaderIsInTheNamespaceOfItsLibrary) {
   EXPECT_GT(checked, 80);
 }
 
+TEST(Ladder, TestsAreInFilesNamedAfterWhatTheyTest) {
+  const std::regex test("\\n(TEST|TEST_F|TEST_P|TYPED_TEST)\\(");
+  int checked = 0;
+  forEachSource({"tests"}, [&](const fs::path& file, const std::string& text) {
+    if (!std::regex_search(text, test)) return;
+    ++checked;
+    const std::string name = file.filename().string();
+    EXPECT_TRUE(std::regex_match(name, std::regex("[a-z0-9_]+_test\\.cpp")) &&
+                name.rfind("test_", 0) != 0)
+        << file << ": a file of tests is called SUBJECT_test.cpp";
+  });
+  EXPECT_GT(checked, 140);
+}
+
 TEST(Ladder, LabelsOfARecordingAreSpelledInOnePlace) {
   const std::regex label("\"(CAM0|TRACKS0|IMU0|UWB0|ODOM|GT|PEER:?|ANCHOR:)\"");
   forEachSource({"libs", "plugins", "apps"}, [&](const fs::path& file, const std::string& text) {

@@ -206,7 +206,7 @@ TEST(SimulatedTracks, DroppedOnesDoNotComeBack) {
   vir::simulation::TrackSimulator s = simulator(perfect(), motion);
   const auto times = s.times();
   const std::uint64_t id = s.at(times[0]).features.front().id;
-  s.drop({id});
+  s.stopFollowing({id});
   for (std::size_t k = 1; k < times.size(); ++k) {
     for (const vision::FeatureObservation& f : s.at(times[k]).features) EXPECT_NE(f.id, id);
   }

@@ -54,7 +54,7 @@ TEST(TransformTracker, ANewSegmentIsANewWorld) {
   }
   tracker.add(one.ranges.back(), 0, 0);
   EXPECT_EQ(tracker.restarts(), 1);
-  EXPECT_EQ(tracker.of_old_segments(), 1);
+  EXPECT_EQ(tracker.ofOldSegments(), 1);
   EXPECT_EQ(tracker.seen(), after.ranges);
   const TransformAnswer answer = tracker.answer();
   ASSERT_EQ(answer.status, TransformStatus::unique) << answer.reason;

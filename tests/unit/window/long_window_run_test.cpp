@@ -128,7 +128,8 @@ TEST(LongWindowRun, BoundedOverFiveThousandNodes) {
   o.yaw_drift = 0.001;
   o.anchors = {{8, 5, 3}, {-9, 4, 1}};
   const Walk walk(o);
-  for (const char* mode : {"pose", "position"}) {
+  for (const LongWindowMode mode : {LongWindowMode::pose, LongWindowMode::position}) {
+    const char* name = mode == LongWindowMode::pose ? "pose" : "position";
     LongWindowOptions options = poseWindow(10);
     options.mode = mode;
     LongWindow w(options);
@@ -142,17 +143,17 @@ TEST(LongWindowRun, BoundedOverFiveThousandNodes) {
         ++retired;
         ASSERT_TRUE(Vec3(n.x).allFinite());
       }
-      ASSERT_TRUE(w.solve(1, {})) << mode << " at node " << k;
+      ASSERT_TRUE(w.solve(1, {})) << name << " at node " << k;
       if (k < 10) continue;
       ASSERT_EQ(w.jointCovariance().rows(), 5 + 8);
-      ASSERT_TRUE(w.jointCovariance().allFinite()) << mode << " at node " << k;
+      ASSERT_TRUE(w.jointCovariance().allFinite()) << name << " at node " << k;
     }
     EXPECT_EQ(retired + w.nodes().size(), walk.truth.size() - 1);
-    if (std::string(mode) == "pose") {
+    if (mode == LongWindowMode::pose) {
       EXPECT_LT((w.front().position() - walk.truth.back().p).norm(), 0.5);
       EXPECT_LT((w.anchor(0)->position() - o.anchors[0]).norm(), 0.5);
     }
-    for (int i = 0; i < 13; ++i) EXPECT_GE(w.jointCovariance()(i, i), 0) << mode << " " << i;
+    for (int i = 0; i < 13; ++i) EXPECT_GE(w.jointCovariance()(i, i), 0) << name << " " << i;
   }
 }
 

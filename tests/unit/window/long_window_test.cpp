@@ -6,6 +6,12 @@
 #include "long_window_world.h"
 
 namespace vir::window {
+
+/// What a failed test shows.
+void PrintTo(LongWindowMode mode, std::ostream* out) {
+  *out << (mode == LongWindowMode::pose ? "pose" : "position");
+}
+
 namespace {
 
 using vir_test::Batch;
@@ -14,7 +20,7 @@ using vir_test::valuesOf;
 using vir_test::Walk;
 using vir_test::WalkOptions;
 
-LongWindowOptions optionsFor(const std::string& mode, int size, double scale_sigma = 0) {
+LongWindowOptions optionsFor(LongWindowMode mode, int size, double scale_sigma = 0) {
   LongWindowOptions o;
   o.mode = mode;
   o.size = size;
@@ -30,8 +36,9 @@ WalkOptions threeAnchors(int nodes) {
   return o;
 }
 
-class LongWindowModes : public ::testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Modes, LongWindowModes, ::testing::Values("pose", "position"));
+class LongWindowModes : public ::testing::TestWithParam<LongWindowMode> {};
+INSTANTIATE_TEST_SUITE_P(Modes, LongWindowModes,
+                         ::testing::Values(LongWindowMode::pose, LongWindowMode::position));
 
 TEST_P(LongWindowModes, OneStepIsThatOfTheDenseProblem) {
   for (double scale_sigma : {0.0, 0.1}) {
@@ -83,7 +90,7 @@ TEST_P(LongWindowModes, SolvedIsTheDenseBatchSolution) {
   for (int i = 0; i < 17; ++i) {
     const double dense = batch.covariance(batch.offsetOf(batch.nodes() - 1) + i,
                                           batch.offsetOf(batch.nodes() - 1) + i);
-    const bool held = std::string(GetParam()) == "position" ? i == 3 || i == 4 : i == 4;
+    const bool held = GetParam() == LongWindowMode::position ? i == 3 || i == 4 : i == 4;
     if (held) {
       EXPECT_EQ(P(i, i), 0);
     } else {
@@ -116,7 +123,8 @@ TEST(LongWindow, MarginalisedAndSolvedAllTheTime) {
   WalkOptions o = threeAnchors(120);
   o.yaw_drift = 0.0005;
   const Walk walk(o);
-  LongWindow small(optionsFor("pose", 5)), large(optionsFor("pose", 1000));
+  LongWindow small(optionsFor(LongWindowMode::pose, 5)),
+      large(optionsFor(LongWindowMode::pose, 1000));
   for (LongWindow* w : {&small, &large}) {
     walk.start(w);
     walk.addAnchors(w, 0.05, 0.2);
@@ -135,7 +143,8 @@ TEST(LongWindow, MarginalisedAndSolvedAllTheTime) {
 
 TEST(LongWindow, NoneKeepsNoNodes) {
   const Walk walk(threeAnchors(40));
-  LongWindow none(optionsFor("none", 100)), large(optionsFor("pose", 100));
+  LongWindow none(optionsFor(LongWindowMode::none, 100)),
+      large(optionsFor(LongWindowMode::pose, 100));
   for (LongWindow* w : {&none, &large}) {
     walk.start(w);
     walk.addAnchors(w, 0.05, 0.5);
@@ -186,7 +195,8 @@ TEST_P(LongWindowModes, FrontMovedSpreadsTheShift) {
 }
 
 TEST(LongWindow, AStretchThatWasLostTiesAsLooselyAsIsKnown) {
-  for (const char* mode : {"pose", "position"}) {
+  for (const LongWindowMode mode : {LongWindowMode::pose, LongWindowMode::position}) {
+    SCOPED_TRACE(::testing::PrintToString(mode));
     for (const bool conditional : {true, false}) {
       LongWindowOptions o = optionsFor(mode, 100);
       o.conditional_edges = conditional;
@@ -198,20 +208,20 @@ TEST(LongWindow, AStretchThatWasLostTiesAsLooselyAsIsKnown) {
         return std::sqrt(w.jointCovariance()(0, 0));
       };
       for (std::size_t k = 1; k < 8; ++k) walk.advance(&w, k);
-      EXPECT_LT(sigma(), 0.1) << mode;
+      EXPECT_LT(sigma(), 0.1);
       w.advance(9000000000, walk.odometry[8], {}, Eigen::Vector4d(4, 4, 4, 0.01).asDiagonal(),
                 NodeTie::lost);
       const double lost = sigma();
-      EXPECT_NEAR(lost, 2 * o.edge_noise_scale, 0.1) << mode;
+      EXPECT_NEAR(lost, 2 * o.edge_noise_scale, 0.1);
       // Nor is it tied by what comes afterwards, which is as closely tied as ever.
       for (std::size_t k = 9; k < 14; ++k) walk.advance(&w, k);
-      EXPECT_NEAR(sigma(), lost, 0.1) << mode;
+      EXPECT_NEAR(sigma(), lost, 0.1);
     }
   }
 }
 
 TEST(LongWindow, AnAntennaKeepsItsLeverArmWhateverTheScale) {
-  LongWindow w(optionsFor("pose", 100, 0.1));
+  LongWindow w(optionsFor(LongWindowMode::pose, 100, 0.1));
   w.start(0, Pose(Quat::Identity(), Vec3(1, 1, 0)), Pose(Quat::Identity(), Vec3(5, 6, 7)), 0.1,
           0.1);
   w.frontParameters()[3] = M_PI / 2;
@@ -226,7 +236,7 @@ TEST(LongWindow, AnAntennaKeepsItsLeverArmWhateverTheScale) {
 }
 
 TEST(LongWindow, ToWorldTurnsAndShrinks) {
-  LongWindow w(optionsFor("pose", 100, 0.1));
+  LongWindow w(optionsFor(LongWindowMode::pose, 100, 0.1));
   w.start(0, Pose(Quat::Identity(), Vec3(1, 1, 0)), Pose(Quat(rotZ(0.5)), Vec3(5, 6, 7)), 0.1, 0.1);
   EXPECT_NEAR(w.front().x[3], 0.5, 1e-12);
   w.frontParameters()[3] = M_PI / 2;
@@ -239,7 +249,7 @@ TEST(LongWindow, ToWorldTurnsAndShrinks) {
 
 TEST(LongWindow, RemoveAnchorKeepsTheRest) {
   const Walk walk(threeAnchors(60));
-  LongWindow w(optionsFor("pose", 8));
+  LongWindow w(optionsFor(LongWindowMode::pose, 8));
   walk.start(&w);
   walk.addAnchors(&w, 0.1, 0.5);
   for (std::size_t k = 1; k < walk.truth.size(); ++k) {
@@ -268,7 +278,7 @@ TEST(LongWindow, RemoveAnchorKeepsTheRest) {
 TEST(LongWindow, AFixedAnchorStays) {
   for (int size : {5, 1000}) {
     const Walk walk(threeAnchors(60));
-    LongWindow w(optionsFor("pose", size));
+    LongWindow w(optionsFor(LongWindowMode::pose, size));
     walk.start(&w);
     walk.addAnchors(&w, 0.1, 0.5);
     std::vector<double> held;

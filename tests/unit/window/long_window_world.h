@@ -129,7 +129,7 @@ class Batch {
     for (int k = 0; k + 1 < nodes_; ++k) {
       const vir::window::LongNode& n = w->nodes()[static_cast<std::size_t>(k)];
       hold(n.ranges, k);
-      if (w->options().mode == "position") {
+      if (w->options().mode == vir::window::LongWindowMode::position) {
         for (std::size_t j = 0; j < n.links.size(); ++j) {
           put(std::make_unique<vir::factors::PositionLinkFactor>(n.links[j].z_W, n.links[j].gamma),
               {k, k + 1 + static_cast<int>(j)});

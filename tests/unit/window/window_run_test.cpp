@@ -198,7 +198,7 @@ TEST(WindowRun, RangesFindTheScaleThatTheSettingsAskFor) {
 /// Of the calibration after a stretch of way with a wrong one at the start.
 struct CalibrationRun {
   CalibrationRun(const Calibration& given, bool calibrate)
-      : driver(vir_test::circling, 1, options(calibrate)) {
+      : driver(vir_test::flying, 1, options(calibrate)) {
     driver.scene.noise_px = 0.3;
     driver.window.setCalibration(given);
     driver.start(driver.scene.truth(driver.t), StartPrior());

@@ -59,7 +59,7 @@ class RangeLayer {
 
   /// Decides on a range and records it. True: it is to be held by a keyframe; `held` has all but
   /// the two vectors filled in.
-  bool judge(const Range& range, const AntennaPrediction& antenna, window::HeldRange* held);
+  bool accept(const Range& range, const AntennaPrediction& antenna, window::HeldRange* held);
 
   /// All held ranges of an anchor, the antenna's position in W in `motion`.
   using Held = std::function<std::vector<window::HeldRange>(std::uint64_t key)>;

@@ -1,7 +1,8 @@
 #pragma once
 /// Is the platform standing still? Decided by the image (tracks stay where they were in a reference
-/// image) and confirmed by the IMU (no vibration): the IMU alone cannot tell rest from steady
-/// motion.
+/// image) and confirmed by the IMU: the IMU alone cannot tell rest from steady motion, and an image
+/// that moves with the platform (a lift, a vehicle) cannot either. Idling motors shake the readings
+/// but not their mean.
 #include <vector>
 
 #include "vir/imu/imu_buffer.h"
@@ -15,6 +16,9 @@ struct RestOptions {
   double max_gyro_std_radps = 0.03;
   double max_acc_std_mps2 = 0.4;
   int min_tracks = 15;
+  int min_tracks_shaken = 40;
+  double max_mean_gyro_radps = 0.02;
+  double max_mean_acc_mps2 = 0.15;
 
   /// Throws std::invalid_argument for a value that is not allowed.
   void validate() const;
@@ -27,19 +31,32 @@ class RestDetector {
   explicit RestDetector(const RestOptions& options) : options_(options) {}
   void reset() {
     reference_.clear();
-    standing_ = false;
+    standing_ = shaken_ = false;
   }
   /// Updates with an image; true if standing still since `since()`.
   bool update(const vision::TrackedFrame& frame, const imu::ImuBuffer& imu);
   bool standing() const { return standing_; }
   TimeNs since() const { return reference_t_; }
+  /// Standing, but the IMU feels motors: standard deviations of its readings.
+  bool shaken() const { return standing_ && shaken_; }
+  double gyroStd() const { return gyro_std_; }  ///< [rad/s], norm over the axes
+  double accStd() const { return acc_std_; }    ///< [m/s^2]
+  /// The gyro's bias and the length of gravity, as known by now: what the means are held against.
+  void setExpected(const Vec3& gyro_bias, double gravity_mps2) {
+    gyro_bias_ = gyro_bias;
+    gravity_mps2_ = gravity_mps2;
+  }
 
  private:
   void setReference(const vision::TrackedFrame& frame);
+  bool meanAtRest(const Vec3& gyro, const Vec3& acc, double span_s) const;
   RestOptions options_;
   std::vector<vision::FeatureObservation> reference_;
   TimeNs reference_t_ = 0;
-  bool standing_ = false;
+  bool standing_ = false, shaken_ = false;
+  double gyro_std_ = 0, acc_std_ = 0;
+  Vec3 gyro_bias_ = Vec3::Zero();
+  double gravity_mps2_ = 9.81;
 };
 
 }  // namespace vir::estimator

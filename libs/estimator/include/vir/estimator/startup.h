@@ -51,6 +51,10 @@ class Startup {
   /// the yaw of `origin`.
   StartupStatus offer(const vision::TrackedFrame& frame, imu::ImuBuffer& imu,
                       const RestDetector& rest, const Pose& origin, window::ShortWindow* window);
+  /// As offer() does with the images it has, if it tried with the last one, with the camera's time
+  /// offset changed by `by_s`.
+  StartupStatus offerAgain(double by_s, imu::ImuBuffer& imu, const Pose& origin,
+                           window::ShortWindow* window);
   /// By how much the time offset was changed in the start that succeeded [s].
   double foundShift() const { return found_shift_s_; }
   /// Why it is still waiting: "too few tracks", "too little parallax", "rotation only", "no
@@ -83,6 +87,7 @@ class Startup {
   std::string reason_ = "waiting for images";
   std::string detail_;
   int since_attempt_ = 0;
+  bool tried_ = false;  // a moving start with the last image
   bool any_offer_ = false;
   TimeNs first_offer_ = 0;
 };

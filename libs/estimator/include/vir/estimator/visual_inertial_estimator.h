@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -100,8 +101,12 @@ class VisualInertialEstimator {
   const imu::ImuBufferCounters& imuCounters() const;
   /// As last estimated, or as given.
   Calibration calibration() const;
+  /// How sure that is; nothing if it was not estimated.
+  std::optional<CalibrationSigma> calibrationSigma() const;
   int resets() const;
   const std::vector<std::string>& warnings() const;
+  /// What speaks against the states that were given, a text per kind.
+  std::vector<std::string> doubts() const;
   /// The reason that kept initialisation waiting longest.
   std::string longestWaitReason() const;
 

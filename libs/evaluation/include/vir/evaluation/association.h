@@ -1,5 +1,6 @@
 #pragma once
-/// Which poses are compared: the reference interpolated at the stamps of the estimate.
+/// Which poses are compared: the reference interpolated at the stamps of the estimate, or, where
+/// the reference is the sparser of the two, the estimate at those of the reference.
 #include <vector>
 
 #include "vir/evaluation/trajectory.h"
@@ -7,7 +8,7 @@
 namespace vir::evaluation {
 
 struct AssociationOptions {
-  /// The reference is not interpolated across more than this; exact stamps always count.
+  /// The denser of the two is not interpolated across more than this; exact stamps always count.
   TimeNs max_gap = 100000000;
   /// Two neighbouring matches farther apart than this leave a hole in the coverage.
   TimeNs max_hole = 500000000;
@@ -20,12 +21,15 @@ struct PosePair {
 };
 
 struct Association {
-  std::vector<PosePair> pairs;  ///< in time order
-  long before = 0;              ///< poses of the estimate before the reference begins
-  long after = 0;               ///< poses of the estimate after the reference ends
-  long in_gap = 0;              ///< poses of the estimate in a gap of the reference
-  double reference_s = 0;       ///< from the first to the last pose of the reference
-  double covered_s = 0;         ///< time between matches, holes left out
+  std::vector<PosePair> pairs;         ///< in time order
+  bool estimate_interpolated = false;  ///< at the reference's stamps: it is the denser one
+  // Poses at whose stamps the other is wanted, and is not there: of the estimate, or with
+  // estimate_interpolated of the reference.
+  long before = 0;         ///< the other begins later
+  long after = 0;          ///< the other has ended
+  long in_gap = 0;         ///< the other has a gap
+  double reference_s = 0;  ///< from the first to the last pose of the reference
+  double covered_s = 0;    ///< time between matches, holes left out
   /// Share of the reference's duration that is covered, 0..1 (a reference of one pose: 1 if it is
   /// matched).
   double coverage = 0;

@@ -28,6 +28,9 @@ struct EvaluationOptions {
   AssociationOptions association;
   std::vector<double> distances_m{1, 2, 5, 10, 20};  ///< for RPE, ascending not needed
   double rpe_time_s = 1;
+  /// The reference's attitudes mean nothing, whatever they are. They mean nothing either where they
+  /// are all the same while it moves and the estimate turns, or has up elsewhere, by 45 deg.
+  bool positions_only = false;
 };
 
 /// Relative errors over pieces of one length. A piece starts at every matched pose and ends at the
@@ -44,10 +47,16 @@ struct RelativeError {
 struct EvaluationResult {
   Alignment alignment = Alignment::posyaw;
   AlignmentResult transform;
+  /// Scale that would lay the estimate's positions onto the reference's best (Umeyama 1991),
+  /// whatever the alignment; 0: the positions do not determine it.
+  double best_scale = 0;
+  /// False: the reference has positions only. Errors of rotation and relative errors are then
+  /// empty.
+  bool attitudes = true;
   Association association;                    ///< pairs hold the estimate as it was, not aligned
   std::vector<Pose> aligned;                  ///< T_R_B of each pair's estimate
   std::vector<double> position_error_m;       ///< per pair
-  std::vector<double> orientation_error_deg;  ///< per pair
+  std::vector<double> orientation_error_deg;  ///< per pair; zeros without attitudes
   Statistics ate_position_m;
   Statistics ate_orientation_deg;
   std::vector<RelativeError> rpe_distance;  ///< one per asked distance, count 0 where too short

@@ -20,8 +20,12 @@ struct ReadReport {
   long quaternions_normalised = 0;  ///< used; the length was off by more than 1e-3
   long out_of_order = 0;            ///< used; the stamp was before that of an earlier line
   long repeated = 0;                ///< lines skipped: the stamp was there already (first wins)
-  /// "line 12: expected 8 numbers, found 5", for the first lines that were skipped (at most 20).
+  bool positions_only = false;      ///< no attitudes in the file: all are the identity
+  /// One for each kind of fault, with the first line that has it and how many more there are:
+  /// "line 12: expected 8 numbers, found 5 fields (and 3 more like this)".
   std::vector<std::string> messages;
+  /// What was not as in a TUM or EuRoC file and was understood: "the stamps are in ms".
+  std::vector<std::string> notes;
 
   long skipped() const { return malformed + not_finite + zero_quaternions + repeated; }
 };
@@ -41,7 +45,9 @@ Trajectory readTum(std::istream& in, ReadReport* report);
 /// ignored; `#` starts a comment.
 Trajectory readEurocGroundTruth(std::istream& in, ReadReport* report);
 
-/// Either of the two: EuRoC if the first line that is no comment has a comma.
+/// Any table of poses (vir/tables/layout.h): columns by the names of a header, else TUM's where
+/// there are blanks and EuRoC's where there are commas or semicolons; stamps in the unit that they
+/// can only be in; positions alone.
 Trajectory readTrajectory(std::istream& in, ReadReport* report);
 
 /// First column of a csv in nanoseconds (EuRoC's cam0/data.csv), ascending; other lines (a header,

@@ -44,6 +44,9 @@ class ImuBuffer {
   bool statistics(TimeNs t0, TimeNs t1, Vec3* gyro_mean, Vec3* acc_mean, double* gyro_std,
                   double* acc_std) const;
 
+  /// Readings per second in [t0, t1].
+  double rate(TimeNs t0, TimeNs t1) const;
+
   /// Mean angular rate over [t0, t1], [rad/s]; false where readings do not cover it.
   bool meanGyro(TimeNs t0, TimeNs t1, Vec3* rate) const;
 

@@ -42,8 +42,8 @@ struct TurnCorrelation {
   int turns = 0;
 };
 
-/// Searches the offset with the camera's rotation as given. Turns that the readings do not cover
-/// at an offset are left out there.
+/// Searches the offset with the camera's rotation as given. Turns in order of time; they may
+/// overlap. Turns that the readings do not cover at an offset are left out there.
 TurnCorrelation correlateTurns(const std::vector<ImageTurn>& turns, const imu::ImuBuffer& imu,
                                const Quat& q_B_C, const TurnSearch& search = {});
 

@@ -25,6 +25,14 @@ struct AnchorResult {
 };
 
 /// What a run amounts to: the content of summary.json.
+/// Can the result be trusted?
+enum class Verdict {
+  good,
+  doubtful,  ///< there are poses, and RunSummary::doubts says what speaks against them
+  lost,      ///< no pose, or none for most of the time
+};
+const char* name(Verdict verdict);
+
 struct RunSummary {
   std::string estimator, rawlog;
   long frames = 0;  ///< images handed to the estimator; odometry poses if there are no images
@@ -51,11 +59,17 @@ struct RunSummary {
   int resets = 0;
   bool interrupted = false;
   std::string longest_wait_reason;
-  std::optional<Calibration> calibration;  ///< of camera and IMU, as used in the end
-  std::string error;                       ///< what ended the run early; empty if nothing did
+  std::optional<Calibration> calibration;             ///< of camera and IMU, as used in the end
+  std::optional<CalibrationSigma> calibration_sigma;  ///< if it was estimated
+  std::vector<std::string> doubts;                    ///< what speaks against the result
+  Verdict verdict = Verdict::lost;
+  std::string error;  ///< what ended the run early; empty if nothing did
   std::vector<std::pair<std::string, long>> counters;
   std::vector<std::string> warnings;
 };
+
+/// Adds the doubts that only a whole run can raise, and fills in the verdict.
+void judge(RunSummary* summary);
 
 /// summary.json.
 std::string toJson(const RunSummary& summary);

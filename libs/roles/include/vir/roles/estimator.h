@@ -42,7 +42,9 @@ struct EstimatorReport {
   std::vector<std::pair<std::string, long>> counters;  ///< e.g. {"images_unusable", 3}
   std::vector<std::string> warnings;
   int resets = 0;
-  std::string longest_wait_reason;         ///< why initialisation took as long as it did
+  std::string longest_wait_reason;  ///< why initialisation took as long as it did
+  std::vector<std::string> doubts;  ///< what speaks against the states; a kind each
+  std::optional<CalibrationSigma> calibration_sigma;  ///< if it was estimated
   std::optional<Calibration> calibration;  ///< as used in the end: given, or estimated on the way
 };
 

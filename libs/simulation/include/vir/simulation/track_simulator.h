@@ -55,8 +55,8 @@ class TrackSimulator {
   std::vector<TimeNs> times() const;
   /// The next image; times must ascend. Filled as FeatureTracker does; ms_* stay 0.
   vision::TrackedFrame at(TimeNs t);
-  /// These are not followed any more, as with FeatureTracker::drop.
-  void drop(const std::vector<std::uint64_t>& ids);
+  /// These are not followed any more, as with FeatureTracker::stopFollowing.
+  void stopFollowing(const std::vector<std::uint64_t>& ids);
   /// True position in W of the point a track was started on; false for an unknown id.
   bool pointOf(std::uint64_t id, Vec3* p_W) const;
   std::size_t points() const;

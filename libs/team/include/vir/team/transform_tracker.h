@@ -30,7 +30,7 @@ class TransformTracker {
 
   std::size_t kept() const { return ranges_.size(); }
   long seen() const { return seen_; }  ///< ranges of the present segments
-  long of_old_segments() const { return old_; }
+  long ofOldSegments() const { return old_; }
   int restarts() const { return restarts_; }
 
  private:

@@ -6,16 +6,20 @@
 namespace vir {
 inline namespace types {
 
-enum class Distortion { none, radtan, equidistant };
+enum class Distortion { none, radtan, equidistant, rational, double_sphere, omni };
 
-/// Intrinsics of a camera. `radtan` is OpenCV's plumb-bob k1 k2 p1 p2 k3; `equidistant` is
-/// Kannala-Brandt k1 k2 k3 k4 (OpenCV's fisheye).
+/// Intrinsics of a camera, and the model of its lens with the coefficients in `dist`:
+/// - `radtan`: OpenCV's plumb-bob k1 k2 p1 p2 k3;
+/// - `equidistant`: Kannala-Brandt k1 k2 k3 k4 (OpenCV's fisheye);
+/// - `rational`: OpenCV's k1 k2 p1 p2 k3 k4 k5 k6, the last three in the denominator;
+/// - `double_sphere`: xi alpha (Usenko, Demmel, Cremers 2018);
+/// - `omni`: xi k1 k2 p1 p2, a sphere and radtan behind it (Mei, Rives 2007).
 struct CameraCalibration {
   int width = 0;                          ///< [px]
   int height = 0;                         ///< [px]
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [px]
   Distortion distortion = Distortion::none;
-  std::array<double, 5> dist{};
+  std::array<double, 8> dist{};
 };
 
 /// A camera, and how it and the IMU belong together.
@@ -23,6 +27,18 @@ struct Calibration {
   CameraCalibration camera;
   Pose T_B_C;                ///< camera in the body (= IMU)
   double time_offset_s = 0;  ///< stamp of an image + offset = its time on the IMU's clock
+  double readout_s = 0;      ///< rolling shutter: first row to last; 0 = all at once
+};
+
+/// How far that may be off: standard deviations, of the worst axis where there are several.
+struct CalibrationSigma {
+  double position_m = 0.01;
+  double rotation_rad = 0.02;
+  double time_offset_s = 0.005;
+  double readout_s = 1e-4;
+  double focal = 0.01;    ///< relative, of both focal lengths
+  double aspect = 0.002;  ///< relative, of one against the other
+  double centre_px = 4;
 };
 
 }  // namespace types

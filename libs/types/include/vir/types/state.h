@@ -7,6 +7,7 @@
 
 #include "vir/core/time.h"
 #include "vir/geometry/pose.h"
+#include "vir/types/calibration.h"
 
 namespace vir {
 inline namespace types {
@@ -57,6 +58,8 @@ struct StateEstimate {
   int tracks = 0;
   int landmarks = 0;
   double reprojection_rms = 0;  ///< in sigma_px
+  Calibration calibration;      ///< as used; without intrinsics: nothing was estimated
+  double inertial_rms = 0;      ///< how the readings fit the images, in sigmas of the IMU
   double odometry_scale = 1;    ///< metres of an odometry per true metre
   Health health = Health::starting;
   std::string reason;  ///< short: "too little parallax", "no landmarks, IMU only"; may be empty

@@ -72,7 +72,7 @@ class FeatureTracker {
   /// whole time in between.
   TrackedFrame process(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1);
   /// The back end found these to be wrong: stop following them.
-  void drop(const std::vector<std::uint64_t>& ids);
+  void stopFollowing(const std::vector<std::uint64_t>& ids);
   /// Forgets all tracks (after a gap).
   void reset();
 

@@ -11,7 +11,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "vir/core/options.h"
@@ -22,10 +21,14 @@
 
 namespace vir::window {
 
+enum class LongWindowMode {
+  none,      ///< nodes are folded into the prior at once
+  position,  ///< the paper's formulation as written
+  pose       ///< nodes have a heading, edges are conditional
+};
+
 struct LongWindowOptions {
-  /// "pose" (default); "position": the paper's formulation as written; "none": nodes are folded
-  /// into the prior at once.
-  std::string mode = "pose";
+  LongWindowMode mode = LongWindowMode::pose;
   int size = 100;
   bool anchor_fixed_after_init = false;
   bool conditional_edges = true;

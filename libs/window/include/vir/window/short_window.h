@@ -4,7 +4,6 @@
 /// prior that marginalisation left.
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "vir/geometry/pose.h"
@@ -16,16 +15,8 @@
 
 namespace vir::window {
 
-/// How far what is given of the camera may be off: standard deviations.
-struct CalibrationSigma {
-  double position_m = 0.01;
-  double rotation_rad = 0.02;
-  double time_offset_s = 0.005;
-  double readout_s = 1e-4;
-  double focal = 0.01;    ///< relative, of both focal lengths
-  double aspect = 0.002;  ///< relative, of one against the other
-  double centre_px = 4;
-};
+/// How a reprojection beyond loss_scale sigma counts.
+enum class ReprojectionLoss { huber, cauchy };
 
 struct WindowOptions {
   int keyframes = 14;
@@ -34,7 +25,7 @@ struct WindowOptions {
   int newest_frames = 1;
   bool full_every_image = false;
   double sigma_px = 0.3;
-  std::string loss = "cauchy";
+  ReprojectionLoss loss = ReprojectionLoss::cauchy;
   double loss_scale = 1.0;
   double outlier_sigma = 4.0;
   double keyframe_parallax_px = 12.0;
@@ -55,6 +46,8 @@ struct WindowOptions {
 };
 /// Section [Window].
 void describe(OptionVisitor& v, WindowOptions& o);
+/// `calibrate` in the section at hand.
+void describeCalibrate(OptionVisitor& v, WindowOptions& o);
 
 /// The state that the readings of `link` lead to from `from`; gravity [m/s^2] along -z of W.
 State predict(const State& from, const imu::Preintegration& link, double gravity, TimeNs t);
@@ -75,6 +68,8 @@ struct SolveSummary {
   bool usable = false;          ///< finite and not worse than before
   int sights = 0;               ///< reprojections in the problem
   double reprojection_rms = 0;  ///< whitened, per coordinate, after the solution
+  /// Of the readings between the frames that moved, likewise (position, rotation, velocity).
+  double inertial_rms = 0;
 };
 
 /// Accuracy of the motion inside the window, from the information of all its terms.
@@ -130,7 +125,7 @@ class ShortWindow {
   /// Landmarks that newest sees and that have a depth.
   int landmarksInNewest() const;
   /// Everything goes to the long window as it is (before clear(), when the odometry is lost).
-  void handOver();
+  void moveAllToLongWindow();
   /// Landmarks that left the window since the last call, as last estimated, in O.
   std::vector<Landmark> takeRetiredLandmarks();
   WindowAccuracy accuracy() const;
@@ -159,6 +154,8 @@ class ShortWindow {
   void stampWith(double time_offset_s);
   /// As estimated by now.
   Calibration calibration() const;
+  /// How sure that is, as of the last updateCovariance(); the priors before.
+  CalibrationSigma calibrationSigma() const;
 
  private:
   struct Impl;

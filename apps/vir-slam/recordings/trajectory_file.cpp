@@ -1,0 +1,49 @@
+#include "recordings/trajectory_file.h"
+
+#include <cstdio>
+#include <fstream>
+
+#include "commands/commands.h"
+
+namespace vir::app {
+
+Trajectory readTrajectoryFile(const std::string& path, const std::string& what,
+                              evaluation::ReadReport* report) {
+  requireFile(path, what);
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw UsageError("cannot read the " + what + " " + path);
+  const Trajectory trajectory = evaluation::readTrajectory(in, report);
+  const evaluation::ReadReport& r = *report;
+  if (r.skipped() > 0) {
+    std::fprintf(stderr,
+                 "%s: %ld lines skipped (%ld malformed, %ld not finite, %ld without an "
+                 "attitude, %ld with a repeated stamp)\n",
+                 path.c_str(), r.skipped(), r.malformed, r.not_finite, r.zero_quaternions,
+                 r.repeated);
+    for (const std::string& message : r.messages) {
+      std::fprintf(stderr, "  %s:%s\n", path.c_str(), message.c_str());
+    }
+  }
+  for (const std::string& note : r.notes) {
+    std::fprintf(stderr, "%s: %s\n", path.c_str(), note.c_str());
+  }
+  if (r.out_of_order > 0) {
+    std::fprintf(stderr, "%s: %ld poses were out of order in time and have been sorted\n",
+                 path.c_str(), r.out_of_order);
+  }
+  if (r.quaternions_normalised > 0) {
+    std::fprintf(stderr, "%s: %ld quaternions were not of unit length and have been normalised\n",
+                 path.c_str(), r.quaternions_normalised);
+  }
+  return trajectory;
+}
+
+std::vector<TimeNs> readImageStamps(const std::string& path) {
+  requireFile(path, "list of images");
+  std::ifstream in(path, std::ios::binary);
+  std::vector<TimeNs> images = evaluation::readStamps(in);
+  if (images.empty()) throw UsageError("no stamp in ns begins a line of " + path);
+  return images;
+}
+
+}  // namespace vir::app

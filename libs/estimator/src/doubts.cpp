@@ -1,0 +1,89 @@
+#include "doubts.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace vir::estimator {
+namespace {
+
+/// Mean squares, whitened: good recordings stay below 0.5 (readings) and 1.3 (sights), whatever
+/// they were recorded with; those with a wrong calibration, unit or axis go beyond.
+constexpr double kInertial = 1.5, kReprojection = 2.5;
+/// Share of the tracks that are landmarks, while moving: good ones have more than 0.4.
+constexpr double kFewSeen = 0.12;
+constexpr int kTracksThatCount = 30;
+/// New values count by this: about ten keyframes, or twenty images.
+constexpr double kShareOfKeyframe = 0.15, kShareOfImage = 0.05;
+constexpr int kFewestKeyframes = 8, kFewestImages = 40;
+/// On readings alone for longer, the position is worth a doubt whatever comes after [s].
+constexpr double kBlindS = 1.5;
+constexpr double kBiasAcc = 1.2, kBiasGyro = 0.3;
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", x);
+  return text;
+}
+
+std::string seconds(TimeNs t) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.2f", toSeconds(t));
+  return text;
+}
+
+}  // namespace
+
+void Doubts::judge(TimeNs t, const std::string& kind, bool bad, const std::string& text) {
+  if (!bad) return;
+  if (current_.empty()) current_ = text;
+  add(kind, t, text);
+}
+
+void Doubts::add(const std::string& kind, TimeNs t, const std::string& text) {
+  const auto [at, fresh] = known_.emplace(kind, texts_.size());
+  if (fresh) texts_.push_back(text + " (from " + seconds(t) + " s on)");
+}
+
+void Doubts::restarted(TimeNs t, const std::string& why) {
+  add("restart", t, "started anew on the way (" + why + "): what came before is not tied to it");
+  inertial_ = reprojection_ = seen_ = Level();
+}
+
+void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
+  current_.clear();
+  if (evidence.full && e.inertial_rms > 0) {
+    inertial_.add(e.inertial_rms * e.inertial_rms, kShareOfKeyframe);
+  }
+  if (evidence.full && e.reprojection_rms > 0) {
+    reprojection_.add(e.reprojection_rms * e.reprojection_rms, kShareOfKeyframe);
+  }
+  const bool moving = e.health != Health::standing;
+  if (moving && e.tracks >= kTracksThatCount) {
+    seen_.add(static_cast<double>(e.landmarks) / e.tracks, kShareOfImage);
+  }
+  const TimeNs t = e.state.t;
+  judge(t, "inertial", inertial_.count >= kFewestKeyframes && inertial_.value > kInertial,
+        "the readings of the IMU do not fit the images (" + number(std::sqrt(inertial_.value)) +
+            " sigma): calibration, units or axes may be wrong");
+  judge(t, "sights", reprojection_.count >= kFewestKeyframes && reprojection_.value > kReprojection,
+        "the sights contradict each other (" + number(std::sqrt(reprojection_.value)) +
+            " sigma): calibration of the camera, its clock, or things that move");
+  judge(t, "seen", seen_.count >= kFewestImages && moving && seen_.value < kFewSeen,
+        "few tracks fit the motion: " + std::to_string(e.landmarks) + " landmarks of " +
+            std::to_string(e.tracks) + " tracks");
+  judge(t, "bias_acc", e.state.ba.norm() > kBiasAcc,
+        "an accelerometer bias of " + number(e.state.ba.norm()) +
+            " m/s^2 is not plausible: units, axes or calibration may be wrong");
+  judge(t, "bias_gyro", e.state.bg.norm() > kBiasGyro,
+        "a gyro bias of " + number(e.state.bg.norm()) +
+            " rad/s is not plausible: units, axes or calibration may be wrong");
+  const bool blind = evidence.blind && moving;
+  if (!blind) blind_since_ = t;
+  judge(t, "blind", blind && toSeconds(t - blind_since_) > kBlindS,
+        "no landmarks for " + number(toSeconds(t - blind_since_)) + " s, IMU only");
+  if (blind && current_.empty()) current_ = "no landmarks, IMU only";
+}
+
+std::vector<std::string> Doubts::all() const { return texts_; }
+
+}  // namespace vir::estimator

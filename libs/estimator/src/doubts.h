@@ -1,0 +1,46 @@
+#pragma once
+/// Internal: what speaks against the states that the windows give.
+#include <map>
+#include <string>
+#include <vector>
+
+#include "vir/types/state.h"
+
+namespace vir::estimator {
+
+/// What one image says beside its state.
+struct Evidence {
+  bool full = false;   ///< the whole window was solved: its residuals count
+  bool blind = false;  ///< nothing but readings held the state
+};
+
+/// Watches levels over about a second, each against what good recordings show and with room above
+/// (docs/decisions.md). Kinds of doubt are told once, with the time they first held.
+class Doubts {
+ public:
+  /// A state in order of time; what follows from it is in current().
+  void look(const StateEstimate& estimate, const Evidence& evidence);
+  /// The windows were given up.
+  void restarted(TimeNs t, const std::string& why);
+  /// Something found outside, for example of the calibration; once per kind.
+  void add(const std::string& kind, TimeNs t, const std::string& text);
+  /// What speaks against the newest state; empty: nothing.
+  const std::string& current() const { return current_; }
+  /// All kinds of the run, in the order they came.
+  std::vector<std::string> all() const;
+
+ private:
+  struct Level {
+    double value = 0;
+    int count = 0;
+    void add(double x, double share) { value = count++ == 0 ? x : value + share * (x - value); }
+  };
+  void judge(TimeNs t, const std::string& kind, bool bad, const std::string& text);
+  Level inertial_, reprojection_, seen_;
+  TimeNs blind_since_ = 0;
+  std::map<std::string, std::size_t> known_;
+  std::vector<std::string> texts_;
+  std::string current_;
+};
+
+}  // namespace vir::estimator

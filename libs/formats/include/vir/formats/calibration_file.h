@@ -1,0 +1,48 @@
+#pragma once
+/// Calibration of cameras and IMU from the files that people have.
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "vir/imu/preintegration.h"
+#include "vir/types/calibration.h"
+
+namespace vir::formats {
+
+struct CalibratedCamera {
+  std::string label;  ///< as in the file: `cam0`, `Camera1`; `cam0` where it has no name
+  CameraCalibration camera;
+  std::optional<Pose> T_B_C;            ///< camera in the body (= IMU); empty: not in the file
+  std::optional<double> time_offset_s;  ///< stamp of an image + this = its time on the IMU's clock
+  std::string topic;                    ///< of ROS, if the file names one
+};
+
+/// What a file says, and what it leaves open.
+struct CalibrationFile {
+  std::string path;
+  std::string format;  ///< for people: "Kalibr", "ORB-SLAM3", ...
+  std::vector<CalibratedCamera> cameras;
+  std::optional<imu::ImuNoise> imu_noise;  ///< the four densities; else empty
+  std::optional<double> imu_rate_hz;
+  std::string imu_topic;  ///< of ROS, if the file names one
+  /// What was assumed, and what is missing with how to give it; a sentence each.
+  std::vector<std::string> notes;
+
+  /// The camera labelled `label`, or nullptr.
+  const CalibratedCamera* camera(const std::string& label) const;
+};
+
+/// what() names file, key, value and what would be right.
+class CalibrationError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads Kalibr (camchain, camchain-imucam, imu.yaml), OpenVINS, VINS-Mono and VINS-Fusion,
+/// ORB-SLAM2 and 3, ROS camera_info, OpenCV's calibration samples, a `sensor.yaml` of EuRoC, and
+/// the `calibration.yaml` of a run. Keys that are not known are left alone. Files that a file names
+/// (VINS, OpenVINS) are read from its folder. Throws CalibrationError.
+CalibrationFile readCalibrationFile(const std::string& path);
+
+}  // namespace vir::formats

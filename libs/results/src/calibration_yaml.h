@@ -1,0 +1,12 @@
+#pragma once
+/// Internal: calibration.yaml of a results folder.
+#include <string>
+
+#include "vir/types/calibration.h"
+
+namespace vir::results {
+
+/// As Kalibr writes a chain of one camera, with standard deviations beside it.
+std::string calibrationYaml(const Calibration& calibration, const CalibrationSigma& sigma);
+
+}  // namespace vir::results

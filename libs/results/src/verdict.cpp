@@ -1,0 +1,60 @@
+/// Can the result of a run be trusted?
+#include <cstdio>
+
+#include "vir/results/run_recorder.h"
+
+namespace vir::results {
+namespace {
+
+/// The first pose is expected within this time, and poses for at least this share of the frames
+/// after it.
+constexpr double kLateStartS = 8, kShareOfPoses = 0.9, kLostShare = 0.3;
+
+std::string text(const char* pattern, double a, double b) {
+  char out[160];
+  std::snprintf(out, sizeof out, pattern, a, b);
+  return out;
+}
+
+}  // namespace
+
+const char* name(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::good:
+      return "good";
+    case Verdict::doubtful:
+      return "doubtful";
+    case Verdict::lost:
+      return "lost";
+  }
+  return "lost";
+}
+
+void judge(RunSummary* s) {
+  const double share =
+      s->frames > 0 ? static_cast<double>(s->poses) / static_cast<double>(s->frames) : 0;
+  if (s->poses == 0) {
+    std::string why =
+        s->longest_wait_reason.empty() ? "nothing to start from" : s->longest_wait_reason;
+    s->doubts.push_back("no pose at all: " + why + "; `vir-slam check` looks at the recording");
+    s->verdict = Verdict::lost;
+    return;
+  }
+  if (s->init_time_s && *s->init_time_s > kLateStartS) {
+    s->doubts.push_back(
+        text("no pose in the first %.1f s of %.1f s", *s->init_time_s, s->duration_s) +
+        (s->longest_wait_reason.empty() ? "" : ": " + s->longest_wait_reason));
+  }
+  const double from_start =
+      s->duration_s > 0 && s->init_time_s ? 1 - *s->init_time_s / s->duration_s : 1;
+  if (from_start > 0 && share / from_start < kShareOfPoses) {
+    s->doubts.push_back(text("poses for %.0f %% of the images after the first pose only (%.0f)",
+                             100 * share / from_start, static_cast<double>(s->poses)));
+  }
+  if (!s->error.empty()) s->doubts.push_back("the run ended early: " + s->error);
+  s->verdict = s->doubts.empty()    ? Verdict::good
+               : share < kLostShare ? Verdict::lost
+                                    : Verdict::doubtful;
+}
+
+}  // namespace vir::results

@@ -1,0 +1,86 @@
+#pragma once
+/// How a text file of numbers is laid out: separator, header, columns by name, unit of the stamps.
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "vir/tables/stamps.h"
+
+namespace vir::tables {
+
+/// Splits a line at `separator`; ' ' stands for any run of blanks and tabs. Fields come without
+/// surrounding blanks and quotes.
+void splitLine(std::string_view line, char separator, std::vector<std::string_view>* fields);
+
+/// The separator of a line of numbers: ',' or ';' or a tab where there is one, else ' '.
+char separatorOf(std::string_view line);
+
+/// A column's name as written in a header, without its unit, in lower case, other characters than
+/// letters and digits as '_': `w_RS_S_x [rad s^-1]` is `w_rs_s_x`.
+std::string plainName(std::string_view name);
+
+struct Layout {
+  char separator = ' ';
+  /// Plain names in the order of the columns; empty without a header.
+  std::vector<std::string> names;
+  std::vector<std::string> units;  ///< in brackets behind the names, as written; same length
+  std::size_t columns = 0;         ///< of the rows of data
+  /// Fields of the first rows of data, at most kSampled.
+  std::vector<std::vector<std::string>> rows;
+  static constexpr std::size_t kSampled = 200;
+
+  /// The first column of one of these (plain) names, or -1.
+  int find(const std::vector<std::string>& names) const;
+  /// The values of a column in the sampled rows.
+  std::vector<std::string> column(std::size_t index) const;
+};
+
+/// Reads the beginning of a file; one that is not there has no columns. `#` and `%` begin comments;
+/// the last comment before the data, or a first line that begins with no number, is the header.
+Layout layoutOf(const std::string& path);
+/// The same of text.
+Layout layoutOfText(std::string_view text);
+
+/// Where a kind of row has what; -1: not there.
+struct PoseColumns {
+  int stamp = 0;
+  int p[3] = {1, 2, 3};
+  int q[4] = {-1, -1, -1, -1};  ///< x y z w
+  bool hasAttitude() const { return q[3] >= 0; }
+  int last() const;
+};
+/// By the names of the header, else EuRoC's order (t x y z qw qx qy qz) where there are commas or
+/// semicolons and TUM's (t x y z qx qy qz qw) where there are none. A first column that only counts
+/// is passed over.
+PoseColumns poseColumns(const Layout& layout);
+
+struct ImuColumns {
+  int stamp = 0;
+  int gyro[3] = {1, 2, 3};
+  int acc[3] = {4, 5, 6};
+  bool named = false;  ///< the header said so
+  int last() const;
+};
+/// By the names of the header, else t, gyro, accelerometer.
+ImuColumns imuColumns(const Layout& layout);
+
+struct RangeColumns {
+  int stamp = 0, anchor = 1, range = 2;
+  int antenna = -1;  ///< which of the robot's own antennas
+};
+/// By the names of the header, else t, anchor, range.
+RangeColumns rangeColumns(const Layout& layout);
+
+struct ImageColumns {
+  int stamp = 0;
+  int file = 1;  ///< -1: files are called after their stamps
+};
+ImageColumns imageColumns(const Layout& layout);
+
+/// 0, or 1 if the first column only counts and the second is a stamp.
+int stampColumn(const Layout& layout);
+/// The unit of the stamps in column `index`.
+UnitGuess stampUnit(const Layout& layout, int index, double typical_step_s);
+
+}  // namespace vir::tables

@@ -1,0 +1,57 @@
+#include "vir/tables/anchor_names.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+namespace vir::tables {
+namespace {
+
+constexpr std::int32_t kFirst = 1'000'000;
+constexpr std::size_t kLongest = 64, kMostNames = 100'000;
+
+bool isName(std::string_view text) {
+  return !text.empty() && text.size() <= kLongest &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) {
+           return std::isalnum(c) != 0 || c == '_' || c == '-' || c == ':' || c == '.';
+         });
+}
+
+/// Whole numbers in any decimal notation (`7`, `7.0`), and 0x84.
+bool asNumber(std::string_view text, std::int32_t* number) {
+  const char* first = text.data();
+  const char* last = text.data() + text.size();
+  if (text.size() > 2 && text[0] == '0' && (text[1] == 'x' || text[1] == 'X')) {
+    const auto r = std::from_chars(first + 2, last, *number, 16);
+    return r.ec == std::errc() && r.ptr == last;
+  }
+  const auto r = std::from_chars(first, last, *number);
+  const std::string_view rest(r.ptr, static_cast<std::size_t>(last - r.ptr));
+  return r.ec == std::errc() && (rest.empty() || rest.find_first_not_of("0", 1) == rest.npos) &&
+         (rest.empty() || rest[0] == '.');
+}
+
+/// `3.5`, `nan`: a number, but nobody's name.
+bool isOtherNumber(std::string_view text) {
+  double v = 0;
+  const auto r = std::from_chars(text.data(), text.data() + text.size(), v);
+  return r.ptr == text.data() + text.size() && (!std::isfinite(v) || v != std::floor(v));
+}
+
+}  // namespace
+
+bool AnchorNames::numberOf(std::string_view name, std::int32_t* number) {
+  if (!isName(name)) return false;
+  if (isOtherNumber(name)) return false;
+  const bool own_number = asNumber(name, number) &&
+                          (*number < kFirst || *number >= kFirst + static_cast<int>(kMostNames));
+  if (own_number) return true;
+  const auto known = mapped_.find(std::string(name));
+  if (known == mapped_.end() && mapped_.size() >= kMostNames) return false;
+  const auto next = kFirst + static_cast<std::int32_t>(mapped_.size());
+  *number = mapped_.emplace(name, next).first->second;
+  return true;
+}
+
+}  // namespace vir::tables

@@ -1,0 +1,113 @@
+#include "text_fields.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "input_error.h"
+#include "vir_test_temp_folder.h"
+
+namespace vir::euroc {
+namespace {
+
+std::vector<std::string> linesOf(const std::string& text, bool* open_end = nullptr) {
+  test::TempFolder temp;
+  test::writeText(temp / "f.csv", text);
+  LineReader reader((temp / "f.csv").string());
+  std::vector<std::string> out;
+  std::string line;
+  while (reader.next(&line)) out.push_back(line);
+  if (open_end) *open_end = reader.lastLineOpen();
+  return out;
+}
+
+TEST(LineReader, DropsBomCommentsBlankLinesAndCarriageReturns) {
+  bool open_end = true;
+  const auto lines = linesOf("\xEF\xBB\xBF#head\r\n1,2\r\n\r\n  # note\r\n3,4\r\n", &open_end);
+  EXPECT_EQ(lines, (std::vector<std::string>{"1,2", "3,4"}));
+  EXPECT_FALSE(open_end);
+}
+
+TEST(LineReader, CountsEveryLineOfTheFile) {
+  test::TempFolder temp;
+  test::writeText(temp / "f.csv", "#head\n\n1\n");
+  LineReader reader((temp / "f.csv").string());
+  std::string line;
+  ASSERT_TRUE(reader.next(&line));
+  EXPECT_EQ(reader.lineNumber(), 3);
+  EXPECT_FALSE(reader.next(&line));
+  EXPECT_DOUBLE_EQ(reader.progress(), 1.0);
+}
+
+TEST(LineReader, SaysThatTheLastLineHasNoBreak) {
+  bool open_end = false;
+  EXPECT_EQ(linesOf("1,2\n3,", &open_end).size(), 2u);
+  EXPECT_TRUE(open_end);
+}
+
+TEST(LineReader, AnEndlessLineDoesNotFillTheMemory) {
+  const auto lines = linesOf(std::string(3'000'000, 'x') + "\n1,2\n");
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_LE(lines[0].size(), 10'000u);
+  EXPECT_EQ(lines[1], "1,2");
+}
+
+TEST(LineReader, AMissingFileIsNamed) {
+  try {
+    LineReader reader("/nonexistent/data.csv");
+    FAIL() << "no error";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("/nonexistent/data.csv"), std::string::npos);
+  }
+}
+
+TEST(Fields, SplitsAtCommasOrElseAtBlanks) {
+  std::vector<std::string_view> f;
+  splitFields("1, 2 ,,3", &f);
+  EXPECT_EQ(f, (std::vector<std::string_view>{"1", "2", "", "3"}));
+  splitFields("1.5  2\t3", &f);
+  EXPECT_EQ(f, (std::vector<std::string_view>{"1.5", "2", "3"}));
+}
+
+TEST(Numbers, WholeFieldOrNothing) {
+  double v = 0;
+  EXPECT_TRUE(parseNumber("+1.5e-3", &v));
+  EXPECT_DOUBLE_EQ(v, 1.5e-3);
+  EXPECT_TRUE(parseNumber("nan", &v));
+  EXPECT_TRUE(std::isnan(v));
+  EXPECT_TRUE(parseNumber("1e999", &v));
+  EXPECT_TRUE(std::isinf(v));
+  EXPECT_TRUE(parseNumber("1e-999", &v));
+  EXPECT_EQ(v, 0.0);
+  for (const char* bad : {"", "abc", "1.5x", "1,5", "--1", "0x10", "1e"}) {
+    EXPECT_FALSE(parseNumber(bad, &v)) << bad;
+  }
+}
+
+TEST(Stamps, NanosecondsAreWholeAndNotNegative) {
+  TimeNs t = 0;
+  EXPECT_TRUE(parseNs("1403636580838555648", &t));
+  EXPECT_EQ(t, 1403636580838555648);
+  for (const char* bad : {"", "-5", "1.5", "1e18", "99999999999999999999", "12 "}) {
+    EXPECT_FALSE(parseNs(bad, &t)) << bad;
+  }
+}
+
+TEST(Stamps, DecimalSecondsKeepEveryNanosecond) {
+  TimeNs t = 0;
+  // As a double, 1403636580.123456789 is off by some 100 ns.
+  EXPECT_TRUE(parseDecimalSeconds("1403636580.123456789", &t));
+  EXPECT_EQ(t, 1403636580123456789);
+  EXPECT_TRUE(parseDecimalSeconds("1403636580.83856", &t));
+  EXPECT_EQ(t, 1403636580838560000);
+  EXPECT_TRUE(parseDecimalSeconds("7", &t));
+  EXPECT_EQ(t, 7'000'000'000);
+  EXPECT_TRUE(parseDecimalSeconds("0.9999999996", &t));  // rounded up over all digits
+  EXPECT_EQ(t, 1'000'000'000);
+  for (const char* bad : {"", ".5", "-1.5", "1.4e9", "1.5.5", "99999999999.0", "nan"}) {
+    EXPECT_FALSE(parseDecimalSeconds(bad, &t)) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace vir::euroc
