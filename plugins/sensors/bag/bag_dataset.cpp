@@ -18,6 +18,9 @@
 #include "input_error.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
+#if __has_include("vir/rawlog/mrpt_camera.h")
+#include "vir/rawlog/mrpt_camera.h"
+#endif
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/grabber_settings.h"
@@ -34,6 +37,11 @@ namespace {
 /// Readings per doProcess(): enough to be fast, few enough to keep the queue small.
 constexpr int kBatch = 64;
 
+#if __has_include("vir/rawlog/mrpt_camera.h")
+mrpt::img::TCamera mrptCamera(const CameraCalibration& c, const std::string& name) {
+  return rawlog::toMrptCamera(c, name);
+}
+#else
 mrpt::img::TCamera mrptCamera(const CameraCalibration& c, const std::string& name) {
   mrpt::img::TCamera out;
   out.ncols = static_cast<uint32_t>(c.width);
@@ -47,6 +55,7 @@ mrpt::img::TCamera mrptCamera(const CameraCalibration& c, const std::string& nam
   }
   return out;
 }
+#endif
 
 void writeFile(const std::string& path, const void* data, std::size_t size) {
   std::ofstream out(path, std::ios::binary);

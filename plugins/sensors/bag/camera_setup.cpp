@@ -27,6 +27,7 @@ bool allZero(const std::vector<double>& v, std::size_t from) {
   return true;
 }
 
+#ifndef VIR_HAS_CALIBRATION_FILES
 struct Distorted {
   double x, y;
 };
@@ -70,6 +71,7 @@ double fitRadtan(const std::vector<double>& d, CameraCalibration* c) {
   c->distortion = Distortion::radtan;
   return (A * k - b).cwiseAbs().maxCoeff() * std::max(c->fx, c->fy);
 }
+#endif
 
 bool lensOf(const CameraInfo& info, CameraCalibration* out, std::string* why) {
   const std::vector<double>& D = info.D;
@@ -98,6 +100,11 @@ bool lensOf(const CameraInfo& info, CameraCalibration* out, std::string* why) {
       *why = "its lens has more than 8 coefficients";
       return false;
     }
+#ifdef VIR_HAS_CALIBRATION_FILES  // then there is a model of ours for it
+    out->distortion = Distortion::rational;
+    std::copy(D.begin(), D.begin() + 8, out->dist.begin());
+    return true;
+#else
     const double worst = fitRadtan(D, out);
     char text[120];
     std::snprintf(text, sizeof text,
@@ -105,6 +112,7 @@ bool lensOf(const CameraInfo& info, CameraCalibration* out, std::string* why) {
                   worst);
     *why = text;
     return worst < 2;
+#endif
   }
   out->distortion = Distortion::radtan;
   std::copy(D.begin(), D.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(5, D.size())),
