@@ -235,7 +235,7 @@ TEST(CheckCli, NamesRangesInMillimetresAndReadsNamesOfAnchors) {
   VIR_REQUIRE_DATA(source, kRoom);
   const Variant mm(source);
   mm.rewrite("uwb0", "#timestamp [ns],anchor_id,range [m]", [](const Row& r) {
-    return Variant::line(r.t, {r.v[0], std::floor(1000 * r.v[1])});
+    return Variant::line(r.t, std::vector<double>{r.v[0], std::floor(1000 * r.v[1])});
   });
   const Checked c = check(mm);
   EXPECT_EQ(c.code, 1) << c.text;
