@@ -18,9 +18,7 @@
 #include "input_error.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
-#if __has_include("vir/rawlog/mrpt_camera.h")
 #include "vir/rawlog/mrpt_camera.h"
-#endif
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/grabber_settings.h"
@@ -36,26 +34,6 @@ namespace {
 
 /// Readings per doProcess(): enough to be fast, few enough to keep the queue small.
 constexpr int kBatch = 64;
-
-#if __has_include("vir/rawlog/mrpt_camera.h")
-mrpt::img::TCamera mrptCamera(const CameraCalibration& c, const std::string& name) {
-  return rawlog::toMrptCamera(c, name);
-}
-#else
-mrpt::img::TCamera mrptCamera(const CameraCalibration& c, const std::string& name) {
-  mrpt::img::TCamera out;
-  out.ncols = static_cast<uint32_t>(c.width);
-  out.nrows = static_cast<uint32_t>(c.height);
-  out.cameraName = name;
-  out.setIntrinsicParamsFromValues(c.fx, c.fy, c.cx, c.cy);
-  const auto& d = c.dist;
-  if (c.distortion == Distortion::radtan) out.setDistortionPlumbBob(d[0], d[1], d[2], d[3], d[4]);
-  if (c.distortion == Distortion::equidistant) {
-    out.setDistortionKannalaBrandt(d[0], d[1], d[2], d[3]);
-  }
-  return out;
-}
-#endif
 
 void writeFile(const std::string& path, const void* data, std::size_t size) {
   std::ofstream out(path, std::ios::binary);
@@ -112,7 +90,7 @@ void BagSource::initialize() {
   recording_ = std::make_unique<bag::BagRecording>(options, &log_);
   for (const bag::CameraSetup& c : recording_->cameras()) {
     auto obs = std::make_shared<mrpt::obs::CObservationImage>();
-    if (c.has_intrinsics) obs->cameraParams = mrptCamera(c.intrinsics, c.topic);
+    if (c.has_intrinsics) obs->cameraParams = rawlog::toMrptCamera(c.intrinsics, c.topic);
     if (c.has_place) obs->cameraPose = rawlog::toMrptPose(c.T_B_C);
     templates_.push_back(obs);
   }

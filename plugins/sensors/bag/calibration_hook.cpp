@@ -2,10 +2,6 @@
 
 #include <cstdio>
 
-#include "input_error.h"
-
-#ifdef VIR_HAS_CALIBRATION_FILES
-
 #include "vir/formats/calibration_file.h"
 
 namespace vir::bag {
@@ -65,16 +61,3 @@ CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<Came
 }
 
 }  // namespace vir::bag
-
-#else
-
-namespace vir::bag {
-
-CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<CameraSetup>*,
-                                       ProblemLog*) {
-  throw InputError(path + ": this build reads no calibration files");
-}
-
-}  // namespace vir::bag
-
-#endif

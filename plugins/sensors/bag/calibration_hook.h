@@ -9,7 +9,7 @@
 namespace vir::bag {
 
 /// Intrinsics and places of `cameras` (in the order of their labels) from the file. Throws
-/// InputError or the reader's own error.
+/// formats::CalibrationError.
 CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<CameraSetup>* cameras,
                                        ProblemLog* log);
 

@@ -1,6 +1,5 @@
 #include "camera_setup.h"
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "calibration_hook.h"
@@ -26,52 +25,6 @@ bool allZero(const std::vector<double>& v, std::size_t from) {
   }
   return true;
 }
-
-#ifndef VIR_HAS_CALIBRATION_FILES
-struct Distorted {
-  double x, y;
-};
-/// OpenCV's rational model with k1 k2 p1 p2 k3 k4 k5 k6.
-Distorted rational(const std::vector<double>& d, double x, double y) {
-  const double r2 = x * x + y * y, r4 = r2 * r2, r6 = r4 * r2;
-  const double s =
-      (1 + d[0] * r2 + d[1] * r4 + d[4] * r6) / (1 + d[5] * r2 + d[6] * r4 + d[7] * r6);
-  return {x * s + 2 * d[2] * x * y + d[3] * (r2 + 2 * x * x),
-          y * s + d[2] * (r2 + 2 * y * y) + 2 * d[3] * x * y};
-}
-
-/// The plumb-bob that is nearest to a rational lens over the image; returns the largest difference
-/// [px]. The coefficients are linear in what they do.
-double fitRadtan(const std::vector<double>& d, CameraCalibration* c) {
-  constexpr int kGrid = 40;
-  std::vector<Eigen::Matrix<double, 1, 5>> rows;
-  std::vector<double> right;
-  const double w = c->width / c->fx, h = c->height / c->fy;
-  for (int i = 0; i <= kGrid; ++i) {
-    for (int k = 0; k <= kGrid; ++k) {
-      const double x = (1.5 * i / kGrid - 0.25) * w - c->cx / c->fx;
-      const double y = (1.5 * k / kGrid - 0.25) * h - c->cy / c->fy;
-      const Distorted to = rational(d, x, y);
-      const double u = to.x * c->fx + c->cx, v = to.y * c->fy + c->cy;
-      if (!(u >= 0 && v >= 0 && u <= c->width && v <= c->height)) continue;
-      const double r2 = x * x + y * y, r4 = r2 * r2, r6 = r4 * r2;
-      Eigen::Matrix<double, 1, 5> row;
-      row << x * r2, x * r4, 2 * x * y, r2 + 2 * x * x, x * r6;
-      rows.push_back(row), right.push_back(to.x - x);
-      row << y * r2, y * r4, r2 + 2 * y * y, 2 * x * y, y * r6;
-      rows.push_back(row), right.push_back(to.y - y);
-    }
-  }
-  Eigen::MatrixXd A(static_cast<Eigen::Index>(rows.size()), 5);
-  for (std::size_t i = 0; i < rows.size(); ++i) A.row(static_cast<Eigen::Index>(i)) = rows[i];
-  const Eigen::Map<Eigen::VectorXd> b(right.data(), static_cast<Eigen::Index>(right.size()));
-  if (rows.size() < 20) return 1e9;
-  const Eigen::VectorXd k = A.colPivHouseholderQr().solve(b);
-  for (int i = 0; i < 5; ++i) c->dist[static_cast<std::size_t>(i)] = k(i);
-  c->distortion = Distortion::radtan;
-  return (A * k - b).cwiseAbs().maxCoeff() * std::max(c->fx, c->fy);
-}
-#endif
 
 bool lensOf(const CameraInfo& info, CameraCalibration* out, std::string* why) {
   const std::vector<double>& D = info.D;
@@ -100,19 +53,9 @@ bool lensOf(const CameraInfo& info, CameraCalibration* out, std::string* why) {
       *why = "its lens has more than 8 coefficients";
       return false;
     }
-#ifdef VIR_HAS_CALIBRATION_FILES  // then there is a model of ours for it
     out->distortion = Distortion::rational;
     std::copy(D.begin(), D.begin() + 8, out->dist.begin());
     return true;
-#else
-    const double worst = fitRadtan(D, out);
-    char text[120];
-    std::snprintf(text, sizeof text,
-                  "the rational lens was replaced by the nearest plumb-bob: up to %.2f px off",
-                  worst);
-    *why = text;
-    return worst < 2;
-#endif
   }
   out->distortion = Distortion::radtan;
   std::copy(D.begin(), D.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(5, D.size())),

@@ -195,6 +195,10 @@ TEST(CameraInfoOf, ModelsOfRos) {
   EXPECT_EQ(c.dist[3], 0.4);
   ASSERT_TRUE(intrinsicsOf(infoOf("plumb_bob", {0, 0, 0, 0, 0}), "/c", 640, 480, &c, &why));
   EXPECT_EQ(c.distortion, Distortion::none);
+  const std::vector<double> rational{0.4, -2.5, 0.001, 0.0005, 1.4, 0.3, -2.3, 1.3};
+  ASSERT_TRUE(intrinsicsOf(infoOf("rational_polynomial", rational), "/c", 640, 480, &c, &why));
+  EXPECT_EQ(c.distortion, Distortion::rational);
+  EXPECT_TRUE(std::equal(rational.begin(), rational.end(), c.dist.begin()));
   EXPECT_FALSE(intrinsicsOf(infoOf("strange", {1}), "/c", 640, 480, &c, &why));
   EXPECT_NE(why.find("strange"), std::string::npos);
   CameraInfo empty = infoOf("plumb_bob", {});

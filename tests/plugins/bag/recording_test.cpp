@@ -193,6 +193,36 @@ TEST_F(Recording, WhatIsWrongWithTheTopicsIsSaid) {
             std::string::npos);
 }
 
+TEST_F(Recording, ACalibrationFileGoesBeforeTheRecording) {
+  test::writeText(folder_ / "kalibr.yaml",
+                  "cam0:\n"
+                  "  T_cam_imu:\n"
+                  "  - [0.0, 1.0, 0.0, 0.5]\n"
+                  "  - [-1.0, 0.0, 0.0, 0.0]\n"
+                  "  - [0.0, 0.0, 1.0, 0.0]\n"
+                  "  - [0.0, 0.0, 0.0, 1.0]\n"
+                  "  camera_model: pinhole\n"
+                  "  distortion_coeffs: [0.01, 0.02, 0.03, 0.04]\n"
+                  "  distortion_model: equidistant\n"
+                  "  intrinsics: [33.0, 34.0, 15.0, 11.0]\n"
+                  "  resolution: [32, 24]\n"
+                  "  rostopic: /cam0/image_raw\n"
+                  "  timeshift_cam_imu: 0.0125\n");
+  BagOptions o;
+  o.source = fixture("ros1_lz4.bag");
+  o.calibration = (folder_ / "kalibr.yaml").string();
+  const BagRecording r(o, &log);
+  ASSERT_EQ(r.cameras().size(), 1u);
+  const CameraSetup& c = r.cameras()[0];
+  EXPECT_EQ(c.intrinsics.fx, 33);
+  EXPECT_EQ(c.intrinsics.distortion, Distortion::equidistant);
+  // T_cam_imu takes the IMU's coordinates to the camera's: the other way round here.
+  EXPECT_NEAR((c.T_B_C.p - Vec3(0, -0.5, 0)).norm(), 0, 1e-12);
+  EXPECT_NE(r.extras().ini.find("time_offset_s = 0.0125"), std::string::npos) << r.extras().ini;
+  o.calibration = (folder_ / "nowhere.yaml").string();
+  EXPECT_THROW(BagRecording(o, &log), std::runtime_error);
+}
+
 TEST_F(Recording, AllCamerasThatAreAskedForComeOthersAreNamed) {
   {
     test::Ros1Writer bag(path());
