@@ -164,6 +164,8 @@ TEST(CheckCli, NamesUnitsAxesAndColumns) {
   for (const char* name : {kFlight, kRoom}) {
     VIR_REQUIRE_DATA(source, name);
     for (const Case& c : cases) {
+      // The flight hardly turns while its images are looked at, and each look takes seconds.
+      if (name == kFlight && std::string(c.kind) != "acc_in_g") continue;
       const Variant v(source);
       v.imu(c.change);
       const Checked o = check(v);
@@ -274,7 +276,7 @@ TEST(CheckCli, WrongUse) {
   EXPECT_EQ(virSlam("check /nonexistent").code, 2);
   const vir::test::TempFolder folder;
   vir::test::writeText(folder / "x.rawlog", "nothing");
-  EXPECT_NE(virSlam("check " + quoted((folder / "x.rawlog").string())).code, 0);
+  EXPECT_EQ(virSlam("check " + quoted((folder / "x.rawlog").string())).code, 1);
   EXPECT_EQ(virSlam("check " + quoted((folder / "x.rawlog").string()) + " --calibration " +
                     quoted((folder / "none.yaml").string()))
                 .code,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "vir/formats/calibration_file.h"
+#include "vir/rawlog/labels.h"
 
 namespace vir::app {
 
@@ -35,7 +36,7 @@ class GivenCalibration {
                                              const std::string& name) const;
 
   std::optional<formats::CalibrationFile> file_;
-  std::string camera_label_ = "CAM0";
+  std::string camera_label_ = rawlog::kCameraLabel;
 };
 
 }  // namespace vir::app

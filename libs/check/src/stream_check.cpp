@@ -179,11 +179,17 @@ std::vector<Finding> checkStreams(const std::vector<StreamSummary>& streams) {
       rates_are_sound = false;
     }
   }
+  if (std::none_of(streams.begin(), streams.end(),
+                   [](const StreamSummary& s) { return s.count > 0; })) {
+    out.push_back({Severity::unusable, "empty", "recording", "there is nothing in it that is known",
+                   "", "look whether it is the right file, and whether its recording ended well"});
+    return out;
+  }
   const bool images = std::any_of(streams.begin(), streams.end(), [](const StreamSummary& s) {
     return s.kind == StreamKind::images && s.count > 0;
   });
   if (images && imu == nullptr) {
-    out.push_back({Severity::unusable, "no_imu", "IMU0", "there is none", "",
+    out.push_back({Severity::unusable, "no_imu", "IMU", "there is none", "",
                    "a camera alone knows no scale: record or import the IMU as well"});
   }
   if (imu == nullptr || !rates_are_sound) return out;

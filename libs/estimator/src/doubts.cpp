@@ -1,5 +1,6 @@
 #include "doubts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -8,12 +9,14 @@ namespace {
 
 /// Mean squares, whitened: good recordings stay below 0.5 (readings) and 1.3 (sights), whatever
 /// they were recorded with; those with a wrong calibration, unit or axis go beyond.
-constexpr double kInertial = 1.5, kReprojection = 2.5;
+constexpr double kInertial = 1.5, kReprojection = 2.6;
+/// A single bad solution, as when motion begins, is not a level: no more than this counts of it.
+constexpr double kMostOfOne = 9;
 /// Share of the tracks that are landmarks, while moving: good ones have more than 0.4.
 constexpr double kFewSeen = 0.12;
 constexpr int kTracksThatCount = 30;
 /// New values count by this: about ten keyframes, or twenty images.
-constexpr double kShareOfKeyframe = 0.15, kShareOfImage = 0.05;
+constexpr double kShareOfKeyframe = 0.1, kShareOfImage = 0.05;
 constexpr int kFewestKeyframes = 8, kFewestImages = 40;
 /// On readings alone for longer, the position is worth a doubt whatever comes after [s].
 constexpr double kBlindS = 1.5;
@@ -52,10 +55,11 @@ void Doubts::restarted(TimeNs t, const std::string& why) {
 void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
   current_.clear();
   if (evidence.full && e.inertial_rms > 0) {
-    inertial_.add(e.inertial_rms * e.inertial_rms, kShareOfKeyframe);
+    inertial_.add(std::min(kMostOfOne, e.inertial_rms * e.inertial_rms), kShareOfKeyframe);
   }
   if (evidence.full && e.reprojection_rms > 0) {
-    reprojection_.add(e.reprojection_rms * e.reprojection_rms, kShareOfKeyframe);
+    reprojection_.add(std::min(kMostOfOne, e.reprojection_rms * e.reprojection_rms),
+                      kShareOfKeyframe);
   }
   const bool moving = e.health != Health::standing;
   if (moving && e.tracks >= kTracksThatCount) {

@@ -102,9 +102,11 @@ TEST_F(Import, TakesTheTrueAnchorsOfTheRecordingAlong) {
   const Outcome o = run();
   ASSERT_EQ(o.code, 0) << o.text;
   EXPECT_EQ(test::readText(folder.temp() / "out/x_anchors_truth.csv"),
-            "#id,x,y,z in the ground truth's frame [m]\n3,1,2,3\n");
+            "#id,x,y,z in the ground truth's frame [m]\n3,1,2,3\n1000000,1,2,3\n")
+      << "a name is a number in the rawlog";
   EXPECT_NE(o.text.find("anchors_truth.csv:3"), std::string::npos) << o.text;
-  EXPECT_NE(o.text.find("anchor_malformed"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("anchor_not_finite"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("anchor four is 1000000"), std::string::npos) << o.text;
 }
 
 TEST_F(Import, TwiceGivesTheSameBytes) {
