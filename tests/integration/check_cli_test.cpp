@@ -210,7 +210,8 @@ TEST(CheckCli, HeadersAndStampsInAnyUnitAreRead) {
     const Variant v(source);
     // The header still says nanoseconds, as copied headers do.
     for (const char* sensor : {"cam0", "imu0", "uwb0"}) {
-      v.rewrite(sensor, "#timestamp [ns]", [&](const Row& r) { return convert(r.t) + r.rest; });
+      v.rewrite(sensor, "#timestamp [ns]",
+                [&convert = convert](const Row& r) { return convert(r.t) + r.rest; });
     }
     const Checked c = check(v);
     EXPECT_EQ(c.code, 0) << c.text;

@@ -107,7 +107,7 @@ TEST(AnyLayout, ImagesByAnyName) {
   for (const auto& [what, change] : lists) {
     const EurocFolder f;
     rewrite(f, "cam0/data.csv", "#timestamp [ns],filename",
-            [&](int, const Fields& v) { return change(v); });
+            [&change = change](int, const Fields& v) { return change(v); });
     const Content c = read(f);
     ASSERT_EQ(c.images.size(), 10u) << what;
     EXPECT_TRUE(std::filesystem::equivalent(c.images[3], f.imageFile(3))) << what;
