@@ -4,20 +4,12 @@
 
 #include "output/console.h"
 #include "recordings/import_job.h"
+#include "recordings/source_reader.h"
 #include "vir/results/results_folder.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
 namespace {
-
-bool isRawlogName(const std::string& path) {
-  for (const std::string end : {".rawlog", ".rawlog.gz"}) {
-    if (path.size() > end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0) {
-      return true;
-    }
-  }
-  return false;
-}
 
 /// Settings of the sensor go to the import, others to the run.
 void splitSettings(const std::string& driver, std::vector<std::string>* run,
@@ -32,7 +24,7 @@ void splitSettings(const std::string& driver, std::vector<std::string>* run,
 }  // namespace
 
 void resolveSource(const RunSource& source, const Common& common, RunArguments* arguments) {
-  if (isRawlogName(source.what)) {
+  if (isRawlog(source.what)) {
     if (!arguments->rawlog.empty()) {
       throw UsageError("two recordings: " + source.what + " and --rawlog " + arguments->rawlog);
     }
