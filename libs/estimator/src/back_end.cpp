@@ -149,6 +149,7 @@ void BackEnd::leaveOutWrongTracks(Packet* packet) {
 void BackEnd::clockSetBack() {
   if (running) origin = window->newest().T_W_B;
   if (window) restart(kClockSetBack);
+  if (timing) timing->reset();
   imu.clear();
   last_image = last_usable = 0;
 }
