@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "commands/commands.h"
+#include "recordings/import_job.h"
 #include "vir/core/settings.h"
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/roles/recorded_source.h"
@@ -22,13 +23,6 @@ std::vector<std::string> readRawlog(const std::string& path, const Visit& visit)
   return out;
 }
 
-/// The driver of a source, by how it looks.
-std::string driverOf(const fs::path& source) {
-  if (source.extension() == ".pyfg") return "pyfg";
-  if (fs::is_directory(source)) return "euroc";
-  throw UsageError(source.string() + ": no driver knows this kind of file");
-}
-
 }  // namespace
 
 bool isRawlog(const std::string& source) {
@@ -42,7 +36,9 @@ std::vector<std::string> readSource(const SourceToRead& what, const Visit& visit
     throw UsageError("there is no such file or folder: " + what.source);
   }
   if (isRawlog(what.source)) return readRawlog(what.source, visit);
-  const std::string driver = driverOf(what.source);
+  const std::string driver = driverThatReads(what.source);
+  if (driver.empty())
+    throw UsageError(what.source + ": no driver knows this kind of file or folder");
   const auto sensor = roles::createSensor(driver);
   auto* source = dynamic_cast<roles::RecordedSource*>(sensor.get());
   if (source == nullptr) throw UsageError("'" + driver + "' is a live sensor");
