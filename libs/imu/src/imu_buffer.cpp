@@ -54,11 +54,12 @@ ImuSample ImuBuffer::at(TimeNs t) const {
 }
 
 Preintegration ImuBuffer::integrate(TimeNs t0, TimeNs t1, const ImuNoise& noise,
-                                    const Vec3& bias_gyro, const Vec3& bias_acc, bool* gap) {
+                                    const Vec3& bias_gyro, const Vec3& bias_acc, bool* gap,
+                                    const ImuIntrinsics& intrinsics) {
   if (t1 <= t0 || samples_.empty()) {
     throw std::invalid_argument("ImuBuffer::integrate: needs readings and t0 < t1");
   }
-  Preintegration out(noise, bias_gyro, bias_acc);
+  Preintegration out(noise, bias_gyro, bias_acc, intrinsics);
   bool any_gap = false;
   ImuSample prev = at(t0);
   auto it = std::lower_bound(samples_.begin(), samples_.end(), t0 + 1, earlier);

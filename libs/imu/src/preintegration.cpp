@@ -30,8 +30,9 @@ void describe(OptionVisitor& v, ImuNoise& o) {
 
 void ImuNoise::validate() const { checkBounds(*this); }
 
-Preintegration::Preintegration(const ImuNoise& noise, const Vec3& bias_gyro, const Vec3& bias_acc)
-    : noise_(noise), bg_(bias_gyro), ba_(bias_acc) {
+Preintegration::Preintegration(const ImuNoise& noise, const Vec3& bias_gyro, const Vec3& bias_acc,
+                               const ImuIntrinsics& intrinsics)
+    : noise_(noise), bg_(bias_gyro), ba_(bias_acc), intrinsics_(intrinsics) {
   steps_.reserve(16);
 }
 
@@ -41,6 +42,7 @@ void Preintegration::clear() {
   dp_.setZero();
   dv_.setZero();
   jac_.setZero();
+  jac_intrinsics_.setZero();
   cov_.setZero();
 }
 
@@ -62,32 +64,53 @@ void Preintegration::append(const Preintegration& next) {
   }
 }
 
-void Preintegration::relinearise(const Vec3& bias_gyro, const Vec3& bias_acc) {
+void Preintegration::relinearise(const Vec3& bias_gyro, const Vec3& bias_acc,
+                                 const ImuIntrinsics& intrinsics) {
   bg_ = bias_gyro;
   ba_ = bias_acc;
+  intrinsics_ = intrinsics;
   clear();
   for (const Step& s : steps_) propagate(s);
 }
 
+Vec3 Preintegration::rateOf(const Vec3& reading) const {
+  const Vec3 w = reading - bg_;
+  return w + intrinsics_.segment<3>(kGyroGain).cwiseProduct(w) +
+         intrinsics_.segment<3>(kGyroAxes).cross(w);
+}
+
+Vec3 Preintegration::firstRate() const {
+  return steps_.empty() ? Vec3(Vec3::Zero()) : rateOf(steps_.front().gyro0);
+}
+
+Vec3 Preintegration::lastRate() const {
+  return steps_.empty() ? Vec3(Vec3::Zero()) : rateOf(steps_.back().gyro1);
+}
+
 void Preintegration::propagate(const Step& s) {
   const double dt = s.dt;
-  const Vec3 w = 0.5 * (s.gyro0 + s.gyro1) - bg_;
-  const Vec3 a0 = s.acc0 - ba_;
-  const Vec3 a1 = s.acc1 - ba_;
+  const Vec3 reading = 0.5 * (s.gyro0 + s.gyro1);
+  const Vec3 w_biased = reading - bg_, a0_biased = s.acc0 - ba_, a1_biased = s.acc1 - ba_;
+  const Vec3 acc_gain = Vec3::Ones() + intrinsics_.segment<3>(kAccGain);
+  const Vec3 w = rateOf(reading);
+  const Vec3 a0 = acc_gain.cwiseProduct(a0_biased);
+  const Vec3 a1 = acc_gain.cwiseProduct(a1_biased);
+  Mat3 M = hat(intrinsics_.segment<3>(kGyroAxes));  // d rate / d reading
+  M.diagonal() += Vec3::Ones() + intrinsics_.segment<3>(kGyroGain);
   const Mat3 R0 = dq_.toRotationMatrix();
   const Quat dq_step = expQuat(w * dt);
   const Quat q1 = (dq_ * dq_step).normalized();
   const Mat3 R1 = q1.toRotationMatrix();
   const Vec3 a = 0.5 * (R0 * a0 + R1 * a1);
 
-  // Error propagation: theta' = A theta - B dbg; the mean acceleration depends on theta and theta'.
+  // Error propagation: theta' = A theta + B dw; the mean acceleration depends on theta and theta'.
   const Mat3 A = dq_step.toRotationMatrix().transpose();
   const Mat3 B = rightJacobianSO3(w * dt) * dt;
   const Mat3 G0 = -0.5 * R0 * hat(a0);
   const Mat3 G1 = -0.5 * R1 * hat(a1);
   const Mat3 a_theta = G0 + G1 * A;
-  const Mat3 a_bg = -G1 * B;
-  const Mat3 a_ba = -0.5 * (R0 + R1);
+  const Mat3 a_bg = -G1 * B * M;
+  const Mat3 a_ba = -0.5 * (R0 + R1) * acc_gain.asDiagonal();
 
   Mat15 F = Mat15::Identity();
   F.block<3, 3>(kP, kTheta) = 0.5 * dt * dt * a_theta;
@@ -95,12 +118,23 @@ void Preintegration::propagate(const Step& s) {
   F.block<3, 3>(kP, kBg) = 0.5 * dt * dt * a_bg;
   F.block<3, 3>(kP, kBa) = 0.5 * dt * dt * a_ba;
   F.block<3, 3>(kTheta, kTheta) = A;
-  F.block<3, 3>(kTheta, kBg) = -B;
+  F.block<3, 3>(kTheta, kBg) = -B * M;
   F.block<3, 3>(kV, kTheta) = dt * a_theta;
   F.block<3, 3>(kV, kBg) = dt * a_bg;
   F.block<3, 3>(kV, kBa) = dt * a_ba;
 
   jac_ = F.topLeftCorner<9, 9>() * jac_ + F.topRightCorner<9, 6>();
+  Mat9 N;  // by the intrinsics
+  Eigen::Matrix<double, 3, 9> a_x;
+  N.block<3, 3>(kTheta, kGyroGain) = B * w_biased.asDiagonal();
+  N.block<3, 3>(kTheta, kGyroAxes) = -B * hat(w_biased);
+  N.block<3, 3>(kTheta, kAccGain).setZero();
+  a_x.leftCols<6>() = G1 * N.block<3, 6>(kTheta, 0);
+  a_x.rightCols<3>() =
+      0.5 * R0 * Mat3(a0_biased.asDiagonal()) + 0.5 * R1 * Mat3(a1_biased.asDiagonal());
+  N.middleRows<3>(kP) = 0.5 * dt * dt * a_x;
+  N.middleRows<3>(kV) = dt * a_x;
+  jac_intrinsics_ = F.topLeftCorner<9, 9>() * jac_intrinsics_ + N;
   cov_ = F * cov_ * F.transpose();
   // White noise of density s has variance s^2/dt over a step: it enters where the bias enters.
   const double scale = noise_.noise_scale * s.noise_factor;
@@ -128,16 +162,20 @@ Mat15 Preintegration::sqrtInformation() const {
   return llt.matrixL().solve(Mat15::Identity());
 }
 
-Quat Preintegration::correctedDq(const Vec3& bg) const {
-  return (dq_ * expQuat(jac_.block<3, 3>(kTheta, 0) * (bg - bg_))).normalized();
+Quat Preintegration::correctedDq(const Vec3& bg, const ImuIntrinsics& x) const {
+  const Vec3 shift = jac_.block<3, 3>(kTheta, 0) * (bg - bg_) +
+                     jac_intrinsics_.middleRows<3>(kTheta) * (x - intrinsics_);
+  return (dq_ * expQuat(shift)).normalized();
 }
 
-Vec3 Preintegration::correctedDp(const Vec3& bg, const Vec3& ba) const {
-  return dp_ + jac_.block<3, 3>(kP, 0) * (bg - bg_) + jac_.block<3, 3>(kP, 3) * (ba - ba_);
+Vec3 Preintegration::correctedDp(const Vec3& bg, const Vec3& ba, const ImuIntrinsics& x) const {
+  return dp_ + jac_.block<3, 3>(kP, 0) * (bg - bg_) + jac_.block<3, 3>(kP, 3) * (ba - ba_) +
+         jac_intrinsics_.middleRows<3>(kP) * (x - intrinsics_);
 }
 
-Vec3 Preintegration::correctedDv(const Vec3& bg, const Vec3& ba) const {
-  return dv_ + jac_.block<3, 3>(kV, 0) * (bg - bg_) + jac_.block<3, 3>(kV, 3) * (ba - ba_);
+Vec3 Preintegration::correctedDv(const Vec3& bg, const Vec3& ba, const ImuIntrinsics& x) const {
+  return dv_ + jac_.block<3, 3>(kV, 0) * (bg - bg_) + jac_.block<3, 3>(kV, 3) * (ba - ba_) +
+         jac_intrinsics_.middleRows<3>(kV) * (x - intrinsics_);
 }
 
 }  // namespace vir::imu

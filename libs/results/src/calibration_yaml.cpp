@@ -63,6 +63,13 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationSig
   out += format("  timeshift_cam_imu: %.9f\n  timeshift_cam_imu_sigma: %.9f\n",
                 calibration.time_offset_s, sigma.time_offset_s);
   out += format("  readout_s: %.9f\n", calibration.readout_s);
+  // A camchain holds cameras only; these stand beside them.
+  out += "inertial:\n  gyro_gain: " + list(calibration.gyro_gain.data(), 3);
+  out += format("\n  gyro_gain_sigma: %.6f\n  gyro_axes_rad: ", sigma.gyro_gain);
+  out += list(calibration.gyro_axes_rad.data(), 3);
+  out += format("\n  gyro_axes_sigma_rad: %.6f\n  acc_gain: ", sigma.gyro_axes_rad);
+  out += list(calibration.acc_gain.data(), 3);
+  out += format("\n  acc_gain_sigma: %.6f\n", sigma.acc_gain);
   return out;
 }
 

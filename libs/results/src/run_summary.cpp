@@ -45,6 +45,10 @@ Json toJson(const Calibration& c) {
   put(&json, "cx", c.camera.cx);
   put(&json, "cy", c.camera.cy);
   put(&json, "readout_s", c.readout_s);
+  const auto triple = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
+  json["gyro_gain"] = triple(c.gyro_gain);
+  json["gyro_axes_rad"] = triple(c.gyro_axes_rad);
+  json["acc_gain"] = triple(c.acc_gain);
   const Mat3 R = c.T_B_C.R();
   const Vec3& p = c.T_B_C.p;
   if (!R.allFinite() || !p.allFinite()) return json;
@@ -111,6 +115,9 @@ std::string toJson(const RunSummary& s) {
     put(&c, "cy_sigma", sigma.centre_px);
     put(&c, "T_B_C_position_sigma_m", sigma.position_m);
     put(&c, "T_B_C_rotation_sigma_rad", sigma.rotation_rad);
+    put(&c, "gyro_gain_sigma", sigma.gyro_gain);
+    put(&c, "gyro_axes_sigma_rad", sigma.gyro_axes_rad);
+    put(&c, "acc_gain_sigma", sigma.acc_gain);
   }
   json["verdict"] = name(s.verdict);
   json["doubts"] = s.doubts;

@@ -64,8 +64,8 @@ Eigen::Matrix4d edgeByGrowth(const Eigen::Matrix4d& edge, const Eigen::Matrix4d&
   return V * l.asDiagonal() * V.transpose();
 }
 
-/// The camera's pose and parameters.
-constexpr int kCalibrationSize = 6 + factors::kCameraParameters;
+/// The camera's pose and parameters, and the IMU's.
+constexpr int kCalibrationSize = 6 + factors::kCameraParameters + 9;
 
 /// Covariance columns of chosen frames' poses out of the information of all frames.
 class PoseCovariance {
@@ -96,7 +96,8 @@ class PoseCovariance {
     if (!calibrated_) return std::nullopt;
     const Eigen::Matrix<double, kCalibrationSize, 1> s =
         (factor * cov_.diagonal().tail<kCalibrationSize>()).cwiseMax(0).cwiseSqrt();
-    const auto camera = s.tail<factors::kCameraParameters>();
+    const auto camera = s.segment<factors::kCameraParameters>(6);
+    const auto imu = s.tail<9>();
     CalibrationSigma out;
     out.position_m = s.head<3>().maxCoeff();
     out.rotation_rad = s.segment<3>(3).maxCoeff();
@@ -105,6 +106,9 @@ class PoseCovariance {
     out.focal = camera[factors::kFocal];
     out.aspect = camera[factors::kAspect];
     out.centre_px = std::max(camera[factors::kCx], camera[factors::kCy]);
+    out.gyro_gain = imu.segment<3>(imu::kGyroGain).maxCoeff();
+    out.gyro_axes_rad = imu.segment<3>(imu::kGyroAxes).maxCoeff();
+    out.acc_gain = imu.segment<3>(imu::kAccGain).maxCoeff();
     return out;
   }
   Mat6 block(std::size_t a, std::size_t b) const {

@@ -61,6 +61,29 @@ Vec3 landmarkInWorld(const WindowState& w, const WindowLandmark& l) {
   return l.host()->T_W_B() * (w.T_B_C() * l.inCamera(w.cameraVector()));
 }
 
+void updateCameraJacobians(const WindowState& w, WindowLandmark* l) {
+  const Pose T_B_C = w.T_B_C();
+  const Mat3 R_C_B = T_B_C.R().transpose();
+  const factors::CameraVector camera = w.cameraVector();
+  const Vec3 p_W = landmarkInWorld(w, *l);
+  for (LandmarkSight& s : l->sights) {
+    const Frame& f = *s.frame;
+    const Mat3 R_B_W = f.T_W_B().R().transpose();
+    const Vec3 v_W(f.speed_bias[0], f.speed_bias[1], f.speed_bias[2]);
+    const Vec3 p_B = R_B_W * (p_W - Vec3(f.pose[0], f.pose[1], f.pose[2]));
+    const Vec3 p_C = R_C_B * (p_B - T_B_C.p);
+    const double distance = p_C.norm();
+    if (distance < 0.05) continue;
+    const Vec3 b = p_C / distance;
+    // A fixed point as the body sees it move, and how its direction from the camera changes.
+    const Vec3 v_C = R_C_B * (-f.rate.cross(p_B) - R_B_W * v_W);
+    const Vec2 residual = s.sight.weight * (b - s.sight.bearingAt(camera)) * w.options.sigma_px;
+    s.setRate((v_C - b * b.dot(v_C)) / distance);
+    s.setPlace(s.off_centre + residual);
+  }
+  l->ray.by_camera = l->sights.front().sight.by_camera;
+}
+
 int triangulateLandmarks(WindowState& w) {
   int count = 0;
   for (auto& [id, l] : w.landmarks) {

@@ -46,6 +46,12 @@ void describe(OptionVisitor& v, WindowOptions& o) {
           "how far the ratio of the focal lengths may be off (relative)");
   v.value("centre_sigma_px", o.calibration.centre_px, {1e-4, 1000.0},
           "how far the given principal point may be off");
+  v.value("gyro_gain_sigma", o.calibration.gyro_gain, {1e-7, 0.5},
+          "how far the gyro's gain may be off (relative)");
+  v.value("gyro_axes_sigma_rad", o.calibration.gyro_axes_rad, {1e-7, 0.5},
+          "how far the gyro's axes may be off the accelerometer's");
+  v.value("acc_gain_sigma", o.calibration.acc_gain, {1e-7, 0.5},
+          "how far the accelerometer's gain may be off (relative)");
   v.value("rest_sigma_v_mps", o.rest_sigma_v_mps, {1e-6, 10.0}, "velocity noise at standstill");
   v.value("rest_sigma_p_m", o.rest_sigma_p_m, {1e-6, 10.0}, "position noise at standstill");
   v.value("rest_sigma_theta_rad", o.rest_sigma_theta_rad, {1e-7, 1.0},

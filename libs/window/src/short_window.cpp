@@ -60,6 +60,7 @@ struct ShortWindow::Impl : WindowState {
     LandmarkSight s;
     s.frame = frames.back().get();
     s.row = camera.height > 0 ? o.px.y() / camera.height - 0.5 : 0;
+    s.off_centre = o.px - Vec2(camera.cx, camera.cy);
     s.sight.bearing = o.bearing;
     s.sight.weight = o.dpx_dbearing / options.sigma_px;
     s.sight.by_camera = factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate,
@@ -87,6 +88,12 @@ struct ShortWindow::Impl : WindowState {
     // In the order of factors::CameraParameter.
     addPriorBlock(camera_parameters, factors::kCameraParameters,
                   {c.time_offset_s, c.readout_s, c.focal, c.aspect, c.centre_px, c.centre_px});
+    std::vector<double> imu(9, c.gyro_gain);
+    for (int i = 0; i < 3; ++i) {
+      imu[static_cast<std::size_t>(imu::kGyroAxes + i)] = c.gyro_axes_rad;
+      imu[static_cast<std::size_t>(imu::kAccGain + i)] = c.acc_gain;
+    }
+    addPriorBlock(imu_intrinsics, 9, imu);
   }
 };
 
@@ -146,7 +153,10 @@ void ShortWindow::start(const State& state, const StartPrior& p,
 void ShortWindow::push(const State& predicted, imu::Preintegration link,
                        const std::vector<vision::FeatureObservation>& features, bool standing) {
   if (!impl_->newest().keyframe && impl_->frames.size() > 1) dropNewestInto(*impl_, &link);
+  Frame& before = impl_->newest();
+  if (!before.link) before.rate = link.firstRate();
   Frame& f = impl_->add(predicted, features, standing);
+  f.rate = link.lastRate();
   f.link = std::make_unique<imu::Preintegration>(std::move(link));
 }
 
@@ -287,6 +297,7 @@ Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {
 }
 
 Pose ShortWindow::extrinsics() const { return impl_->T_B_C(); }
+imu::ImuIntrinsics ShortWindow::imuIntrinsics() const { return impl_->imuIntrinsics(); }
 double ShortWindow::timeOffset() const { return impl_->camera_parameters[factors::kTimeOffset]; }
 
 void ShortWindow::setTimeOffset(double time_offset_s, double sigma_s) {
@@ -300,6 +311,11 @@ void ShortWindow::setCalibration(const Calibration& calibration) {
   impl_->camera_parameters[factors::kTimeOffset] = calibration.time_offset_s;
   impl_->stamp_offset_s = calibration.time_offset_s;
   factors::poseTo(calibration.T_B_C, impl_->extrinsic);
+  for (int i = 0; i < 3; ++i) {
+    impl_->imu_intrinsics[imu::kGyroGain + i] = calibration.gyro_gain[i];
+    impl_->imu_intrinsics[imu::kGyroAxes + i] = calibration.gyro_axes_rad[i];
+    impl_->imu_intrinsics[imu::kAccGain + i] = calibration.acc_gain[i];
+  }
 }
 
 CalibrationSigma ShortWindow::calibrationSigma() const {
@@ -315,6 +331,10 @@ Calibration ShortWindow::calibration() const {
   out.camera.fy *= 1 + c[factors::kFocal] - c[factors::kAspect];
   out.camera.cx += c[factors::kCx];
   out.camera.cy += c[factors::kCy];
+  const imu::ImuIntrinsics k = impl_->imuIntrinsics();
+  out.gyro_gain = k.segment<3>(imu::kGyroGain);
+  out.gyro_axes_rad = k.segment<3>(imu::kGyroAxes);
+  out.acc_gain = k.segment<3>(imu::kAccGain);
   return out;
 }
 

@@ -28,7 +28,7 @@ class Unknowns {
  public:
   explicit Unknowns(WindowState& w) {
     const std::size_t anchors = w.ranging() ? 1 + w.long_window->anchors().size() : 0;
-    const std::size_t blocks = 2 * w.frames.size() + 2 + w.landmarks.size() + anchors;
+    const std::size_t blocks = 2 * w.frames.size() + 3 + w.landmarks.size() + anchors;
     entries_.reserve(blocks);
     index_.reserve(blocks);
     for (auto& f : w.frames) {
@@ -37,6 +37,7 @@ class Unknowns {
     }
     add(w.extrinsic, 7);
     add(w.camera_parameters, factors::kCameraParameters);
+    add(w.imu_intrinsics, 9);
     for (auto& [id, l] : w.landmarks) add(l.x, 3);
     if (w.ranging()) {
       add(w.long_window->frontParameters(), 5);
@@ -92,6 +93,9 @@ void addParameters(WindowState& w, Unknowns* x, ceres::Problem* problem,
   problem->AddParameterBlock(camera, factors::kCameraParameters);
   ordering->AddElementToGroup(extrinsic, 1);
   ordering->AddElementToGroup(camera, 1);
+  double* const imu = x->of(w.imu_intrinsics);
+  problem->AddParameterBlock(imu, 9);
+  ordering->AddElementToGroup(imu, 1);
 }
 
 /// The front of the long window and the anchors.
@@ -116,14 +120,15 @@ void updateLongWindow(WindowState& w) {
   w.long_window->frontMoved(oldest.t, oldest.T_W_B());
 }
 
-/// Links whose biases moved far from where they were integrated are integrated again.
+/// Links whose biases or intrinsics moved far from where they were integrated are integrated again.
 void relinearizeLinks(WindowState& w) {
   for (std::size_t k = 1; k < w.frames.size(); ++k) {
     const double* sb = w.frames[k - 1]->speed_bias;
     const Vec3 bg(sb[3], sb[4], sb[5]), ba(sb[6], sb[7], sb[8]);
     imu::Preintegration& link = *w.frames[k]->link;
-    if ((bg - link.biasGyro()).norm() > 0.005 || (ba - link.biasAcc()).norm() > 0.1) {
-      link.relinearise(bg, ba);
+    if ((bg - link.biasGyro()).norm() > 0.005 || (ba - link.biasAcc()).norm() > 0.1 ||
+        (w.imuIntrinsics() - link.intrinsics()).norm() > 0.004) {
+      link.relinearise(bg, ba, w.imuIntrinsics());
     }
   }
 }
@@ -146,6 +151,9 @@ ceres::Solver::Options solverOptions(int iterations) {
   options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
   options.max_num_iterations = iterations;
   options.function_tolerance = 1e-5;
+  // Hardly damped: Ceres' default (1e4) holds back what is weakly observed, scale and calibration,
+  // and two iterations never catch up. A step that makes things worse is taken back all the same.
+  options.initial_trust_region_radius = 1e8;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   return options;
@@ -166,7 +174,7 @@ SolveSummary run(const ceres::Solver::Options& options, const TermSet& set, Unkn
   double sum = 0, inertial = 0;
   int links = 0;
   for (const Term& t : set.terms()) {
-    if (t.cost->num_residuals() == 15 && t.blocks.size() == 4) {
+    if (t.cost->num_residuals() == 15 && t.blocks.size() >= 4 && t.blocks.size() <= 5) {
       imu::Vec15 r;
       t.cost->Evaluate(t.blocks.data(), r.data(), nullptr);
       inertial += r.head<9>().squaredNorm();

@@ -17,7 +17,17 @@ void TermSet::addPrior() {
 }
 
 void TermSet::addLink(Frame& a, Frame& b) {
-  auto& f = make<factors::ImuFactor>(*b.link, w_.noise.gravity_mps2);
+  if (!w_.calibrating()) return addFixedLink(a, b);
+  auto& f = make<factors::ImuCalibrationFactor>(*b.link, w_.noise.gravity_mps2);
+  if (w_.options.first_estimate_jacobians) {
+    f.linearizeAt(a.linPose(), a.linSpeedBias(), b.linPose(), b.linSpeedBias());
+  }
+  terms_.push_back(
+      {&f, {a.pose, a.speed_bias, b.pose, b.speed_bias, w_.imu_intrinsics}, 0, false, nullptr});
+}
+
+void TermSet::addFixedLink(Frame& a, Frame& b) {
+  auto& f = make<factors::ImuFactor>(*b.link, w_.noise.gravity_mps2, w_.imuIntrinsics());
   if (w_.options.first_estimate_jacobians) {
     f.linearizeAt(a.linPose(), a.linSpeedBias(), b.linPose(), b.linSpeedBias());
   }
@@ -39,6 +49,7 @@ void TermSet::addRest(Frame& a, Frame* before) {
 void TermSet::addLandmark(WindowLandmark& l) {
   Frame* host = l.host();
   const bool cauchy = w_.options.loss == ReprojectionLoss::cauchy;
+  if (w_.calibrating()) updateCameraJacobians(w_, &l);
   host_sights_.emplace_back(l.ray, l.sights.front().sight.weight);
   terms_.push_back({&host_sights_.back(), {l.x}, 0, false, l.x});
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
@@ -121,7 +132,7 @@ void TermSet::addRanges() {
 void TermSet::addTail(std::size_t first) {
   for (std::size_t k = first; k < w_.frames.size(); ++k) {
     Frame* before = k ? w_.frames[k - 1].get() : nullptr;
-    if (before) addLink(*before, *w_.frames[k]);
+    if (before) addFixedLink(*before, *w_.frames[k]);
     addRest(*w_.frames[k], before);
   }
   const Pose T_B_C = w_.T_B_C();
@@ -160,6 +171,7 @@ void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order) {
   if (!w.calibrating()) return;
   order->push_back({w.extrinsic, 7, 0, nullptr});
   order->push_back({w.camera_parameters, factors::kCameraParameters, 0, nullptr});
+  order->push_back({w.imu_intrinsics, 9, 0, nullptr});
 }
 
 std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count) {

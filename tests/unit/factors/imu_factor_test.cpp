@@ -58,6 +58,41 @@ TEST(ImuFactor, JacobiansEverywhere) {
   }
 }
 
+imu::ImuIntrinsics someIntrinsics() {
+  imu::ImuIntrinsics k;
+  k << 0.01, -0.02, 0.005, 0.008, -0.01, 0.004, -0.01, 0.006, 0.012;
+  return k;
+}
+
+TEST(ImuCalibrationFactor, JacobiansEverywhere) {
+  const imu::Preintegration link = turningLink(Vec3(0.005, 0, 0.01), Vec3(0, 0.1, 0));
+  const ImuCalibrationFactor f(link, 9.81);
+  const imu::ImuIntrinsics k = someIntrinsics();
+  vir_test::JacobianTolerance tolerance;
+  tolerance.relative = 1e-7;
+  tolerance.absolute = 1e-2;  // whitened by 1e-5 and less: entries reach 1e6
+  for (const vir_test::NamedPose& p : vir_test::poses()) {
+    Blocks x = blocksFrom(p.T, link, 0.1);
+    x.push_back(std::vector<double>(k.data(), k.data() + 9));
+    vir_test::expectJacobians(f, x, p.name, tolerance);
+  }
+}
+
+TEST(ImuCalibrationFactor, IsTheOtherFactorWithTheseIntrinsics) {
+  const imu::Preintegration link = turningLink(Vec3::Zero(), Vec3::Zero());
+  const imu::ImuIntrinsics k = someIntrinsics();
+  const ImuCalibrationFactor estimated(link, 9.81);
+  const ImuFactor known(link, 9.81, k);
+  Blocks x = blocksFrom(vir_test::poses().back().T, link, 0.1);
+  const Eigen::VectorXd r = vir_test::residualOf(known, x);
+  x.push_back(std::vector<double>(k.data(), k.data() + 9));
+  EXPECT_EQ(vir_test::residualOf(estimated, x), r);
+  EXPECT_GT((r - vir_test::residualOf(ImuFactor(link, 9.81),
+                                      blocksFrom(vir_test::poses().back().T, link, 0.1)))
+                .norm(),
+            1.0);
+}
+
 TEST(ImuFactor, ResidualByHand) {
   // At rest for 0.2 s: dp = 9.81 * 0.2^2 / 2 = 0.1962 m, dv = 1.962 m/s upwards.
   imu::Preintegration link(imu::ImuNoise(), Vec3::Zero(), Vec3::Zero());

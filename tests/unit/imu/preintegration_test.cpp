@@ -140,6 +140,48 @@ TEST(Preintegration, BiasJacobianIsTheDerivativeOfReintegration) {
   }
 }
 
+TEST(Preintegration, IntrinsicsJacobianIsTheDerivativeOfReintegration) {
+  const Vec3 bg(0.01, 0.02, -0.01), ba(0.1, -0.2, 0.05);
+  ImuIntrinsics at;
+  at << 0.01, -0.02, 0.005, 0.008, -0.01, 0.004, -0.01, 0.006, 0.012;
+  Preintegration p = preintegrate(kSlowGyro, kSlowAcc, 0, 1, bg, ba);
+  p.relinearise(bg, ba, at);
+  const double h = 1e-5;
+  for (int k = 0; k < 9; ++k) {
+    Preintegration up = p, down = p;
+    up.relinearise(bg, ba, at + h * ImuIntrinsics::Unit(k));
+    down.relinearise(bg, ba, at - h * ImuIntrinsics::Unit(k));
+    Eigen::Matrix<double, 9, 1> numeric;
+    numeric << (up.dp() - down.dp()) / (2 * h),
+        (logQuat(p.dq().conjugate() * up.dq()) - logQuat(p.dq().conjugate() * down.dq())) / (2 * h),
+        (up.dv() - down.dv()) / (2 * h);
+    EXPECT_LT((p.intrinsicsJacobian().col(k) - numeric).norm(), 1e-7)
+        << "column " << k << "\nanalytic " << p.intrinsicsJacobian().col(k).transpose()
+        << "\nnumeric  " << numeric.transpose();
+  }
+}
+
+TEST(Preintegration, IntrinsicsByHand) {
+  // Turning at 1 rad/s about z as read, accelerating at 2 m/s^2 along z: the axis stays.
+  Preintegration p(ImuNoise(), Vec3::Zero(), Vec3::Zero());
+  for (int k = 0; k < 20; ++k) {
+    p.integrate({k * 5000000LL, Vec3(0, 0, 1), Vec3(0, 0, 2)},
+                {(k + 1) * 5000000LL, Vec3(0, 0, 1), Vec3(0, 0, 2)});
+  }
+  ImuIntrinsics gains = ImuIntrinsics::Zero();
+  gains[kGyroGain + 2] = 0.02;  // 0.1 s at 1.02 rad/s
+  gains[kAccGain + 2] = -0.5;   // 0.1 s at 1 m/s^2
+  p.relinearise(Vec3::Zero(), Vec3::Zero(), gains);
+  EXPECT_NEAR(logQuat(p.dq()).z(), 0.102, 1e-12);
+  EXPECT_NEAR(p.dv().z(), 0.1, 1e-12);
+  EXPECT_NEAR(p.lastRate().z(), 1.02, 1e-12);
+  ImuIntrinsics axes = ImuIntrinsics::Zero();
+  axes[kGyroAxes] = 0.1;  // about x: (0.1, 0, 0) x (0, 0, 1) = (0, -0.1, 0)
+  p.relinearise(Vec3::Zero(), Vec3::Zero(), axes);
+  EXPECT_NEAR(p.firstRate().y(), -0.1, 1e-12);
+  EXPECT_NEAR(p.firstRate().z(), 1, 1e-12);
+}
+
 TEST(Preintegration, CorrectedValuesFollowReintegrationToFirstOrder) {
   const Vec3 dg(1e-3, -2e-3, 1e-3), da(0.02, 0.01, -0.03);
   const Preintegration p = preintegrate(kSlowGyro, kSlowAcc, 0, 0.5, Vec3::Zero(), Vec3::Zero());
@@ -154,7 +196,7 @@ TEST(Preintegration, CorrectedValuesFollowReintegrationToFirstOrder) {
 TEST(Preintegration, RelineariseEqualsIntegratingWithTheNewBiases) {
   const Vec3 bg(0.01, 0.02, -0.01), ba(0.1, -0.2, 0.05);
   Preintegration p = preintegrate(kSlowGyro, kSlowAcc, 0, 0.5, Vec3::Zero(), Vec3::Zero());
-  p.relinearise(bg, ba);
+  p.relinearise(bg, ba, ImuIntrinsics::Zero());
   const Preintegration direct = preintegrate(kSlowGyro, kSlowAcc, 0, 0.5, bg, ba);
   EXPECT_EQ(p.biasGyro(), bg);
   EXPECT_EQ(p.biasAcc(), ba);

@@ -6,30 +6,68 @@
 
 namespace vir::factors {
 
-/// Residual [15], whitened, in the order of ImuErrorIndex; parameters: pose i, speed_bias i, pose
-/// j, speed_bias j.
+/// Residual [15], whitened, in the order of ImuErrorIndex.
 ///   r_p  = R_i^T (p_j - p_i - v_i dt - g dt^2/2) - dp
 ///   r_th = Log(dq^-1 q_i^-1 q_j)
 ///   r_v  = R_i^T (v_j - v_i - g dt) - dv
 ///   r_b  = b_j - b_i
-/// Keeps a reference to the preintegration: it must outlive the factor.
-class ImuFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9> {
+/// What both factors below share. Keeps a reference to the preintegration: it must outlive this.
+class ImuResidual {
  public:
-  ImuFactor(const imu::Preintegration& preintegration, double gravity);
+  ImuResidual(const imu::Preintegration& preintegration, double gravity);
   /// First-estimate Jacobians: where a pointer is not null, Jacobians are evaluated there instead
   /// of at the current value (order as the parameters). The residual is always the current one.
   void linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
                    const double* sb_j);
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
+  /// `x`: pose i, speed_bias i, pose j, speed_bias j. `jacobians`: of these and, if
+  /// `by_intrinsics`, of the intrinsics; may be nullptr, each may be nullptr.
+  void evaluate(double const* const* x, const imu::ImuIntrinsics& intrinsics, double* residuals,
+                double** jacobians, bool by_intrinsics) const;
 
  private:
-  void residual(double const* const* x, imu::Vec15* r) const;
-  void jacobians(double const* const* x, double** out) const;
+  void residual(double const* const* x, const imu::ImuIntrinsics& intrinsics, imu::Vec15* r) const;
+  void jacobians(double const* const* x, const imu::ImuIntrinsics& intrinsics, double** out,
+                 bool by_intrinsics) const;
   const imu::Preintegration& pre_;
   Vec3 g_W_;
   imu::Mat15 sqrt_info_;
   const double* lin_[4] = {nullptr, nullptr, nullptr, nullptr};
+};
+
+/// Parameters: pose i, speed_bias i, pose j, speed_bias j. The IMU's intrinsics are fixed.
+class ImuFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9> {
+ public:
+  ImuFactor(const imu::Preintegration& preintegration, double gravity)
+      : ImuFactor(preintegration, gravity, preintegration.intrinsics()) {}
+  ImuFactor(const imu::Preintegration& preintegration, double gravity,
+            const imu::ImuIntrinsics& intrinsics)
+      : residual_(preintegration, gravity), intrinsics_(intrinsics) {}
+  /// See ImuResidual::linearizeAt.
+  void linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
+                   const double* sb_j) {
+    residual_.linearizeAt(pose_i, sb_i, pose_j, sb_j);
+  }
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  ImuResidual residual_;
+  imu::ImuIntrinsics intrinsics_;
+};
+
+/// Parameters: pose i, speed_bias i, pose j, speed_bias j, intrinsics (they are estimated).
+class ImuCalibrationFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9, 9> {
+ public:
+  ImuCalibrationFactor(const imu::Preintegration& preintegration, double gravity)
+      : residual_(preintegration, gravity) {}
+  /// See ImuResidual::linearizeAt.
+  void linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
+                   const double* sb_j) {
+    residual_.linearizeAt(pose_i, sb_i, pose_j, sb_j);
+  }
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  ImuResidual residual_;
 };
 
 }  // namespace vir::factors

@@ -37,7 +37,8 @@ class ImuBuffer {
   /// (before the first, after the last, or in a gap) the nearest is held and the noise inflated;
   /// `gap` tells. Throws std::invalid_argument if t1 <= t0 or the buffer is empty.
   Preintegration integrate(TimeNs t0, TimeNs t1, const ImuNoise& noise, const Vec3& bias_gyro,
-                           const Vec3& bias_acc, bool* gap = nullptr);
+                           const Vec3& bias_acc, bool* gap = nullptr,
+                           const ImuIntrinsics& intrinsics = ImuIntrinsics::Zero());
 
   /// Mean and standard deviation (norm over axes) of gyro and accelerometer in [t0, t1]; false if
   /// fewer than 3 readings are inside.

@@ -28,6 +28,11 @@ struct Calibration {
   Pose T_B_C;                ///< camera in the body (= IMU)
   double time_offset_s = 0;  ///< stamp of an image + offset = its time on the IMU's clock
   double readout_s = 0;      ///< rolling shutter: first row to last; 0 = all at once
+  /// Of the IMU, beside its biases; rate = (I + diag(gyro_gain) + [gyro_axes]x) (reading - bias),
+  /// acceleration = (I + diag(acc_gain)) (reading - bias).
+  Vec3 gyro_gain = Vec3::Zero();      ///< relative, per axis
+  Vec3 gyro_axes_rad = Vec3::Zero();  ///< turn of the gyro's axes against the accelerometer's
+  Vec3 acc_gain = Vec3::Zero();       ///< relative, per axis
 };
 
 /// How far that may be off: standard deviations, of the worst axis where there are several.
@@ -39,6 +44,9 @@ struct CalibrationSigma {
   double focal = 0.01;    ///< relative, of both focal lengths
   double aspect = 0.002;  ///< relative, of one against the other
   double centre_px = 4;
+  double gyro_gain = 0.005;  ///< relative, per axis
+  double gyro_axes_rad = 0.005;
+  double acc_gain = 0.005;  ///< relative, per axis
 };
 
 }  // namespace types

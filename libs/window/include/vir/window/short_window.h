@@ -146,6 +146,8 @@ class ShortWindow {
   Eigen::Matrix<double, 6, 6> newestCovariance() const;
   Pose extrinsics() const;
   double timeOffset() const;
+  /// Of the IMU, as estimated by now: what links are integrated with.
+  imu::ImuIntrinsics imuIntrinsics() const;
   /// Before start(): what other means say of it. Frames are stamped with it from now on.
   void setTimeOffset(double time_offset_s, double sigma_s);
   /// Before start(): another calibration to begin with.
