@@ -20,6 +20,9 @@ constexpr double kMirrorClosed = 30, kMirrorSwitch = 2;
 /// a search every few keyframes.
 constexpr double kSettledSigma = 0.3, kLongestYouthS = 30;
 constexpr int kSearchPeriod = 3;
+/// A bias of so many standard deviations is real; one known to so many calibrated sigmas is known.
+constexpr double kRealBias = 4, kBiasKnown = 1;
+constexpr int kBiasPeriod = 10;
 /// Farther from where the long window's own solution ends [m], a young anchor is stuck.
 constexpr double kStuck = 0.1;
 /// Share of ranges an anchor must have explained before a contradiction means that it was moved;
@@ -52,16 +55,29 @@ double logLikelihood(double residual, double innovation_variance) {
   return std::log((1 - kOutlierShare) * density + kOutlierShare * std::exp(kAnywhere));
 }
 
+bool isUsable(const ranging::AnchorInitialization& found) {
+  return !found.solutions.empty() && (found.geometry == ranging::AnchorGeometry::good ||
+                                      found.geometry == ranging::AnchorGeometry::mirror);
+}
+
+/// Beyond what a calibrated board can have and chance can make.
+bool biasIsReal(const ranging::AnchorInitialization& found, double calibrated_sigma) {
+  const ranging::AnchorSolution& best = found.solutions.front();
+  return std::abs(best.bias_m) > kRealBias * std::sqrt(best.covariance(3, 3)) &&
+         std::abs(best.bias_m) > kRealBias * calibrated_sigma;
+}
+
 }  // namespace
 
-ranging::AnchorInitialization RangeLayer::Impl::solve(
-    const AnchorTrack& a, const std::vector<window::HeldRange>& held) const {
+ranging::AnchorInitialization RangeLayer::Impl::solve(const AnchorTrack& a,
+                                                      const std::vector<window::HeldRange>& held,
+                                                      bool uncalibrated) const {
   std::vector<ranging::AntennaRange> samples;
   samples.reserve(held.size());
   for (const window::HeldRange& r : held) samples.push_back({r.motion, r.range_m, r.sigma_m});
   ranging::AnchorInitOptions o;
   o.min_ranges = options.min_ranges;
-  o.bias_sigma_m = options.bias_sigma_m;
+  o.bias_sigma_m = biasSigma(uncalibrated);
   o.max_sigma_m = options.max_anchor_sigma_m;
   o.drift_ratio = options.drift_ratio;
   o.scale_sigma = options.path_scale_sigma;
@@ -69,12 +85,48 @@ ranging::AnchorInitialization RangeLayer::Impl::solve(
   return ranging::initializeAnchor(samples, o, a.prior);
 }
 
+ranging::AnchorInitialization RangeLayer::Impl::solveEitherWay(
+    AnchorTrack* a, const std::vector<window::HeldRange>& held) const {
+  ranging::AnchorInitialization calibrated = solve(*a, held, false);
+  if (biasSigma(true) <= biasSigma(false)) return calibrated;
+  ranging::AnchorInitialization free = solve(*a, held, true);
+  a->uncalibrated =
+      isUsable(free) && (biasIsReal(free, options.bias_sigma_m) ||
+                         calibrated.geometry == ranging::AnchorGeometry::inconsistent);
+  return a->uncalibrated ? free : calibrated;
+}
+
+/// A board that came as it is reads half a metre too long. Held to the bias of a calibrated one,
+/// its ranges bend the path and move the anchor until they fit, and the window's own linearisation
+/// sees no way back. So the held ranges are asked now and then, until they have said what it is.
+bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, const Held& held) {
+  if (a->uncalibrated || located->bias_known || --located->next_bias_check > 0) return false;
+  located->next_bias_check = kBiasPeriod;
+  window::AnchorNode& state = *window->anchor(a->key());
+  if (state.fixed || biasSigma(true) <= biasSigma(false)) return false;
+  const ranging::AnchorInitialization found = solve(*a, held(a->key()), true);
+  if (!isUsable(found)) return false;
+  const ranging::AnchorSolution& best = found.solutions.front();
+  if (!biasIsReal(found, options.bias_sigma_m)) {
+    located->bias_known = std::sqrt(best.covariance(3, 3)) < kBiasKnown * options.bias_sigma_m;
+    return false;
+  }
+  a->uncalibrated = true;
+  state.prior_information(3, 3) = 1 / (biasSigma(true) * biasSigma(true));
+  state.x[3] = best.bias_m;
+  warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges are " +
+       std::to_string(best.bias_m).substr(0, 5) +
+       " m too long: an uncalibrated board; the bias is estimated");
+  moveTo(t, a, located, best.p_W);
+  return true;
+}
+
 void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found) {
   const ranging::AnchorSolution& best = found.solutions.front();
   // The ranges themselves stay factors of the window: the start's covariance must not count too.
   const double far = 20 + best.p_W.norm();
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity() * far * far;
-  covariance(3, 3) = options.bias_sigma_m * options.bias_sigma_m;
+  covariance(3, 3) = biasSigma(a->uncalibrated) * biasSigma(a->uncalibrated);
   Eigen::Vector4d mean;
   mean << best.p_W, 0;
   if (a->prior) {
@@ -110,11 +162,9 @@ bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, Collecting* collectin
     return false;
   }
   collecting->tried_with = n;
-  const ranging::AnchorInitialization found = solve(*a, ranges);
+  const ranging::AnchorInitialization found = solveEitherWay(a, ranges);
   a->advice = found.advice;
-  const bool usable = found.geometry == ranging::AnchorGeometry::good ||
-                      found.geometry == ranging::AnchorGeometry::mirror;
-  if (!usable || found.solutions.empty()) return false;
+  if (!isUsable(found)) return false;
   adopt(t, a, found);
   return true;
 }
@@ -144,10 +194,9 @@ bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, Located* located, c
   located->youth->next_search = kSearchPeriod;
   window::AnchorNode& state = *window->anchor(a->key());
   const std::vector<window::HeldRange> ranges = held(a->key());
-  const ranging::AnchorInitialization found = solve(*a, ranges);
+  const ranging::AnchorInitialization found = solve(*a, ranges, a->uncalibrated);
   const bool old = t - located->found_at > fromSeconds(kLongestYouthS);
-  const bool usable = found.geometry == ranging::AnchorGeometry::good ||
-                      found.geometry == ranging::AnchorGeometry::mirror;
+  const bool usable = isUsable(found);
   if (usable) located->youth->search_covariance = found.solutions.front().covariance;
   bool moved = false;
   if (usable && !state.fixed) {
@@ -217,6 +266,7 @@ bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located
   a->generation = ++a->generations;
   a->state = Collecting{true, 0};
   a->prior.reset();
+  a->uncalibrated = false;
   a->used = a->rejected = 0;
   a->gate.reset();
   ++found_anew;
@@ -291,6 +341,7 @@ bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::He
       continue;
     }
     changed = s.searchAgain(t, &a, located, held, front) || changed;
+    changed = s.decideBias(t, &a, located, held) || changed;
     changed = s.decideMirror(t, &a, located, held, front) || changed;
     if (s.window->options().anchor_fixed_after_init && t - located->found_at > fromSeconds(1.0)) {
       s.window->anchor(a.key())->fixed = true;

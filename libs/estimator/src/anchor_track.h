@@ -38,7 +38,9 @@ struct Located {
   std::optional<Youth> youth;  ///< none: it has settled
   bool well_known = false;     ///< a fresh search has once found it well determined where it is
   std::variant<MirrorUnseen, MirrorOpen, MirrorRuledOut> mirror;
-  int next_check = 0;  ///< keyframes until the mirror image is looked at again
+  int next_check = 0;       ///< keyframes until the mirror image is looked at again
+  int next_bias_check = 0;  ///< keyframes until the bias is looked at again
+  bool bias_known = false;  ///< no more to be looked at
 
   const MirrorOpen* openMirror() const { return std::get_if<MirrorOpen>(&mirror); }
 };
@@ -56,6 +58,8 @@ struct AnchorTrack {
   /// the likelihood ratio to what it is now, never below 0).
   std::shared_ptr<const AnchorTrack> former;
   double former_evidence = 0;
+  /// Its board turned out to be uncalibrated: its bias is as free as such a board's.
+  bool uncalibrated = false;
 
   /// Name of this generation in the window: an anchor that was moved is another one there.
   std::uint64_t key() const { return id | (static_cast<std::uint64_t>(generation) << 48); }

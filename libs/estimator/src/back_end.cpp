@@ -203,9 +203,8 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   const State previous = window->newest();
   const TimeNs t = frame.t;
   bool gap = false;
-  imu::Preintegration link =
-      imu.integrate(previous.t, t, imu_noise, previous.bg, previous.ba, &gap,
-                    window->imuIntrinsics());
+  imu::Preintegration link = imu.integrate(previous.t, t, imu_noise, previous.bg, previous.ba, &gap,
+                                           window->imuIntrinsics());
   if (gap) ++imu_gaps;
   if (gap && !in_gap) {
     warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");

@@ -32,7 +32,9 @@ void describe(OptionVisitor& v, RangeOptions& o) {
   v.value("sigma_m", o.sigma_m, {1e-3, 100.0}, "noise of a range, if the recording does not say");
   v.value("sigma_scale", o.sigma_scale, {0.01, 100.0}, "factor on the noise the recording gives");
   v.value("bias_sigma_m", o.bias_sigma_m, {1e-4, 10.0},
-          "how large the constant bias of an anchor's ranges may be");
+          "how large the constant bias of an anchor's ranges may be if the board is calibrated");
+  v.value("uncalibrated_bias_sigma_m", o.uncalibrated_bias_sigma_m, {0.0, 10.0},
+          "the same if it is not (half of the boards are not; the ranges tell); 0: all are");
   v.value("max_range_m", o.max_range_m, {0.1, 1e5}, "longer ranges are absurd");
   v.value("correlation", o.correlation,
           "estimate how much successive ranges err together, and weigh them accordingly");

@@ -42,8 +42,18 @@ struct RangeLayer::Impl {
   bool returnIfFormerFits(TimeNs t, AnchorTrack* a);
   void compareWithFormer(AnchorTrack* a, const AntennaPrediction& antenna,
                          const window::HeldRange& held);
+  /// `uncalibrated`: with the bias such a board may have.
   ranging::AnchorInitialization solve(const AnchorTrack& a,
-                                      const std::vector<window::HeldRange>& held) const;
+                                      const std::vector<window::HeldRange>& held,
+                                      bool uncalibrated) const;
+  /// The same either way, whichever the ranges ask for; `a->uncalibrated` follows.
+  ranging::AnchorInitialization solveEitherWay(AnchorTrack* a,
+                                               const std::vector<window::HeldRange>& held) const;
+  double biasSigma(bool uncalibrated) const {
+    return uncalibrated ? std::max(options.uncalibrated_bias_sigma_m, options.bias_sigma_m)
+                        : options.bias_sigma_m;
+  }
+  bool decideBias(TimeNs t, AnchorTrack* a, Located* located, const Held& held);
   bool tryToFind(TimeNs t, AnchorTrack* a, Collecting* collecting, const Held& held);
   void adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found);
   bool decideMirror(TimeNs t, AnchorTrack* a, Located* located, const Held& held,

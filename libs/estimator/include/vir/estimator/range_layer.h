@@ -20,6 +20,7 @@ struct RangeOptions {
   double sigma_m = 0.1;
   double sigma_scale = 1.0;
   double bias_sigma_m = 0.03;
+  double uncalibrated_bias_sigma_m = 0.7;
   double max_range_m = 500;
   bool correlation = true;
   double gate_sigma = 4.0;
