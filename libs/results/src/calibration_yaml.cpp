@@ -8,10 +8,10 @@ namespace {
 
 using csv::format;
 
-std::string list(const std::vector<double>& values) {
-  std::string out;
-  for (const double v : values) out += (out.empty() ? "" : ", ") + format("%.9g", v);
-  return out;
+std::string list(const double* values, std::size_t count) {
+  std::string out = "[";
+  for (std::size_t i = 0; i < count; ++i) out += (i > 0 ? ", " : "") + format("%.9g", values[i]);
+  return out + "]";
 }
 
 }  // namespace
@@ -25,13 +25,13 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationSig
       "# T_cam_imu takes points of the IMU to the camera; t_imu = t_cam + timeshift_cam_imu.\n"
       "cam0:\n";
   const formats::ListedLens lens = formats::listedLens(c);
-  out += "  camera_model: " + lens.camera_model + "\n  intrinsics: [" + list(lens.before_focal);
-  if (!lens.before_focal.empty()) out += ", ";
+  out += "  camera_model: " + lens.camera_model + "\n  intrinsics: [";
+  for (const double v : lens.before_focal) out += format("%.9g, ", v);
   out += format("%.6f, %.6f, %.6f, %.6f]\n", c.fx, c.fy, c.cx, c.cy);
   out += format("  focal_and_centre_sigma: [%.6f, %.6f, %.6f, %.6f]\n", c.fx * sigma.focal,
                 c.fy * sigma.focal, sigma.centre_px, sigma.centre_px);
   out += "  distortion_model: " + lens.distortion_model + "\n";
-  out += "  distortion_coeffs: [" + list(lens.coefficients) + "]\n";
+  out += "  distortion_coeffs: " + list(lens.coefficients.data(), lens.coefficients.size()) + "\n";
   out += format("  resolution: [%d, %d]\n", c.width, c.height) + "  T_cam_imu:\n";
   for (int r = 0; r < 3; ++r) {
     out += format("  - [%.12g, %.12g, %.12g, %.12g]\n", R(r, 0), R(r, 1), R(r, 2), T_C_B.p[r]);
