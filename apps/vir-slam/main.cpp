@@ -1,3 +1,5 @@
+#include <malloc.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -55,6 +57,15 @@ int dispatch(int argc, char** argv) {
   return common.exit_code;
 }
 
+/// Images come and go by the megabyte. Given back to the kernel each time, their pages are cleared
+/// anew for every image: up to three quarters of `check`'s CPU time.
+void keepFreedMemory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+#endif
+}
+
 }  // namespace
 
 void loadPlugins(const Common& common) {
@@ -74,4 +85,7 @@ void requireFile(const std::string& path, const std::string& what) {
 
 }  // namespace vir::app
 
-int main(int argc, char** argv) { return vir::app::dispatch(argc, argv); }
+int main(int argc, char** argv) {
+  vir::app::keepFreedMemory();
+  return vir::app::dispatch(argc, argv);
+}

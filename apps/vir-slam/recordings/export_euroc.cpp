@@ -13,6 +13,7 @@
 
 #include "recordings/exporter.h"
 #include "vir/core/settings.h"
+#include "vir/formats/lens_names.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
@@ -46,38 +47,19 @@ std::string extrinsics(const Pose& T_B_S) {
   return "T_BS:\n  cols: 4\n  rows: 4\n  data: " + listed(m) + "\n";
 }
 
-/// Model, intrinsics and distortion as Kalibr names them.
+/// Model, intrinsics and distortion as the datasets' own files name them.
 std::string lensYaml(const CameraCalibration& c) {
-  std::vector<double> k{c.fx, c.fy, c.cx, c.cy};
-  std::vector<double> d(c.dist.begin(), c.dist.begin() + 4);
-  std::string model = "pinhole", lens = "radial-tangential";
-  switch (c.distortion) {
-    case Distortion::none:
-      break;
-    case Distortion::radtan:
-      if (c.dist[4] != 0) d.push_back(c.dist[4]);
-      break;
-    case Distortion::rational:
-      lens = "rational_polynomial";
-      d.assign(c.dist.begin(), c.dist.end());
-      break;
-    case Distortion::equidistant:
-      lens = "equidistant";
-      break;
-    case Distortion::omni:
-      model = "omni";
-      k.insert(k.begin(), c.dist[0]);
-      d.assign(c.dist.begin() + 1, c.dist.begin() + 5);
-      break;
-    case Distortion::double_sphere:
-      model = "ds";
-      lens = "none";
-      k.insert(k.begin(), {c.dist[0], c.dist[1]});
-      d.clear();
-      break;
+  formats::ListedLens lens = formats::listedLens(c);
+  std::vector<double>& k = lens.before_focal;
+  k.insert(k.end(), {c.fx, c.fy, c.cx, c.cy});
+  if (c.distortion == Distortion::none) {
+    lens.distortion_model = "radtan";
+    lens.coefficients.assign(4, 0);
   }
-  return "camera_model: " + model + "\nintrinsics: " + listed(k) + "\ndistortion_model: " + lens +
-         "\ndistortion_coefficients: " + listed(d) + "\n";
+  if (lens.distortion_model == "radtan") lens.distortion_model = "radial-tangential";
+  return "camera_model: " + lens.camera_model + "\nintrinsics: " + listed(k) +
+         "\ndistortion_model: " + lens.distortion_model +
+         "\ndistortion_coefficients: " + listed(lens.coefficients) + "\n";
 }
 
 std::string cameraYaml(const CObservationImage& o) {

@@ -4,18 +4,11 @@
 
 #include "recordings/rawlog_recorder.h"
 #include "vir/core/settings.h"
-#include "vir/roles/recorded_source.h"
 #include "vir/roles/sensor_registry.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
 namespace {
-
-struct OpenedSource {
-  mrpt::hwdrivers::CGenericSensor::Ptr sensor;
-  roles::RecordedSource* source = nullptr;
-  std::string driver;
-};
 
 std::string recordedDrivers() {
   std::string out;
@@ -29,7 +22,7 @@ std::string recordedDrivers() {
   return out;
 }
 
-OpenedSource open(const ImportJob& job) {
+OpenedSource find(const ImportJob& job) {
   if (!fs::exists(job.source)) {
     throw UsageError("there is no such file or folder: " + job.source);
   }
@@ -64,6 +57,12 @@ void configure(const ImportJob& job, const OpenedSource& opened) {
 
 }  // namespace
 
+OpenedSource openSource(const ImportJob& job) {
+  OpenedSource opened = find(job);
+  configure(job, opened);
+  return opened;
+}
+
 std::string driverThatReads(const std::string& source) {
   std::string found;
   for (const roles::SensorEntry& e : roles::registeredSensors()) {
@@ -85,13 +84,12 @@ void importRecording(const ImportJob& job) {
   }
   requireRawlogName(job.out);
   if (!job.calibration.empty()) requireFile(job.calibration, "calibration");
-  const OpenedSource opened = open(job);
-  configure(job, opened);
+  const OpenedSource opened = openSource(job);
   recordToRawlog({opened.sensor.get(), opened.source, job.out, job.compression, "import"});
 }
 
 std::string listRecording(const ImportJob& job) {
-  const OpenedSource opened = open(job);
+  const OpenedSource opened = find(job);
   const std::string text = opened.source->listing(job.source);
   if (text.empty()) throw UsageError("'" + opened.driver + "' has no list of what is in a source");
   return text;

@@ -1,9 +1,12 @@
 #pragma once
 /// A recording in another format into a rawlog: what `import` does, and `run` before it runs.
+#include <mrpt/hwdrivers/CGenericSensor.h>
+
 #include <string>
 #include <vector>
 
 #include "commands/commands.h"
+#include "vir/roles/recorded_source.h"
 
 namespace vir::app {
 
@@ -15,6 +18,15 @@ struct ImportJob {
   std::vector<std::string> set;     ///< Section.key=value each
   int compression = 1;
 };
+
+struct OpenedSource {
+  mrpt::hwdrivers::CGenericSensor::Ptr sensor;
+  roles::RecordedSource* source = nullptr;
+  std::string driver;
+};
+/// Found, and set as its section [driver] in `set`, `topics` and `calibration` say; not yet
+/// initialised. Throws as importRecording.
+OpenedSource openSource(const ImportJob& job);
 
 /// The one sensor that says that it can read `source`; empty if none does. Plugins must be loaded.
 /// Throws UsageError if there are several.

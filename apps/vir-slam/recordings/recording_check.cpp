@@ -5,10 +5,10 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 
 #include "vir/camera/camera_model.h"
 #include "vir/rawlog/convert.h"
+#include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
@@ -27,14 +27,6 @@ check::StreamKind kindOf(const CObservation& o) {
   if (dynamic_cast<const CObservationIMU*>(&o) != nullptr) return check::StreamKind::imu;
   if (dynamic_cast<const CObservationRobotPose*>(&o) != nullptr) return check::StreamKind::poses;
   return rawlog::rangesOf(o).empty() ? check::StreamKind::other : check::StreamKind::ranges;
-}
-
-cv::Mat grayOf(const CObservationImage& image) {
-  const cv::Mat m = image.image.asCvMat<cv::Mat>(mrpt::img::SHALLOW_COPY);
-  if (m.channels() == 1) return m;
-  cv::Mat gray;
-  cv::cvtColor(m, gray, m.channels() == 4 ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
-  return gray;
 }
 
 }  // namespace
@@ -104,7 +96,7 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
   cv::Mat gray;
   try {
     image.load();
-    gray = grayOf(image);
+    gray = rawlog::grayOf(image);
   } catch (const std::exception&) {
     camera->images.addUnreadable();
     return;

@@ -4,10 +4,7 @@
 
 #include "commands/commands.h"
 #include "recordings/import_job.h"
-#include "vir/core/settings.h"
 #include "vir/rawlog/rawlog_reader.h"
-#include "vir/roles/recorded_source.h"
-#include "vir/roles/sensor_registry.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -32,24 +29,13 @@ bool isRawlog(const std::string& source) {
 }
 
 std::vector<std::string> readSource(const SourceToRead& what, const Visit& visit) {
-  if (!fs::exists(what.source)) {
-    throw UsageError("there is no such file or folder: " + what.source);
-  }
-  if (isRawlog(what.source)) return readRawlog(what.source, visit);
-  const std::string driver = driverThatReads(what.source);
-  if (driver.empty())
-    throw UsageError(what.source + ": no driver knows this kind of file or folder");
-  const auto sensor = roles::createSensor(driver);
-  auto* source = dynamic_cast<roles::RecordedSource*>(sensor.get());
-  if (source == nullptr) throw UsageError("'" + driver + "' is a live sensor");
-  Settings settings;
+  if (isRawlog(what.source) && fs::exists(what.source)) return readRawlog(what.source, visit);
+  ImportJob job;
+  job.source = what.source;
+  job.calibration = what.calibration;
   // Without a folder for images they stay in memory.
-  for (const std::string& assignment : what.set) settings.set(assignment);
-  if (!what.calibration.empty()) settings.set(driver + ".calibration=" + what.calibration);
-  settings.set(driver + ".source=" + what.source);
-  SettingsReader reader(settings);
-  source->describe(reader);
-  reader.finish();
+  job.set = what.set;
+  const auto [sensor, source, driver] = openSource(job);
   sensor->initialize();
   bool more = true;
   while (more) {

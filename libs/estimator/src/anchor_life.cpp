@@ -169,7 +169,7 @@ bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, Collecting* collectin
   return true;
 }
 
-void RangeLayer::Impl::settle(const AnchorTrack& a, Located* located) {
+void RangeLayer::Impl::endYouth(const AnchorTrack& a, Located* located) {
   located->youth.reset();
   window->anchor(a.key())->settled = true;
 }
@@ -208,7 +208,7 @@ bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, Located* located, c
     if (moved) moveTo(t, a, located, target);
   }
   const bool known = usable && !moved && found.needed_sigma_m < kSettledSigma;
-  if (old || known) settle(*a, located);
+  if (old || known) endYouth(*a, located);
   located->well_known = located->well_known || known;
   return moved;
 }

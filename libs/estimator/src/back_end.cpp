@@ -49,7 +49,7 @@ Feedback BackEnd::process(Packet packet) {
 void BackEnd::takeIn(const Packet& packet) {
   for (const ImuSample& s : packet.readings) imu.add(s);
   for (const Range& r : packet.ranges) ranges.offer(r);
-  for (const DroppedAnchor& a : packet.dropped) {
+  for (const DroppedAnchor& a : packet.dropped_anchors) {
     if (running) {
       ranges.putDown(a.id, inWorld(window->newest()).T_W_B * a.p_B, a.sigma_m);
     } else {

@@ -36,7 +36,7 @@ std::string seconds(TimeNs t) {
 
 }  // namespace
 
-void Doubts::judge(TimeNs t, const std::string& kind, bool bad, const std::string& text) {
+void Doubts::raiseOrClear(TimeNs t, const std::string& kind, bool bad, const std::string& text) {
   if (!bad) return;
   if (current_.empty()) current_ = text;
   add(kind, t, text);
@@ -66,25 +66,27 @@ void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
     seen_.add(static_cast<double>(e.landmarks) / e.tracks, kShareOfImage);
   }
   const TimeNs t = e.state.t;
-  judge(t, "inertial", inertial_.count >= kFewestKeyframes && inertial_.value > kInertial,
-        "the readings of the IMU do not fit the images (" + number(std::sqrt(inertial_.value)) +
-            " sigma): calibration, units or axes may be wrong");
-  judge(t, "sights", reprojection_.count >= kFewestKeyframes && reprojection_.value > kReprojection,
-        "the sights contradict each other (" + number(std::sqrt(reprojection_.value)) +
-            " sigma): calibration of the camera, its clock, or things that move");
-  judge(t, "seen", seen_.count >= kFewestImages && moving && seen_.value < kFewSeen,
-        "few tracks fit the motion: " + std::to_string(e.landmarks) + " landmarks of " +
-            std::to_string(e.tracks) + " tracks");
-  judge(t, "bias_acc", e.state.ba.norm() > kBiasAcc,
-        "an accelerometer bias of " + number(e.state.ba.norm()) +
-            " m/s^2 is not plausible: units, axes or calibration may be wrong");
-  judge(t, "bias_gyro", e.state.bg.norm() > kBiasGyro,
-        "a gyro bias of " + number(e.state.bg.norm()) +
-            " rad/s is not plausible: units, axes or calibration may be wrong");
+  raiseOrClear(t, "inertial", inertial_.count >= kFewestKeyframes && inertial_.value > kInertial,
+               "the readings of the IMU do not fit the images (" +
+                   number(std::sqrt(inertial_.value)) +
+                   " sigma): calibration, units or axes may be wrong");
+  raiseOrClear(t, "sights",
+               reprojection_.count >= kFewestKeyframes && reprojection_.value > kReprojection,
+               "the sights contradict each other (" + number(std::sqrt(reprojection_.value)) +
+                   " sigma): calibration of the camera, its clock, or things that move");
+  raiseOrClear(t, "seen", seen_.count >= kFewestImages && moving && seen_.value < kFewSeen,
+               "few tracks fit the motion: " + std::to_string(e.landmarks) + " landmarks of " +
+                   std::to_string(e.tracks) + " tracks");
+  raiseOrClear(t, "bias_acc", e.state.ba.norm() > kBiasAcc,
+               "an accelerometer bias of " + number(e.state.ba.norm()) +
+                   " m/s^2 is not plausible: units, axes or calibration may be wrong");
+  raiseOrClear(t, "bias_gyro", e.state.bg.norm() > kBiasGyro,
+               "a gyro bias of " + number(e.state.bg.norm()) +
+                   " rad/s is not plausible: units, axes or calibration may be wrong");
   const bool blind = evidence.blind && moving;
   if (!blind) blind_since_ = t;
-  judge(t, "blind", blind && toSeconds(t - blind_since_) > kBlindS,
-        "no landmarks for " + number(toSeconds(t - blind_since_)) + " s, IMU only");
+  raiseOrClear(t, "blind", blind && toSeconds(t - blind_since_) > kBlindS,
+               "no landmarks for " + number(toSeconds(t - blind_since_)) + " s, IMU only");
   if (blind && current_.empty()) current_ = "no landmarks, IMU only";
 }
 

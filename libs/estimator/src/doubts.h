@@ -35,7 +35,7 @@ class Doubts {
     int count = 0;
     void add(double x, double share) { value = count++ == 0 ? x : value + share * (x - value); }
   };
-  void judge(TimeNs t, const std::string& kind, bool bad, const std::string& text);
+  void raiseOrClear(TimeNs t, const std::string& kind, bool bad, const std::string& text);
   Level inertial_, reprojection_, seen_;
   TimeNs blind_since_ = 0;
   std::map<std::string, std::size_t> known_;

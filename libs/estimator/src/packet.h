@@ -30,7 +30,7 @@ struct Packet {
   Kind kind = Kind::image;
   std::vector<ImuSample> readings;
   std::vector<Range> ranges;
-  std::vector<DroppedAnchor> dropped;
+  std::vector<DroppedAnchor> dropped_anchors;
   std::vector<std::string> warnings;  ///< of the front end, told by the back end: one order
   TimeNs stamp = 0;                   ///< the image's own clock
   vision::TrackedFrame frame;         ///< its time is on the clock of the IMU

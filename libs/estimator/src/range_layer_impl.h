@@ -61,7 +61,7 @@ struct RangeLayer::Impl {
   bool searchAgain(TimeNs t, AnchorTrack* a, Located* located, const Held& held,
                    const std::vector<window::HeldRange>& front);
   void moveTo(TimeNs t, AnchorTrack* a, Located* located, const Vec3& p_W);
-  void settle(const AnchorTrack& a, Located* located);
+  void endYouth(const AnchorTrack& a, Located* located);
   bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located& located);
   void reweigh(AnchorTrack* a, const Held& held);
   void warn(const std::string& text) {

@@ -90,7 +90,7 @@ void VisualInertialEstimator::addRange(const Range& range) {
 }
 
 void VisualInertialEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
-  impl_->front_end.addDropped({id, p_B, sigma_m});
+  impl_->front_end.addDroppedAnchor({id, p_B, sigma_m});
 }
 
 void VisualInertialEstimator::finish() {

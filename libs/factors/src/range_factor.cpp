@@ -1,6 +1,7 @@
 #include "vir/factors/range_factor.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "range_residual.h"
 
@@ -20,6 +21,19 @@ double whiten(const RangeTerm& range, double unwhitened_m, double* residuals) {
   const ranging::RobustRange::Value v = range.robust.evaluate(-unwhitened_m / range.sigma_m);
   residuals[0] = -v.e;
   return v.de_dr / range.sigma_m;
+}
+
+NodeAntenna::NodeAntenna(const double* node, const Vec3& motion_O, const Vec3& lever_O) {
+  const Mat3 R = rotZ(node[3]);
+  motion_W = R * (std::exp(-node[4]) * motion_O);
+  offset_W = motion_W + R * lever_O;
+  p_W = vec(node) + offset_W;
+}
+
+void nodeJacobian(double scale, const Vec3& direction, const NodeAntenna& antenna, double* j) {
+  for (int i = 0; i < 3; ++i) j[i] = scale * direction[i];
+  j[3] = scale * direction.dot(turned(antenna.offset_W));
+  j[4] = -scale * direction.dot(antenna.motion_W);
 }
 
 void anchorJacobian(double scale, const Vec3& direction, double* j) {

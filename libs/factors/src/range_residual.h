@@ -11,6 +11,14 @@ inline Vec3 vec(const double* x) { return {x[0], x[1], x[2]}; }
 /// d(Rz(yaw) v)/d(yaw), given v already turned.
 inline Vec3 turned(const Vec3& v_W) { return {-v_W.y(), v_W.x(), 0}; }
 
+/// Where a node of the long window has its antenna.
+struct NodeAntenna {
+  NodeAntenna(const double* node, const Vec3& motion_O, const Vec3& lever_O);
+  Vec3 motion_W, offset_W, p_W;
+};
+/// Of a distance that grows along `direction` with the antenna.
+void nodeJacobian(double scale, const Vec3& direction, const NodeAntenna& antenna, double* j);
+
 /// Whitens and robustifies; returns d(residual)/d(unwhitened residual).
 double whiten(const RangeTerm& range, double unwhitened_m, double* residuals);
 

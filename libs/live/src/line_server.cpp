@@ -78,7 +78,7 @@ void LineServer::send(const std::string& line) {
       ++it;
       continue;
     }
-    dropped_ += slow ? 1 : 0;
+    cut_off_ += slow ? 1 : 0;
     close(it->first);
     it = clients_.erase(it);
   }
@@ -89,9 +89,9 @@ std::size_t LineServer::clients() const {
   return clients_.size();
 }
 
-long LineServer::dropped() const {
+long LineServer::clientsCutOff() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return dropped_;
+  return cut_off_;
 }
 
 }  // namespace vir::live

@@ -82,8 +82,8 @@ std::string wayOut(const Vec3& direction) {
   return std::abs(direction.z()) > 0.7 ? "change height" : "move sideways";
 }
 
-void judge(const AnchorInitOptions& options, const AnchorSearch& search,
-           const std::vector<Optimum>& optima, AnchorInitialization* result) {
+void classifyGeometry(const AnchorInitOptions& options, const AnchorSearch& search,
+                      const std::vector<Optimum>& optima, AnchorInitialization* result) {
   const std::vector<AnchorSolution>& s = result->solutions;
   const Uncertainty best(s.front(), search.shape().centre);
   result->needed_sigma_m = 0;
@@ -215,7 +215,7 @@ AnchorInitialization initializeAnchor(const std::vector<AntennaRange>& ranges,
     result.geometry = AnchorGeometry::inconsistent;
     return result;
   }
-  judge(options, search, optima, &result);
+  classifyGeometry(options, search, optima, &result);
   if (result.geometry == AnchorGeometry::good) result.solutions.resize(1);
   return result;
 }

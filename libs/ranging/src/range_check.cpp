@@ -29,7 +29,7 @@ RangeDecision RangeCheck::check(int anchor, TimeNs t, double range_m) {
     it = anchors_.emplace(anchor, State()).first;
   }
   State& state = it->second;
-  const RangeDecision problem = judge(&state, t, range_m);
+  const RangeDecision problem = decide(&state, t, range_m);
   for (RangeCheckCounters* c : {&counters_, &state.counters}) {
     if (problem == RangeDecision::accepted) {
       ++c->ok;
@@ -40,19 +40,19 @@ RangeDecision RangeCheck::check(int anchor, TimeNs t, double range_m) {
   return problem;
 }
 
-RangeDecision RangeCheck::judge(State* state, TimeNs t, double range_m) {
+RangeDecision RangeCheck::decide(State* state, TimeNs t, double range_m) {
   if (!std::isfinite(range_m)) return RangeDecision::not_finite;
   if (range_m < 0) return RangeDecision::negative;
   if (range_m == 0) return RangeDecision::zero;
   if (range_m > options_.max_range_m) return RangeDecision::too_far;
-  const RangeDecision time = judgeTime(state, t);
+  const RangeDecision time = decideTime(state, t);
   if (time != RangeDecision::accepted) return time;
   state->equal = range_m == state->value ? state->equal + 1 : 1;
   state->value = range_m;
   return state->equal > options_.max_equal ? RangeDecision::stuck : RangeDecision::accepted;
 }
 
-RangeDecision RangeCheck::judgeTime(State* state, TimeNs t) {
+RangeDecision RangeCheck::decideTime(State* state, TimeNs t) {
   if (state->seen && t == state->newest) return RangeDecision::repeated;
   if (state->seen && t < state->newest) {
     // Ranges that go on in order, only earlier, mean that the clock was set back.

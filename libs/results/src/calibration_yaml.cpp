@@ -1,39 +1,17 @@
 #include "calibration_yaml.h"
 
 #include "csv_text.h"
+#include "vir/formats/lens_names.h"
 
 namespace vir::results {
 namespace {
 
 using csv::format;
 
-std::string list(const double* values, int count) {
+std::string list(const double* values, std::size_t count) {
   std::string out = "[";
-  for (int i = 0; i < count; ++i) out += (i > 0 ? ", " : "") + format("%.9g", values[i]);
+  for (std::size_t i = 0; i < count; ++i) out += (i > 0 ? ", " : "") + format("%.9g", values[i]);
   return out + "]";
-}
-
-struct LensText {
-  std::string camera_model, first_intrinsics, distortion_model, coefficients;
-};
-
-LensText lensOf(const CameraCalibration& c) {
-  const double* d = c.dist.data();
-  switch (c.distortion) {
-    case Distortion::none:
-      return {"pinhole", "", "none", "[]"};
-    case Distortion::radtan:
-      return {"pinhole", "", "radtan", list(d, d[4] != 0 ? 5 : 4)};
-    case Distortion::equidistant:
-      return {"pinhole", "", "equidistant", list(d, 4)};
-    case Distortion::rational:
-      return {"pinhole", "", "rational_polynomial", list(d, 8)};
-    case Distortion::double_sphere:
-      return {"ds", format("%.9g, %.9g, ", d[0], d[1]), "none", "[]"};
-    case Distortion::omni:
-      return {"omni", format("%.9g, ", d[0]), "radtan", list(d + 1, 4)};
-  }
-  return {"pinhole", "", "none", "[]"};
 }
 
 }  // namespace
@@ -46,13 +24,14 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationSig
       "# Camera and IMU as estimated in this run, for --calibration of the next.\n"
       "# T_cam_imu takes points of the IMU to the camera; t_imu = t_cam + timeshift_cam_imu.\n"
       "cam0:\n";
-  const LensText lens = lensOf(c);
-  out += "  camera_model: " + lens.camera_model + "\n  intrinsics: [" + lens.first_intrinsics;
+  const formats::ListedLens lens = formats::listedLens(c);
+  out += "  camera_model: " + lens.camera_model + "\n  intrinsics: [";
+  for (const double v : lens.before_focal) out += format("%.9g, ", v);
   out += format("%.6f, %.6f, %.6f, %.6f]\n", c.fx, c.fy, c.cx, c.cy);
   out += format("  focal_and_centre_sigma: [%.6f, %.6f, %.6f, %.6f]\n", c.fx * sigma.focal,
                 c.fy * sigma.focal, sigma.centre_px, sigma.centre_px);
   out += "  distortion_model: " + lens.distortion_model + "\n";
-  out += "  distortion_coeffs: " + lens.coefficients + "\n";
+  out += "  distortion_coeffs: " + list(lens.coefficients.data(), lens.coefficients.size()) + "\n";
   out += format("  resolution: [%d, %d]\n", c.width, c.height) + "  T_cam_imu:\n";
   for (int r = 0; r < 3; ++r) {
     out += format("  - [%.12g, %.12g, %.12g, %.12g]\n", R(r, 0), R(r, 1), R(r, 2), T_C_B.p[r]);

@@ -30,7 +30,7 @@ const char* name(Verdict verdict) {
   return "lost";
 }
 
-void judge(RunSummary* s) {
+void fillVerdict(RunSummary* s) {
   const double share =
       s->frames > 0 ? static_cast<double>(s->poses) / static_cast<double>(s->frames) : 0;
   if (s->poses == 0) {

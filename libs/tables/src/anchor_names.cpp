@@ -39,18 +39,31 @@ bool isOtherNumber(std::string_view text) {
   return r.ptr == text.data() + text.size() && (!std::isfinite(v) || v != std::floor(v));
 }
 
+/// Stays what it is: not taken for names.
+bool isFree(std::int32_t number) {
+  return number < kFirst || number >= kFirst + static_cast<std::int32_t>(kMostNames);
+}
+
 }  // namespace
+
+std::int32_t AnchorNames::ownNumber(std::string_view name) {
+  const auto next = kFirst + static_cast<std::int32_t>(mapped_.size());
+  return mapped_.emplace(name, next).first->second;
+}
+
+std::int32_t AnchorNames::numberOfAny(std::string_view name) {
+  std::int32_t number = 0;
+  if (asNumber(name, &number) && number >= 0 && isFree(number)) return number;
+  return ownNumber(name);
+}
 
 bool AnchorNames::numberOf(std::string_view name, std::int32_t* number) {
   if (!isName(name)) return false;
   if (isOtherNumber(name)) return false;
-  const bool own_number = asNumber(name, number) &&
-                          (*number < kFirst || *number >= kFirst + static_cast<int>(kMostNames));
-  if (own_number) return true;
+  if (asNumber(name, number) && isFree(*number)) return true;
   const auto known = mapped_.find(std::string(name));
   if (known == mapped_.end() && mapped_.size() >= kMostNames) return false;
-  const auto next = kFirst + static_cast<std::int32_t>(mapped_.size());
-  *number = mapped_.emplace(name, next).first->second;
+  *number = ownNumber(name);
   return true;
 }
 

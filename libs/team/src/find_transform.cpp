@@ -44,7 +44,7 @@ class Finder {
     }
     modes_ = searchModes(evidence_, hints, answer_.needed_margin);
     if (modes_.empty()) return refuse("nothing to start from");
-    judge();
+    formAnswer();
     return answer_;
   }
 
@@ -131,7 +131,7 @@ class Finder {
     averaged_ = true;
   }
 
-  void judge() {
+  void formAnswer() {
     const EvidenceCost cost = evidence_.cost();
     const auto innovations = cost.innovations(modes_.front().x);
     const double factor = scatterOf(innovations);
@@ -186,8 +186,8 @@ class Finder {
           break;
         }
         if (ridge) {
-          settle(cost, &k);
-          settle(cost, &other);
+          descendToMinimum(cost, &k);
+          descendToMinimum(cost, &other);
         }
         mergeInto(other, ridge, &k);
         merged = true;
@@ -199,7 +199,7 @@ class Finder {
   }
 
   /// To the very minimum, as the middle is taken.
-  void settle(const EvidenceCost& cost, TransformSolution* s) const {
+  void descendToMinimum(const EvidenceCost& cost, TransformSolution* s) const {
     Vec4 x = toVector(s->T_A_B);
     s->cost = descend(cost, &x, {40, kExact}) / answer_.variance_factor;
     s->T_A_B = fromVector(x);

@@ -1,10 +1,16 @@
 #include "joint_problem.h"
 
-#include <Eigen/Dense>
+#include <ceres/loss_function.h>
+#include <ceres/manifold.h>
+#include <ceres/solver.h>
+
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "vir/factors/node_edge_factor.h"
+#include "vir/factors/node_range_factor.h"
 #include "vir/geometry/interpolation.h"
 #include "vir/ranging/anchor_initialization.h"
 #include "vir/types/interpolation.h"
@@ -12,37 +18,15 @@
 namespace vir::team {
 namespace {
 
-using Triplets = std::vector<Eigen::Triplet<double>>;
 using Vec5 = Eigen::Matrix<double, 5, 1>;
 
 constexpr TimeNs kLongestGap = 1000000000;  // between two poses of a path
 constexpr double kWeakPrior = 1e-6;   // information on every unknown: keeps the system solvable
+constexpr double kExactScale = 1e-6;  // standard deviation of a scale that is called right
 constexpr double kStartSigma = 1e-3;  // of the first robot's first pose: the gauge
 constexpr double kGate = 4;           // sigmas
 constexpr double kLevel = 1e-3;       // [m]; a robot whose odometry rises by less moves in a plane
 constexpr double kLevelSigma = 1e-3;  // [m], of its height
-
-Vec3 turned(const Vec3& v) { return {-v.y(), v.x(), 0}; }
-
-/// Adds weight * [J_a J_b ..]^T [J_a J_b ..] and the gradient of one residual.
-template <typename Blocks>
-void addNormal(const Blocks& blocks, const Eigen::VectorXd& r, const Eigen::VectorXd& weight,
-               Triplets* triplets, Eigen::VectorXd* g) {
-  for (const auto& a : blocks) {
-    const Eigen::MatrixXd WJ = weight.asDiagonal() * a.J;
-    g->segment(static_cast<long>(a.column), a.J.cols()) += WJ.transpose() * r;
-    for (const auto& b : blocks) {
-      const Eigen::MatrixXd H = WJ.transpose() * b.J;
-      for (int i = 0; i < H.rows(); ++i) {
-        for (int j = 0; j < H.cols(); ++j) {
-          if (H(i, j) == 0) continue;
-          triplets->emplace_back(static_cast<int>(a.column) + i, static_cast<int>(b.column) + j,
-                                 H(i, j));
-        }
-      }
-    }
-  }
-}
 
 }  // namespace
 
@@ -53,7 +37,7 @@ JointProblem::JointProblem(const std::vector<JointRobot>& robots,
     addNodes(robot);
     if (!problem_.empty()) return;
   }
-  start_ = nodes_[0][0].x;
+  holdStarts();
   addRanges(robots, mutual);
   startAnchors();
   for (const auto& list : nodes_) {
@@ -89,7 +73,6 @@ void JointProblem::addNodes(const JointRobot& robot) {
     node.x.head<3>() = robot.T_C_W * estimate->p;
     node.x[3] = robot.T_C_W.yaw_rad + yawOf(estimate->R()) - yawOf(odometry.T_W_B.R());
     if (!list.empty()) node.x[3] = list.back().x[3] + wrapAngle(node.x[3] - list.back().x[3]);
-    node.start_height = node.x[2];
     list.push_back(node);
     metres = radians = 0;
   }
@@ -113,8 +96,7 @@ std::optional<NodePoint> JointProblem::pointAt(const JointRobot& robot, std::siz
   NodePoint point;
   point.robot = index;
   point.node = static_cast<std::size_t>(nearest - list.begin());
-  point.motion_O = pose->p - nearest->p_O;
-  point.lever_O = pose->q * p_B_U;
+  point.antenna = {pose->p - nearest->p_O, pose->q * p_B_U};
   return point;
 }
 
@@ -168,7 +150,7 @@ void JointProblem::startAnchors() {
         }
         if (!(cost < best) || !s.p_W.allFinite()) continue;
         best = cost;
-        anchors_[id] = s.p_W;
+        anchors_[id] = {s.p_W.x(), s.p_W.y(), s.p_W.z(), 0};
       }
     }
   }
@@ -190,7 +172,8 @@ std::size_t JointProblem::columnOfAnchor(std::uint64_t id) const {
 
 Vec3 JointProblem::position(const NodePoint& point) const {
   const JointNode& n = nodes_[point.robot][point.node];
-  return n.x.head<3>() + rotZ(n.x[3]) * (std::exp(-n.x[4]) * point.motion_O + point.lever_O);
+  return n.x.head<3>() +
+         rotZ(n.x[3]) * (std::exp(-n.x[4]) * point.antenna.motion_O + point.antenna.lever_O);
 }
 
 Pose JointProblem::poseAt(std::size_t robot, TimeNs t, const Pose& T_O_B) const {
@@ -209,168 +192,131 @@ Pose JointProblem::poseAt(std::size_t robot, TimeNs t, const Pose& T_O_B) const 
   return interpolate(from(before), from(*next), u);
 }
 
-double JointProblem::residual(const JointRange& r, Vec3* direction) const {
-  const Vec3 other = r.second ? position(*r.second) : anchors_.at(r.anchor);
-  const Vec3 v = position(r.first) - other;
-  const double distance = v.norm();
-  *direction = distance > 1e-9 ? Vec3(v / distance) : Vec3(Vec3::Zero());
-  return (r.range_m - distance) / r.sigma_m;
+std::map<std::uint64_t, Vec3> JointProblem::anchors() const {
+  std::map<std::uint64_t, Vec3> out;
+  for (const auto& [id, x] : anchors_) out[id] = Vec3(x.data());
+  return out;
 }
 
-double JointProblem::buildRanges(Triplets* triplets, Vector* g) const {
-  double cost = 0;
-  for (const JointRange& range : ranges_) {
-    Vec3 u;
-    const double r = residual(range, &u);
-    cost += 2 * options_.range_worth * options_.robust.loss(r);
-    if (triplets == nullptr) continue;
-    const double weight = options_.range_worth * options_.robust.evaluate(r).influence();
-    std::vector<Block> blocks;
-    const auto add = [&](const NodePoint& point, double sign) {
-      const JointNode& n = nodes_[point.robot][point.node];
-      const Mat3 R = rotZ(n.x[3]);
-      const Vec3 motion = R * (std::exp(-n.x[4]) * point.motion_O), lever = R * point.lever_O;
-      Eigen::MatrixXd J(1, 5);
-      J << sign * u.transpose(), sign * u.dot(turned(motion + lever)), -sign * u.dot(motion);
-      blocks.push_back({columnOf(point.robot, point.node), J / range.sigma_m});
-    };
-    add(range.first, -1);
-    if (range.second) {
-      add(*range.second, 1);
-    } else {
-      blocks.push_back({columnOfAnchor(range.anchor), u.transpose() / range.sigma_m});
-    }
-    addNormal(blocks, Vector::Constant(1, r), Vector::Constant(1, weight), triplets, g);
-  }
-  return cost;
+double JointProblem::residual(const JointRange& r) const {
+  const Vec3 other = r.second ? position(*r.second) : Vec3(anchors_.at(r.anchor).data());
+  return (r.range_m - (position(r.first) - other).norm()) / r.sigma_m;
 }
 
-double JointProblem::buildEdges(Triplets* triplets, Vector* g) const {
-  double cost = 0;
-  const JointOptions& o = options_;
-  const auto add = [&](const std::vector<Block>& blocks, const Vector& r, const Vector& weight) {
-    cost += r.dot(weight.asDiagonal() * r);
-    if (triplets != nullptr) addNormal(blocks, r, weight, triplets, g);
+/// The scale is near 1; the first robot's start is where it is; and a robot that moves in a plane
+/// keeps the height that the transform says: ranges know it by its square only.
+void JointProblem::holdStarts() {
+  const auto hold = [this](JointNode* node, const Eigen::MatrixXd& J, const Vec5& x0) {
+    factors::LinearPrior prior;
+    prior.blocks.push_back({5, 0, {x0.data(), x0.data() + 5}});
+    prior.J = J;
+    prior.r0 = Eigen::VectorXd::Zero(J.rows());
+    held_.push_back({node->x.data(), std::move(prior)});
   };
-  const Eigen::MatrixXd I5 = Eigen::MatrixXd::Identity(5, 5);
   for (std::size_t robot = 0; robot < nodes_.size(); ++robot) {
-    const auto& list = nodes_[robot];
-    // The scale is near 1; the first robot's start is where it is.
-    Vector prior = Vector::Constant(5, kWeakPrior), off = Vector::Zero(5);
-    prior[4] = 1 / (o.scale_sigma * o.scale_sigma + 1e-12);
-    off[4] = list[0].x[4];
+    auto& list = nodes_[robot];
+    Vec5 weight = Vec5::Constant(std::sqrt(kWeakPrior)), x0 = Vec5::Zero();
+    weight[4] = 1 / std::hypot(options_.scale_sigma, kExactScale);
     if (robot == 0) {
-      prior.head(4).setConstant(1 / (kStartSigma * kStartSigma));
-      off.head(4) = (list[0].x - start_).head(4);
+      weight.head<4>().setConstant(1 / kStartSigma);
+      x0.head<4>() = list[0].x.head<4>();
     }
-    add({{columnOf(robot, 0), I5}}, off, prior);
-    if (level_[robot]) {
-      // Its height is what the transform says: ranges know it by its square only.
-      for (std::size_t k = 0; k < list.size(); ++k) {
-        Vector height = Vector::Zero(5), hold = Vector::Zero(5);
-        height[2] = list[k].x[2] - list[k].start_height;
-        hold[2] = 1 / (kLevelSigma * kLevelSigma);
-        add({{columnOf(robot, k), I5}}, height, hold);
-      }
-    }
-    for (std::size_t k = 1; k < list.size(); ++k) {
-      const JointNode &a = list[k - 1], &b = list[k];
-      const double seconds = toSeconds(b.t - a.t);
-      const double position = o.noise.positionVariance(b.metres, b.radians, seconds) + 1e-8;
-      const double yaw = o.noise.yawVariance(b.metres, b.radians, seconds) + 1e-10;
-      const double scale = o.scale_walk_per_sqrt_m * o.scale_walk_per_sqrt_m * b.metres + 1e-10;
-      const double share = o.noise.usableVerticalShare();
-      const Mat3 Rt = rotZ(-a.x[3]);
-      const Vec3 apart = Rt * (b.x - a.x).head<3>();
-      const Vec3 moved = std::exp(-a.x[4]) * (b.p_O - a.p_O);
-      Vector r(5), weight(5);
-      r << apart - moved, b.x[3] - a.x[3], b.x[4] - a.x[4];
-      weight << 1 / position, 1 / position, 1 / (position * share * share), 1 / yaw, 1 / scale;
-      Eigen::MatrixXd Ja = Eigen::MatrixXd::Zero(5, 5), Jb = Eigen::MatrixXd::Zero(5, 5);
-      Ja.topLeftCorner<3, 3>() = -Rt;
-      Ja.block<3, 1>(0, 3) = -turned(apart);
-      Ja.block<3, 1>(0, 4) = moved;
-      Ja(3, 3) = Ja(4, 4) = -1;
-      Jb.topLeftCorner<3, 3>() = Rt;
-      Jb(3, 3) = Jb(4, 4) = 1;
-      add({{columnOf(robot, k - 1), Ja}, {columnOf(robot, k), Jb}}, r, weight);
+    hold(&list[0], weight.asDiagonal(), x0);
+    if (!level_[robot]) continue;
+    for (JointNode& node : list) {
+      hold(&node, Vec5::Unit(2).transpose() / kLevelSigma, Vec5::Unit(2) * node.x[2]);
     }
   }
-  return cost;
 }
 
-double JointProblem::build(Triplets* triplets, Vector* g) const {
-  if (triplets != nullptr) {
-    triplets->clear();
-    *g = Vector::Zero(static_cast<long>(unknowns_));
-    for (std::size_t i = 0; i < unknowns_; ++i) {
-      triplets->emplace_back(static_cast<int>(i), static_cast<int>(i), kWeakPrior);
-    }
+void JointProblem::fillPath(std::size_t robot, ceres::Problem* problem) {
+  const JointOptions& o = options_;
+  auto& list = nodes_[robot];
+  for (std::size_t k = 1; k < list.size(); ++k) {
+    JointNode &a = list[k - 1], &b = list[k];
+    const double seconds = toSeconds(b.t - a.t);
+    const double position =
+        std::sqrt(o.noise.positionVariance(b.metres, b.radians, seconds) + 1e-8);
+    const double yaw = std::sqrt(o.noise.yawVariance(b.metres, b.radians, seconds) + 1e-10);
+    const double scale = o.scale_walk_per_sqrt_m * o.scale_walk_per_sqrt_m * b.metres + 1e-10;
+    Eigen::Matrix4d W = Eigen::Matrix4d::Zero();
+    W.diagonal() << 1 / position, 1 / position, 1 / (position * o.noise.usableVerticalShare()),
+        1 / yaw;
+    problem->AddResidualBlock(new factors::NodeEdgeFactor(b.p_O - a.p_O, W, std::sqrt(scale)),
+                              nullptr, std::vector<double*>{a.x.data(), b.x.data()});
   }
-  return buildEdges(triplets, g) + buildRanges(triplets, g);
 }
 
-void JointProblem::step(const Vector& dx) {
-  for (std::size_t robot = 0; robot < nodes_.size(); ++robot) {
-    for (std::size_t k = 0; k < nodes_[robot].size(); ++k) {
-      nodes_[robot][k].x += dx.segment<5>(static_cast<long>(columnOf(robot, k)));
+void JointProblem::fill(ceres::Problem* problem, bool linear) {
+  for (auto& list : nodes_) {
+    for (JointNode& node : list) problem->AddParameterBlock(node.x.data(), 5);
+  }
+  for (auto& item : anchors_) {
+    problem->AddParameterBlock(item.second.data(), 4,
+                               new ceres::SubsetManifold(4, std::vector<int>{3}));
+  }
+  for (const Held& h : held_) {
+    problem->AddResidualBlock(new factors::LinearPriorFactor(h.prior), nullptr, h.node);
+  }
+  for (std::size_t robot = 0; robot < nodes_.size(); ++robot) fillPath(robot, problem);
+  for (const JointRange& r : ranges_) {
+    factors::RangeTerm term{r.range_m, r.sigma_m, options_.robust};
+    double worth = options_.range_worth;
+    if (linear) {
+      worth *= options_.robust.evaluate(residual(r)).influence();
+      term.robust.huber_delta = term.robust.nlos_delta = 0;
+    }
+    double* const first = nodes_[r.first.robot][r.first.node].x.data();
+    auto* const loss = new ceres::ScaledLoss(nullptr, worth, ceres::TAKE_OWNERSHIP);
+    if (r.second) {
+      double* const second = nodes_[r.second->robot][r.second->node].x.data();
+      problem->AddResidualBlock(
+          new factors::MutualRangeFactor(term, r.first.antenna, r.second->antenna), loss, first,
+          second);
+    } else {
+      const auto& [motion_O, lever_O] = r.first.antenna;
+      problem->AddResidualBlock(new factors::NodeRangeFactor(term, motion_O, lever_O), loss, first,
+                                anchors_.at(r.anchor).data());
     }
   }
-  for (auto& [id, p] : anchors_) p += dx.segment<3>(static_cast<long>(columnOfAnchor(id)));
 }
 
 void JointProblem::solve() {
-  Triplets triplets;
-  Vector g;
-  double lambda = 1e-6;
-  cost_ = build(&triplets, &g);
-  const auto n = static_cast<int>(unknowns_);
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
-  for (iterations_ = 0; iterations_ < options_.iterations; ++iterations_) {
-    Eigen::SparseMatrix<double> H(n, n);
-    H.setFromTriplets(triplets.begin(), triplets.end());
-    for (int i = 0; i < n; ++i) H.coeffRef(i, i) += lambda * (H.coeff(i, i) + 1);
-    solver.compute(H);
-    if (solver.info() != Eigen::Success) {
-      lambda = std::max(10 * lambda, 1e-4);
-      continue;
-    }
-    const Vector dx = -solver.solve(g);
-    if (!dx.allFinite()) break;
-    const auto nodes = nodes_;
-    const auto anchors = anchors_;
-    step(dx);
-    const double then = build(nullptr, nullptr);
-    if (!(then <= cost_)) {
-      nodes_ = nodes;
-      anchors_ = anchors;
-      lambda = std::max(10 * lambda, 1e-6);
-      if (lambda > 1e6) break;
-      continue;
-    }
-    const bool done = cost_ - then < 1e-9 * (1 + cost_);
-    lambda = std::max(0.1 * lambda, 1e-9);
-    cost_ = build(&triplets, &g);
-    if (done) break;
-  }
+  ceres::Problem problem;
+  fill(&problem, false);
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  // Ranges to an anchor at the robots' own height bend the valley: Levenberg-Marquardt creeps
+  // there.
+  options.trust_region_strategy_type = ceres::DOGLEG;
+  options.dogleg_type = ceres::SUBSPACE_DOGLEG;
+  // The same everywhere, however the machine's own sparse library adds up.
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+  options.max_num_iterations = options_.iterations;
+  options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 1e-12;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  cost_ = 2 * summary.final_cost;
+  iterations_ = static_cast<int>(summary.iterations.size()) - 1;
 }
 
 std::pair<int, int> JointProblem::usedAndRejected() const {
   int used = 0, rejected = 0;
-  for (const JointRange& r : ranges_) {
-    Vec3 u;
-    ++(std::abs(residual(r, &u)) <= kGate ? used : rejected);
-  }
+  for (const JointRange& r : ranges_) ++(std::abs(residual(r)) <= kGate ? used : rejected);
   return {used, rejected};
 }
 
-Eigen::MatrixXd JointProblem::covarianceTimes(const Eigen::MatrixXd& rhs) const {
-  Triplets triplets;
-  Vector g;
-  build(&triplets, &g);
-  const auto n = static_cast<int>(unknowns_);
-  Eigen::SparseMatrix<double> H(n, n);
-  H.setFromTriplets(triplets.begin(), triplets.end());
+Eigen::MatrixXd JointProblem::covarianceTimes(const Eigen::MatrixXd& rhs) {
+  ceres::Problem problem;
+  fill(&problem, true);
+  ceres::CRSMatrix jacobian;
+  problem.Evaluate({}, nullptr, nullptr, nullptr, &jacobian);
+  const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> J(
+      jacobian.num_rows, jacobian.num_cols, static_cast<long>(jacobian.values.size()),
+      jacobian.rows.data(), jacobian.cols.data(), jacobian.values.data());
+  Eigen::SparseMatrix<double> H = J.transpose() * J;
+  for (int i = 0; i < H.rows(); ++i) H.coeffRef(i, i) += kWeakPrior;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(H);
   return solver.solve(rhs);
 }

@@ -1,27 +1,30 @@
 #pragma once
 /// The least-squares problem of solveJointly: nodes along each robot's odometry, anchors, ranges.
-#include <Eigen/SparseCholesky>
+#include <ceres/problem.h>
+
 #include <Eigen/SparseCore>
+#include <array>
+#include <deque>
 #include <optional>
 
+#include "vir/factors/linear_prior_factor.h"
+#include "vir/factors/mutual_range_factor.h"
 #include "vir/team/joint_solution.h"
 
 namespace vir::team {
 
-/// A node holds the correction of the odometry: p_C = p + Rz(yaw) exp(-log_scale) (p_O - node's
-/// p_O) near it.
+/// A node of the odometry as vir/factors/range_factor.h has it, W being the common world.
 struct JointNode {
   TimeNs t = 0;
   Vec3 p_O = Vec3::Zero();
   Eigen::Matrix<double, 5, 1> x = Eigen::Matrix<double, 5, 1>::Zero();  // p, yaw, log scale
-  double start_height = 0;
   double metres = 0, radians = 0;  // of odometry from the node before
 };
 
 /// A point that moves with a node.
 struct NodePoint {
   std::size_t robot = 0, node = 0;
-  Vec3 motion_O = Vec3::Zero(), lever_O = Vec3::Zero();  // lever arms have no scale error
+  factors::AntennaAtNode antenna;
 };
 
 struct JointRange {
@@ -38,7 +41,6 @@ class JointProblem {
 
   /// Empty if it can be solved.
   const std::string& problem() const { return problem_; }
-  /// Levenberg-Marquardt.
   void solve();
 
   double cost() const { return cost_; }
@@ -50,23 +52,19 @@ class JointProblem {
   }
   int iterations() const { return iterations_; }
   const std::vector<std::vector<JointNode>>& nodes() const { return nodes_; }
-  const std::map<std::uint64_t, Vec3>& anchors() const { return anchors_; }
+  std::map<std::uint64_t, Vec3> anchors() const;
   Vec3 position(const NodePoint& point) const;
   Pose poseAt(std::size_t robot, TimeNs t, const Pose& T_O_B) const;
   /// Ranges within four sigmas, and not.
   std::pair<int, int> usedAndRejected() const;
   /// Covariance times the columns of `rhs` (unknowns x n), at the solution.
-  Eigen::MatrixXd covarianceTimes(const Eigen::MatrixXd& rhs) const;
+  Eigen::MatrixXd covarianceTimes(const Eigen::MatrixXd& rhs);
   std::size_t unknowns() const { return unknowns_; }
   std::size_t columnOf(std::size_t robot, std::size_t node) const;
   std::size_t columnOfAnchor(std::uint64_t id) const;
 
  private:
-  using Vector = Eigen::VectorXd;
-  struct Block {
-    std::size_t column;
-    Eigen::MatrixXd J;
-  };
+  using Anchor = std::array<double, 4>;  // position, bias of the ranges: held at 0
 
   void addNodes(const JointRobot& robot);
   void addRanges(const std::vector<JointRobot>& robots,
@@ -74,22 +72,25 @@ class JointProblem {
   void startAnchors();
   std::optional<NodePoint> pointAt(const JointRobot& robot, std::size_t index, TimeNs t,
                                    const Vec3& p_B_U) const;
-  /// Cost; with `triplets` also the normal equations (lower and upper triangle) and the gradient.
-  double build(std::vector<Eigen::Triplet<double>>* triplets, Vector* g) const;
-  double buildEdges(std::vector<Eigen::Triplet<double>>* triplets, Vector* g) const;
-  double buildRanges(std::vector<Eigen::Triplet<double>>* triplets, Vector* g) const;
-  double residual(const JointRange& r, Vec3* direction) const;
-  void step(const Vector& dx);
+  void holdStarts();
+  /// `linear`: every range with the weight that it has now, for the covariance.
+  void fill(ceres::Problem* problem, bool linear);
+  void fillPath(std::size_t robot, ceres::Problem* problem);
+  double residual(const JointRange& r) const;
 
   const JointOptions options_;
   std::vector<std::vector<JointNode>> nodes_;
   std::vector<bool> level_;  // per robot: moves in a plane
   std::vector<JointRange> ranges_;
-  std::map<std::uint64_t, Vec3> anchors_;
+  std::map<std::uint64_t, Anchor> anchors_;
   std::string problem_;
   std::size_t unknowns_ = 0;
   std::vector<std::size_t> first_column_;  // per robot
-  Eigen::Matrix<double, 5, 1> start_ = Eigen::Matrix<double, 5, 1>::Zero();
+  struct Held {
+    double* node;
+    factors::LinearPrior prior;
+  };
+  std::deque<Held> held_;  // factors keep references
   double cost_ = 0;
   int iterations_ = 0;
 };

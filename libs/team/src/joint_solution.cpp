@@ -63,14 +63,14 @@ WorldTransform ownWorld(const JointProblem& problem, const JointRobot& robot, st
   return T;
 }
 
-void fillCovariances(const JointProblem& problem, const Eigen::MatrixXd& rows, JointSolution* out) {
-  out->covariance = rows.transpose() * problem.covarianceTimes(rows);
-  for (const auto& [id, p] : problem.anchors()) {
-    Eigen::MatrixXd pick = Eigen::MatrixXd::Zero(static_cast<long>(problem.unknowns()), 3);
-    pick.middleRows<3>(static_cast<long>(problem.columnOfAnchor(id))).setIdentity();
+void fillCovariances(JointProblem* problem, const Eigen::MatrixXd& rows, JointSolution* out) {
+  out->covariance = rows.transpose() * problem->covarianceTimes(rows);
+  for (const auto& [id, p_C] : problem->anchors()) {
+    Eigen::MatrixXd pick = Eigen::MatrixXd::Zero(static_cast<long>(problem->unknowns()), 3);
+    pick.middleRows<3>(static_cast<long>(problem->columnOfAnchor(id))).setIdentity();
     JointAnchor anchor;
-    anchor.p_C = p;
-    anchor.covariance = pick.transpose() * problem.covarianceTimes(pick);
+    anchor.p_C = p_C;
+    anchor.covariance = pick.transpose() * problem->covarianceTimes(pick);
     out->anchors[id] = anchor;
   }
 }
@@ -151,7 +151,7 @@ JointSolution solveJointly(const std::vector<JointRobot>& robots,
     }
     out.trajectories.push_back(std::move(trajectory));
   }
-  fillCovariances(problem, rows, &out);
+  fillCovariances(&problem, rows, &out);
   return out;
 }
 

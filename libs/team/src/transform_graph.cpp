@@ -91,33 +91,34 @@ std::vector<TransformLoop> checkLoops(const std::vector<TransformEdge>& edges) {
 
 std::map<std::string, WorldTransform> commonFrame(const std::string& root,
                                                   const std::vector<TransformEdge>& edges) {
-  struct Way {
+  struct Route {
     WorldTransform T;
     Mat4 covariance = Mat4::Zero();
     double length() const { return covariance.bottomRightCorner<3, 3>().trace(); }
   };
-  std::map<std::string, Way> open{{root, Way()}}, done;
+  std::map<std::string, Route> open{{root, Route()}}, done;
   while (!open.empty()) {  // Dijkstra
     auto nearest = open.begin();
     for (auto it = open.begin(); it != open.end(); ++it) {
       if (it->second.length() < nearest->second.length()) nearest = it;
     }
     const std::string here = nearest->first;
-    const Way way = nearest->second;
+    const Route route = nearest->second;
     open.erase(nearest);
-    done[here] = way;
+    done[here] = route;
     for (const std::string& other : robotsOf(edges)) {
       if (done.count(other) > 0) continue;
       const auto edge = edgeBetween(edges, other, here);
       if (!edge) continue;
-      const Way next{way.T * edge->T_to_from,
-                     composedCovariance(way.T, way.covariance, edge->T_to_from, edge->covariance)};
+      const Route next{
+          route.T * edge->T_to_from,
+          composedCovariance(route.T, route.covariance, edge->T_to_from, edge->covariance)};
       const auto known = open.find(other);
       if (known == open.end() || next.length() < known->second.length()) open[other] = next;
     }
   }
   std::map<std::string, WorldTransform> out;
-  for (const auto& [name, way] : done) out[name] = way.T;
+  for (const auto& [name, route] : done) out[name] = route.T;
   return out;
 }
 

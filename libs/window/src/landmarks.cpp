@@ -99,7 +99,7 @@ int triangulateLandmarks(WindowState& w) {
 }
 
 std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
-  std::vector<std::uint64_t> dropped;
+  std::vector<std::uint64_t> removed;
   const Frame* newest = w.frames.back().get();
   const Pose T_B_C = w.T_B_C();
   for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
@@ -125,13 +125,13 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
     }
     const bool impossible = !(l.x[2] > 1e-4 && l.x[2] < 1.0 / 0.05);
     if (impossible || newest_bad || (bad > 0 && l.sights.size() < 2)) {
-      dropped.push_back(it->first);
+      removed.push_back(it->first);
       it = w.landmarks.erase(it);
     } else {
       ++it;
     }
   }
-  return dropped;
+  return removed;
 }
 
 void removeSightsOf(WindowState& w, const Frame* frame) {

@@ -8,10 +8,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 
 #include "bias_model_file.h"
 #include "vir/rawlog/convert.h"
+#include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_time.h"
 
@@ -22,15 +22,6 @@ Pose poseOf(const mrpt::poses::CPose3D& p) {
   const mrpt::poses::CPose3DQuat q(p);
   return {Quat(q.quat().r(), q.quat().x(), q.quat().y(), q.quat().z()).normalized(),
           Vec3(q.x(), q.y(), q.z())};
-}
-
-/// The image as one 8-bit channel; shares the pixels where it is one already.
-cv::Mat grayOf(const mrpt::obs::CObservationImage& image) {
-  const cv::Mat m = image.image.asCvMat<cv::Mat>(mrpt::img::SHALLOW_COPY);
-  if (m.channels() == 1) return m;
-  cv::Mat gray;
-  cv::cvtColor(m, gray, m.channels() == 4 ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
-  return gray;
 }
 
 }  // namespace
@@ -136,7 +127,7 @@ void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
   any_image_ = true;
   cv::Mat gray;
   try {
-    gray = grayOf(o);
+    gray = rawlog::grayOf(o);
   } catch (const std::exception& e) {
     ++images_undecodable_;
     warnOnce("decode", "images that cannot be decoded are skipped; first at " + std::to_string(t) +

@@ -295,7 +295,7 @@ void BagRecording::takeRanges(const MessageView& m, const Stream& s, TimeNs t, T
     }
     Range range;
     range.t = r.stamp.value_or(t);
-    range.anchor = anchors_.numberOf(r.anchor);
+    range.anchor = static_cast<std::uint64_t>(anchors_.numberOfAny(r.anchor));
     range.range_m = r.range_m;
     range.sigma_m = r.sigma_m > 0 ? r.sigma_m : options_.range_sigma_m;
     range.p_B_U = r.antenna.value_or(

@@ -7,12 +7,12 @@
 #include <variant>
 #include <vector>
 
-#include "anchor_names.h"
 #include "bag_options.h"
 #include "camera_setup.h"
 #include "imu_pairing.h"
 #include "problem_log.h"
 #include "topic_choice.h"
+#include "vir/tables/anchor_names.h"
 #include "vir/types/imu_sample.h"
 #include "vir/types/range.h"
 #include "vir/types/state.h"
@@ -48,7 +48,7 @@ class BagRecording {
   const std::vector<Stream>& streams() const { return choice_.streams; }
   const std::vector<CameraSetup>& cameras() const { return cameras_; }
   const CalibrationExtras& extras() const { return extras_; }
-  const AnchorNames& anchors() const { return anchors_; }
+  const tables::AnchorNames& anchors() const { return anchors_; }
 
  private:
   struct Held {
@@ -82,7 +82,7 @@ class BagRecording {
   std::map<std::string, std::vector<int>> by_topic_;
   std::set<std::string> warned_;
   ImuPairing pairing_;
-  AnchorNames anchors_;
+  tables::AnchorNames anchors_;
   std::multimap<std::pair<TimeNs, int>, Held> held_;
   std::size_t held_bytes_ = 0;
   bool ended_ = false;

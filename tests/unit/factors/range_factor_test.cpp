@@ -7,6 +7,7 @@
 #include <string>
 
 #include "vir/factors/front_range_factor.h"
+#include "vir/factors/mutual_range_factor.h"
 #include "vir/factors/node_edge_factor.h"
 #include "vir/factors/node_range_factor.h"
 #include "vir/factors/position_link_factor.h"
@@ -126,6 +127,47 @@ TEST(NodeRangeFactor, AtAndNearTheAnchor) {
     // The pull on the position fades, the pull on the bias does not.
     EXPECT_NEAR(J[0].leftCols(3).norm(), 10 * std::min(1.0, d / kMinDistance), 1e-6) << d;
     EXPECT_NEAR(J[1](0, 3), 10, 1e-12);
+  }
+}
+
+TEST(MutualRangeFactor, ResidualByHand) {
+  // The first as above: antenna at (0, 3, 0.5). The second, not turned and right in scale, at
+  // (1, 0, 4) + (2, 0, 0) + (0, 0, 0.5): (3, 0, 4.5). Distance sqrt(9 + 9 + 16), range 1 m shorter.
+  const double range = std::sqrt(34.0) - 1;
+  const MutualRangeFactor f(plain(range, 0.5), {Vec3(2, 0, 1), Vec3(0, 1, 0)},
+                            {Vec3(2, 0, 0), Vec3(0, 0, 0.5)});
+  const Blocks x = {{1, 2, 0, M_PI / 2, std::log(2.0)}, {1, 0, 4, 0, 0}};
+  EXPECT_NEAR(residualOf(f, x)[0], 2.0, 1e-12);
+}
+
+TEST(MutualRangeFactor, JacobiansEverywhere) {
+  const AntennaAtNode first{Vec3(0.6, -0.3, 0.1), Vec3(0.1, 0.2, -0.15)};
+  const AntennaAtNode second{Vec3(-0.2, 0.5, 0.3), Vec3(0.05, -0.1, 0.2)};
+  const auto at = [](const NamedNode& n, const AntennaAtNode& a) {
+    const Vec3 offset = std::exp(-n.x[4]) * a.motion_O + a.lever_O;
+    return Vec3(Vec3(n.x.data()) + rotZ(n.x[3]) * offset);
+  };
+  for (const NamedNode& a : difficultNodes()) {
+    for (const NamedNode& b : difficultNodes()) {
+      const double expected = (at(a, first) - at(b, second)).norm();
+      if (expected < 2 * kMinDistance) continue;
+      for (double error : rangeErrors()) {
+        const MutualRangeFactor f({expected + error, 0.1, {}}, first, second);
+        vir_test::expectJacobians(f, {a.x, b.x}, a.name + ", " + b.name);
+      }
+    }
+  }
+}
+
+/// One antenna that does not move is an anchor without a bias.
+TEST(MutualRangeFactor, IsTheRangeToAnAnchor) {
+  const Vec3 motion(0.6, -0.3, 0.1), lever(0.1, 0.2, -0.15);
+  for (const NamedNode& n : difficultNodes()) {
+    const MutualRangeFactor mutual({4, 0.1, {}}, {motion, lever}, {});
+    const NodeRangeFactor anchor({4, 0.1, {}}, motion, lever);
+    EXPECT_EQ(residualOf(mutual, {n.x, {1, 2, 3, 0.4, 0}})[0],
+              residualOf(anchor, {n.x, {1, 2, 3, 0}})[0])
+        << n.name;
   }
 }
 

@@ -25,5 +25,15 @@ TEST(AnchorNames, NumbersStayAndNamesGetOne) {
   for (const char* bad : {"", "nan", "inf", "a b", "x;y", "3.5"}) EXPECT_EQ(of(bad), -999) << bad;
 }
 
+TEST(AnchorNames, WhateverAMessageCallsAnAnchor) {
+  AnchorNames names;
+  EXPECT_EQ(names.numberOfAny("7"), 7);
+  EXPECT_EQ(names.numberOfAny("0x84"), 0x84);
+  EXPECT_EQ(names.numberOfAny("/uwb/range"), 1000000);
+  EXPECT_EQ(names.numberOfAny("-3"), 1000001);
+  EXPECT_EQ(names.numberOfAny(""), 1000002);
+  EXPECT_EQ(names.numberOfAny("/uwb/range"), 1000000);
+}
+
 }  // namespace
 }  // namespace vir::tables

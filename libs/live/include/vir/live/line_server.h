@@ -21,7 +21,7 @@ class LineServer {
   int port() const { return port_; }
   std::size_t clients() const;
   /// Connections closed because the client did not read.
-  long dropped() const;
+  long clientsCutOff() const;
 
  private:
   void acceptWaiting();
@@ -30,7 +30,7 @@ class LineServer {
   mutable std::mutex mutex_;
   int listening_ = -1, port_ = 0;
   std::map<int, std::string> clients_;  // what each has yet to be sent
-  long dropped_ = 0;
+  long cut_off_ = 0;
 };
 
 }  // namespace vir::live

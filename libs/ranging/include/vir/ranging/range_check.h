@@ -44,8 +44,8 @@ class RangeCheck {
     int equal = 0;
     RangeCheckCounters counters;
   };
-  RangeDecision judge(State* state, TimeNs t, double range_m);
-  RangeDecision judgeTime(State* state, TimeNs t);
+  RangeDecision decide(State* state, TimeNs t, double range_m);
+  RangeDecision decideTime(State* state, TimeNs t);
 
   RangeCheckOptions options_;
   std::map<int, State> anchors_;

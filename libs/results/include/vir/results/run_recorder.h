@@ -69,7 +69,7 @@ struct RunSummary {
 };
 
 /// Adds the doubts that only a whole run can raise, and fills in the verdict.
-void judge(RunSummary* summary);
+void fillVerdict(RunSummary* summary);
 
 /// summary.json.
 std::string toJson(const RunSummary& summary);

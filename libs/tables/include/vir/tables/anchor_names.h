@@ -14,10 +14,14 @@ class AnchorNames {
   /// False for what is no name: empty, longer than 64 characters, not of letters, digits and
   /// `_-:.`.
   bool numberOf(std::string_view name, std::int32_t* number);
+  /// As above, of whatever text a message calls an anchor; never negative.
+  std::int32_t numberOfAny(std::string_view name);
   /// What got a number of its own.
   const std::map<std::string, std::int32_t>& mapped() const { return mapped_; }
 
  private:
+  std::int32_t ownNumber(std::string_view name);
+
   std::map<std::string, std::int32_t> mapped_;
 };
 

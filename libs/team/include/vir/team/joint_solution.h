@@ -69,8 +69,8 @@ struct JointSolution {
   Eigen::Matrix4d covarianceBetween(std::size_t to, std::size_t from) const;
 };
 
-/// The first robot's world is the common one (its first pose stays). Levenberg-Marquardt on a
-/// sparse system; deterministic. Bad ranges (not finite, not positive) are left out.
+/// The first robot's world is the common one (its first pose stays). Deterministic. Bad ranges (not
+/// finite, not positive) are left out.
 JointSolution solveJointly(const std::vector<JointRobot>& robots,
                            const std::vector<JointMutualRange>& mutual,
                            const JointOptions& options);
