@@ -12,6 +12,7 @@ struct EurocOptions {
   std::string source;           ///< folder with `mav0`, or `mav0` itself; [csv]: any folder
   std::string topics;           ///< [csv] only: ROLE=FILE, with blanks between
   std::string camera = "cam0";  ///< folder below mav0, or "none"
+  bool other_cameras = true;    ///< CAM1, ... too
   std::string calibration;      ///< file; empty: the sensor.yaml files of the recording
   std::string images = "link";  ///< link, copy or embed
   bool read_gt = true;

@@ -66,7 +66,11 @@ void Recording::openCalibration(const EurocOptions& o) {
                ": T_BS is not the identity; body is the IMU here, so camera, antenna and ground "
                "truth were moved to the IMU's frame");
   }
-  for (CameraFiles& files : folder_.cameras) {
+  for (const CameraFiles& files : folder_.cameras) {
+    if (!cameras_.empty() && !o.other_cameras) {
+      log_->note(files.dir + ": not read (other_cameras = false)");
+      continue;
+    }
     CameraStream camera;
     camera.files = files;
     camera.label = cameras_.empty() ? "CAM0" : labelOf(files.name, "CAM");
