@@ -25,6 +25,8 @@ class Definitions {
     std::shared_ptr<const std::string> text;
     std::shared_ptr<const bags::Definition> definition;
     std::string problem;
+    /// Anchor and distance by the names of fields, of a type that is not known; else empty.
+    std::vector<std::string> range_guess;
   };
   std::map<std::tuple<const std::string*, std::string, int>, Entry> known_;
 };
