@@ -25,8 +25,6 @@ class Definitions {
     std::shared_ptr<const std::string> text;
     std::shared_ptr<const bags::Definition> definition;
     std::string problem;
-    /// Anchor and distance by the names of fields, of a type that is not known; else empty.
-    std::vector<std::string> range_guess;
   };
   std::map<std::tuple<const std::string*, std::string, int>, Entry> known_;
 };
@@ -41,6 +39,8 @@ struct CameraInfo {
 
 struct TopicInfo {
   std::string topic, type;
+  /// Anchor and distance by the names of fields, of a type that is not known; else empty.
+  std::vector<std::string> range_guess;
   long count = 0;
   TimeNs first = 0, last = 0;  ///< received
   std::string frame;           ///< of the first message that has one
