@@ -95,6 +95,21 @@ TEST_F(EvaluateCli, TableJsonAndPlots) {
   EXPECT_EQ(content("o.png").compare(1, 3, "PNG"), 0);
 }
 
+TEST_F(EvaluateCli, SeveralReferences) {
+  const Outcome o = call("--reference " + path("ref.tum") + " --reference " + path("est.tum") +
+                         " " + path("est.tum") + " --json " + path("o.json"));
+  EXPECT_EQ(o.code, 0) << o.text;
+  EXPECT_NE(o.text.find("ref.tum\n"), std::string::npos) << o.text;
+  EXPECT_NE(o.text.find("est.tum\n"), std::string::npos) << o.text;
+  const auto json = nlohmann::json::parse(content("o.json"));
+  ASSERT_EQ(json["references"].size(), 2u);
+  const auto rmse = [&](int i) {
+    return json["references"][i]["estimates"][0]["ate_position_m"]["rmse"].get<double>();
+  };
+  EXPECT_NEAR(rmse(0), 0.0707, 0.003);
+  EXPECT_LT(rmse(1), 1e-9);
+}
+
 TEST_F(EvaluateCli, ImagesCovered) {
   write("data.csv", "#timestamp [ns],filename\r\n999000000000,a.png\r\n1001000000000,b.png\r\n");
   const Outcome o = call("--reference " + path("ref.tum") + " " + path("est.tum") + " --images " +

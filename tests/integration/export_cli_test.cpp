@@ -2,8 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 
 #include "vir/rawlog/rawlog_reader.h"
+#include "vir_test_paths.h"
 #include "vir_test_rawlog.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
@@ -111,6 +114,60 @@ TEST_F(ExportCli, EurocDoesNotOverwrite) {
   const Outcome again = exportAs("euroc");
   EXPECT_EQ(again.code, 1);
   EXPECT_TRUE(test::contains(again.text, "exists already")) << again.text;
+}
+
+TEST_F(ExportCli, McapComesBackThroughImport) {
+  const Outcome out = exportAs("mcap");
+  ASSERT_EQ(out.code, 0) << out.text;
+  const Outcome back =
+      virSlam("import " + quoted(path("mcap")) + " --out " + quoted(path("b.rawlog")));
+  ASSERT_EQ(back.code, 0) << back.text;
+  const auto before = readAll(path("a.rawlog"));
+  const auto after = readAll(path("b.rawlog"));
+  ASSERT_EQ(before.size(), after.size()) << back.text;
+  for (std::size_t i = 0; i < before.size(); ++i) expectSame(*before[i], *after[i]);
+}
+
+TEST_F(ExportCli, TheAuthorsOfMcapReadOurs) {
+  if (std::system("node -e 'require(\"@mcap/core\")' >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "node with @mcap/core is not here (npm install @mcap/core, NODE_PATH)";
+  }
+  ASSERT_EQ(exportAs("mcap").code, 0);
+  const std::string command = "node " +
+                              quoted(test::sourceDir() + "/tests/fixtures/bags/read_mcap.cjs") +
+                              " " + quoted(path("mcap")) + " > " + quoted(path("log")) + " 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  const std::string text = test::readText(path("log"));
+  for (const char* line :
+       {"/imu0 sensor_msgs/msg/Imu 40", "/cam0/image_raw sensor_msgs/msg/Image 4",
+        "/cam0/camera_info sensor_msgs/msg/CameraInfo 4", "/gt geometry_msgs/msg/PoseStamped 4",
+        "/uwb0 vir_slam/msg/Range 4", "/tf_static tf2_msgs/msg/TFMessage 1", "total 57"}) {
+    EXPECT_TRUE(test::contains(text, line)) << line << "\n" << text;
+  }
+}
+
+TEST_F(ExportCli, ARunAsMcap) {
+  const std::string run = path("run");
+  std::filesystem::create_directories(run);
+  test::writeText(run + "/trajectory.tum",
+                  "1700000000.0 1 2 3 0 0 0 1\n1700000000.1 2 2 3 0 0 0 1\n");
+  test::writeText(run + "/anchors.csv",
+                  "id,x,y,z,cov_xx,cov_xy,cov_xz,cov_yx,cov_yy,cov_yz,cov_zx,cov_zy,cov_zz,state\n"
+                  "7,1,2,3,0.01,0,0,0,0.04,0,0,0,0.09,Located\n");
+  test::writeText(run + "/landmarks.ply",
+                  "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+                  "property float z\nend_header\n1 2 3\n4 5 6\n");
+  const Outcome out =
+      virSlam("export " + quoted(run) + " --format mcap --out " + quoted(path("r")));
+  ASSERT_EQ(out.code, 0) << out.text;
+  const Outcome list = virSlam("import " + quoted(path("r")) + " --list");
+  EXPECT_EQ(list.code, 0) << list.text;
+  for (const char* part : {"nav_msgs/Odometry", "visualization_msgs/MarkerArray",
+                           "sensor_msgs/PointCloud2", "tf2_msgs/TFMessage"}) {
+    EXPECT_TRUE(test::contains(list.text, part)) << list.text;
+  }
+  EXPECT_FALSE(test::contains(list.text, "problem")) << list.text;
+  EXPECT_EQ(virSlam("export " + quoted(run) + " --format tum --out " + quoted(path("t"))).code, 2);
 }
 
 TEST_F(ExportCli, Tum) {

@@ -30,8 +30,9 @@ struct Arguments {
   std::vector<std::string> set;
 };
 
-/// Densities of the ini beside a rawlog, else the estimator's own.
-imu::ImuNoise noiseOf(const std::string& rawlog, const GivenCalibration& calibration) {
+/// Densities of the ini beside a rawlog, else the estimator's own; and the camera's time offset.
+void setGiven(const std::string& rawlog, const GivenCalibration& calibration,
+              RecordingCheck* recording) {
   Settings settings;
   for (const std::string& assignment : calibration.assignments()) settings.set(assignment);
   const std::string companion = companionOf(rawlog);
@@ -39,7 +40,12 @@ imu::ImuNoise noiseOf(const std::string& rawlog, const GivenCalibration& calibra
   imu::ImuNoise noise;
   SettingsReader reader(settings);
   imu::describe(reader, noise);
-  return noise;
+  recording->setNoise(noise);
+  double offset = 0;
+  const Setting* setting = settings.find("Camera", "time_offset_s");
+  if (setting != nullptr && std::sscanf(setting->value.c_str(), "%lf", &offset) == 1) {
+    recording->setTimeOffset(offset);
+  }
 }
 
 void printStreams(const std::vector<check::StreamSummary>& streams) {
@@ -99,7 +105,7 @@ void run(const Arguments& a, Common& common) {
   for (const std::string& line : calibration.said()) std::printf("%s\n", line.c_str());
   loadPlugins(common);
   RecordingCheck recording(RecordingCheck::Depth::full);
-  recording.setNoise(noiseOf(a.source, calibration));
+  setGiven(a.source, calibration, &recording);
   const bool rawlog = isRawlog(a.source);
   ProgressBar bar;
   const std::vector<std::string> problems =

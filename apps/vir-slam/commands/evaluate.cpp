@@ -1,5 +1,6 @@
 /// vir-slam evaluate: estimates against a reference as a table, JSON and a plot.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -21,11 +22,12 @@ constexpr const char* kExamples =
     "  vir-slam evaluate --reference groundtruth.tum results/latest/trajectory.tum\n"
     "  vir-slam evaluate --reference mav0/state_groundtruth_estimate0/data.csv a.tum b.tum \\\n"
     "      --align se3 --json comparison.json --plot comparison.svg\n"
+    "  vir-slam evaluate --reference vicon.csv --reference leica.txt trajectory.tum\n"
     "Trajectories are TUM files (t x y z qx qy qz qw, seconds), EuRoC ground truth (csv, ns), or\n"
     "tables with a header that names their columns; positions alone will do for a reference.";
 
 struct Arguments {
-  std::string reference;
+  std::vector<std::string> references;
   std::vector<std::string> estimates;
   std::string align = "posyaw";
   double max_gap_s = 0.1;
@@ -80,25 +82,18 @@ std::vector<Evaluated> evaluateAll(const Arguments& args,
   return all;
 }
 
-int run(const Arguments& args) {
-  evaluation::EvaluationOptions options;
-  evaluation::parseAlignment(args.align, &options.alignment);
-  if (!args.plot.empty()) requirePicture("--plot", args.plot);
-  if (!std::isfinite(args.max_gap_s)) throw UsageError("--max-gap-s must be a finite number");
-  options.association.max_gap = fromSeconds(args.max_gap_s);
+/// One table; its numbers go to `json`. Returns the exit code.
+int compareWith(const std::string& reference_file, const Arguments& args,
+                evaluation::EvaluationOptions options, const std::vector<TimeNs>& images,
+                const std::string& plot, nlohmann::json* json) {
   evaluation::ReadReport read;
-  const Trajectory reference = readTrajectoryFile(args.reference, "reference trajectory", &read);
+  const Trajectory reference = readTrajectoryFile(reference_file, "reference trajectory", &read);
   options.positions_only = read.positions_only;
-  std::vector<TimeNs> images;
-  if (!args.images.empty()) images = readImageStamps(args.images);
   const std::vector<Evaluated> all = evaluateAll(args, options, reference, images);
-
   const std::string how = evaluation::describeComparison(options);
-  std::fputs(evaluationTable("Reference " + args.reference + "\n" + how, all).c_str(), stdout);
-  if (!args.json.empty()) {
-    results::writeTextFile(args.json, jsonText(evaluationJson(args.reference, options, all)));
-  }
-  if (!args.plot.empty()) writePlot(args.plot, reference, all, how);
+  std::fputs(evaluationTable("Reference " + reference_file + "\n" + how, all).c_str(), stdout);
+  *json = evaluationJson(reference_file, options, all);
+  if (!plot.empty()) writePlot(plot, reference, all, how);
   int code = kOk;
   for (const Evaluated& e : all) {
     if (e.error.empty()) continue;
@@ -108,12 +103,39 @@ int run(const Arguments& args) {
   return code;
 }
 
+int run(const Arguments& args) {
+  evaluation::EvaluationOptions options;
+  evaluation::parseAlignment(args.align, &options.alignment);
+  if (!args.plot.empty()) requirePicture("--plot", args.plot);
+  if (!std::isfinite(args.max_gap_s)) throw UsageError("--max-gap-s must be a finite number");
+  options.association.max_gap = fromSeconds(args.max_gap_s);
+  std::vector<TimeNs> images;
+  if (!args.images.empty()) images = readImageStamps(args.images);
+  int code = kOk;
+  nlohmann::json json, of_one;
+  for (const std::string& reference : args.references) {
+    const bool first = reference == args.references.front();
+    if (!first) std::printf("\n");
+    code = std::max(code,
+                    compareWith(reference, args, options, images, first ? args.plot : "", &of_one));
+    json["references"].push_back(of_one);
+  }
+  // One reference has the file for itself.
+  if (args.references.size() == 1) json = of_one;
+  if (!args.json.empty()) results::writeTextFile(args.json, jsonText(json));
+  return code;
+}
+
 }  // namespace
 
 void addEvaluate(CLI::App& app, Common& common) {
   const auto args = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("evaluate", kExamples);
-  command->add_option("--reference", args->reference, "The trajectory to compare with")->required();
+  command
+      ->add_option("--reference", args->references,
+                   "The trajectory to compare with; given several times, one table for each")
+      ->required()
+      ->allow_extra_args(false);
   command->add_option("EST", args->estimates, "Estimated trajectories")->required();
   command
       ->add_option("--align", args->align,

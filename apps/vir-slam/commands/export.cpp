@@ -1,6 +1,7 @@
-/// vir-slam export FILE.rawlog --format euroc|tum|csv --out DIR
+/// vir-slam export FILE.rawlog|RUN_DIR --format euroc|tum|csv|mcap --out DIR|FILE
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <memory>
 
@@ -19,8 +20,11 @@ constexpr const char* kHelp =
 Examples:
   vir-slam export mh01.rawlog --format euroc --out mh01_folder
   vir-slam export mh01.rawlog --format tum --out mh01_poses
+  vir-slam export mh01.rawlog --format mcap --out mh01.mcap
+  vir-slam export results/latest --format mcap --out run.mcap
 Formats: euroc = folder mav0 with images, IMU, ranges, ground truth; tum = one trajectory per label
-of poses; csv = one table per label (images as a list).)";
+of poses; csv = one table per label (images as a list); mcap = one file with standard messages of
+ROS 2, for Foxglove and Rerun: a recording, or trajectory, anchors and landmarks of a run's folder.)";
 
 struct Arguments {
   std::string rawlog, format, out;
@@ -29,6 +33,7 @@ struct Arguments {
 std::unique_ptr<Exporter> makeExporter(const Arguments& a) {
   if (a.format == "tum") return makeTumExporter(a.out);
   if (a.format == "csv") return makeCsvExporter(a.out);
+  if (a.format == "mcap") return makeMcapExporter(a.out);
   return makeEurocExporter(a.out, companionOf(a.rawlog));
 }
 
@@ -79,12 +84,24 @@ bool convert(const Arguments& a) {
 void addExport(CLI::App& app, Common& common) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("export", kHelp);
-  command->add_option("FILE.rawlog", arguments->rawlog, "Recording")->required();
-  command->add_option("--format", arguments->format, "euroc, tum or csv")
+  command
+      ->add_option("FILE.rawlog", arguments->rawlog,
+                   "Recording; with mcap also the folder of a run")
+      ->required();
+  command->add_option("--format", arguments->format, "euroc, tum, csv or mcap")
       ->required()
-      ->check(CLI::IsMember({"euroc", "tum", "csv"}));
-  command->add_option("--out", arguments->out, "Folder")->required();
+      ->check(CLI::IsMember({"euroc", "tum", "csv", "mcap"}));
+  command->add_option("--out", arguments->out, "Folder, or the .mcap file")->required();
   command->callback([arguments, &common] {
+    if (std::filesystem::is_directory(arguments->rawlog)) {
+      if (arguments->format != "mcap") {
+        throw UsageError(arguments->rawlog + " is a folder; runs are exported with --format mcap");
+      }
+      requireFile(arguments->rawlog + "/trajectory.tum", "trajectory");
+      exportRunToMcap(arguments->rawlog, arguments->out);
+      std::printf("Written to %s\n", arguments->out.c_str());
+      return;
+    }
     requireFile(arguments->rawlog, "rawlog");
     catchInterrupt();
     if (!convert(*arguments)) common.exit_code = kRunFailed;

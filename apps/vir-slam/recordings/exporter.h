@@ -31,6 +31,11 @@ std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder);
 std::unique_ptr<Exporter> makeEurocExporter(const std::string& folder,
                                             const std::string& companion);
 
+/// One MCAP file with standard messages of ROS 2, which `import rosbag2` reads back.
+std::unique_ptr<Exporter> makeMcapExporter(const std::string& file);
+/// Trajectories, anchors and landmarks of a run's folder, likewise.
+void exportRunToMcap(const std::string& run_folder, const std::string& file);
+
 /// Text files by name, created when first written to.
 class FileSet {
  public:

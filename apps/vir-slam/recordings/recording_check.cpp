@@ -164,7 +164,7 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     return f.kind == "imu_columns_swapped";
   });
   if (turning_ && first != nullptr && first->turning && stamps && gyro) {
-    take(turning_->findings(first->R_B_C, 0));
+    take(turning_->findings(first->R_B_C, time_offset_s_));
   }
   std::stable_sort(out.begin(), out.end(), [](const check::Finding& a, const check::Finding& b) {
     return a.severity > b.severity;

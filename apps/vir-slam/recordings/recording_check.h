@@ -32,6 +32,8 @@ class RecordingCheck {
 
   /// Densities that an estimator would use.
   void setNoise(const imu::ImuNoise& noise) { noise_ = noise; }
+  /// Stamp of an image of the first camera + this = its time on the IMU's clock [s], as given.
+  void setTimeOffset(double time_offset_s) { time_offset_s_ = time_offset_s; }
   /// Loads an external image if need be (full), and lets go of it again.
   void add(const mrpt::obs::CObservation& observation);
 
@@ -46,6 +48,7 @@ class RecordingCheck {
 
   Depth depth_;
   std::optional<imu::ImuNoise> noise_;
+  double time_offset_s_ = 0;
   std::map<std::string, check::StreamCheck> streams_;
   std::map<std::string, check::ImuCheck> imus_;
   std::map<std::string, check::RangeCheck> ranges_;

@@ -6,6 +6,7 @@
 #include "bag_folder.h"
 #include "mcap_reader.h"
 #include "ros1_reader.h"
+#include "split_bag.h"
 #include "sqlite_reader.h"
 
 namespace vir::bags {
@@ -29,7 +30,8 @@ BagKind kindOf(std::string_view head) {
 BagKind bagKindOf(const std::string& path) {
   std::error_code ec;
   if (std::filesystem::is_directory(path, ec)) {
-    return isBagFolder(path) ? BagKind::folder : BagKind::none;
+    if (isBagFolder(path)) return BagKind::folder;
+    return isSplitBag(path) ? BagKind::ros1_folder : BagKind::none;
   }
   char head[16] = {};
   std::ifstream file(path, std::ios::binary);
@@ -53,6 +55,7 @@ std::unique_ptr<BagReader> openBag(ByteView bytes, const std::string& name) {
 std::unique_ptr<BagReader> openBag(const std::string& path) {
   const BagKind kind = bagKindOf(path);
   if (kind == BagKind::folder) return openFolder(path);
+  if (kind == BagKind::ros1_folder) return openSplitBag(path);
   if (kind != BagKind::none && packed(path)) return openPacked(path);
   if (kind == BagKind::ros1) return openRos1(InputFile(path));
   if (kind == BagKind::mcap) return openMcap(InputFile(path));

@@ -7,6 +7,7 @@
 
 #include "text.h"
 #include "vir/core/order_statistics.h"
+#include "vir/initialization/image_turn.h"
 
 namespace vir::check {
 namespace {
@@ -16,6 +17,11 @@ constexpr std::size_t kFewest = 30;  // pairs that turn, to say anything
 constexpr double kTurning = 0.08;    // [rad/s] by images, to count as turning
 constexpr std::size_t kMostPairs = 20000;
 constexpr double kWrongAngle = 15;  // [deg] between rotation found and given
+constexpr std::size_t kMostReadings = 400'000;
+constexpr double kReachS = 0.2;  // offsets of the clocks looked for, to both sides
+constexpr double kTurnS = 0.09;  // over less than this, noise makes turns of steps aside
+constexpr double kLongestTurnS = 0.3;
+constexpr double kOffsetS = 0.004;  // that no estimate of a window needs to be told
 constexpr double kFits = 0.45;      // rest of the rate that a rotation leaves, as a share
 
 /// Rotation (or mirror) from the gyro's axes to the camera's that explains the pairs best.
@@ -88,11 +94,24 @@ std::string axesNamed(const Mat3& M) {
 void TurningCheck::add(const ImuSample& sample) {
   if (!sample.gyro.allFinite() || (!readings_.empty() && sample.t <= readings_.back().t)) return;
   readings_.push_back(sample);
+  keepBeside(sample);
   pairUp();
+}
+
+void TurningCheck::keepBeside(const ImuSample& sample) {
+  const bool more = turns_.empty() || toSeconds(sample.t - turns_.back().t1) < 2 * kReachS;
+  if (!more || beside_.size() >= kMostReadings) return;
+  beside_.push_back(sample);
+  if (!turns_.empty() || beside_.size() < 2000) return;
+  // No image yet: only the last second is of use.
+  const auto old = std::find_if(beside_.begin(), beside_.end(),
+                                [&](const ImuSample& s) { return toSeconds(sample.t - s.t) < 1; });
+  beside_.erase(beside_.begin(), old);
 }
 
 void TurningCheck::add(const ImageTurn& turn) {
   waiting_.push_back(turn);
+  if (turns_.size() < kMostPairs) turns_.push_back(turn);
   pairUp();
 }
 
@@ -120,7 +139,59 @@ void TurningCheck::pairUp() {
   while (waiting_.empty() && readings_.size() > 4000) readings_.pop_front();
 }
 
-std::vector<Finding> TurningCheck::findings(const Mat3& R_B_C, double /*time_offset_s*/) const {
+namespace {
+
+/// At which offset of the stamps of images gyro and images agree best.
+initialization::TurnCorrelation correlate(const std::vector<ImageTurn>& turns_seen,
+                                          const std::vector<ImuSample>& samples,
+                                          const Mat3& R_B_C) {
+  std::vector<initialization::ImageTurn> turns;
+  for (std::size_t i = 0; i < turns_seen.size(); ++i) {
+    // Put together from images that follow each other.
+    Mat3 R = Mat3::Identity();
+    std::size_t k = i;
+    for (;; ++k) {
+      R = R * expSO3(turns_seen[k].rotation_C);
+      const bool linked = k + 1 < turns_seen.size() && turns_seen[k + 1].t0 == turns_seen[k].t1;
+      if (toSeconds(turns_seen[k].t1 - turns_seen[i].t0) >= kTurnS || !linked) break;
+    }
+    const double span = toSeconds(turns_seen[k].t1 - turns_seen[i].t0);
+    if (span < kTurnS || span > kLongestTurnS) continue;
+    initialization::ImageTurn turn;
+    turn.t0 = turns_seen[i].t0;
+    turn.t1 = turns_seen[k].t1;
+    turn.rate_C = logSO3(R) / span;
+    // All alike; the correlation finds out how good they are.
+    turn.information = Mat3::Identity() / (0.02 * 0.02);
+    turns.push_back(turn);
+  }
+  imu::ImuBuffer readings;
+  for (const ImuSample& s : samples) readings.add(s);
+  return initialization::correlateTurns(turns, readings, Quat(R_B_C), {kReachS, 0.004});
+}
+
+std::vector<Finding> offsetFindings(const initialization::TurnCorrelation& found, double given_s,
+                                    const std::string& camera_label) {
+  if (!found.ok) return {};
+  const double apart = found.offset_s - given_s;
+  const std::string by = num(1e3 * std::abs(apart)) + " ms";
+  const std::string evidence =
+      "gyro and turning of the images agree best with " + num(1e3 * found.offset_s) + " +- " +
+      num(1e3 * found.sigma_s, 2) + " ms added to the stamps of the images (" +
+      std::to_string(found.turns) + " turns); given " + num(1e3 * given_s) + " ms";
+  if (std::abs(apart) < kOffsetS || std::abs(apart) < 4 * found.sigma_s) {
+    return {{Severity::note, "time_offset", camera_label, "its clock against the gyro's as found",
+             evidence, ""}};
+  }
+  return {{Severity::doubtful, "time_offset", camera_label,
+           std::string("its images are stamped ") + by + (apart < 0 ? " late" : " early"), evidence,
+           "give it: timeshift_cam_imu in the calibration, or --set Camera.time_offset_s=" +
+               num(found.offset_s) + "; `calibrate = online` finds the rest"}};
+}
+
+}  // namespace
+
+std::vector<Finding> TurningCheck::findings(const Mat3& R_B_C, double time_offset_s) const {
   std::vector<Finding> out;
   std::vector<TurnPair> turning = thatTurn(pairs_);
   if (turning.size() < kFewest) {
@@ -147,6 +218,13 @@ std::vector<Finding> TurningCheck::findings(const Mat3& R_B_C, double /*time_off
     out.push_back({Severity::doubtful, "gyro_scale", imu_label_,
                    "gyro and images disagree on how fast it turns", rates,
                    "check the camera's focal length and the gyro's scale"});
+  }
+  if (ratio < 2) {
+    const auto offset =
+        offsetFindings(correlate(turns_, beside_, R_B_C), time_offset_s, camera_label_);
+    out.insert(out.end(), offset.begin(), offset.end());
+    // What is explained by an offset is not a wrong rotation.
+    if (!offset.empty() && offset[0].severity == Severity::doubtful) return out;
   }
   const AxesFit fit = fitAxes(turning);
   const double given = restOf(turning, R_B_C.transpose());

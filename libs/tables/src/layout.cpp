@@ -70,12 +70,17 @@ char separatorOf(std::string_view line) {
 }
 
 std::string plainName(std::string_view name) {
-  name = trim(name.substr(0, name.find_first_of("[(")));
+  const std::size_t open = name.find_first_of("[(");
+  const bool place = open != name.npos && open + 2 < name.size() && isDigit(name[open + 1]) &&
+                     (name[open + 2] == ']' || name[open + 2] == ')');
+  const std::string last = place ? std::string("_") + name[open + 1] : "";
+  name = trim(name.substr(0, open));
   std::string out;
   for (const char c : name) {
     const auto u = static_cast<unsigned char>(c);
     out += std::isalnum(u) != 0 ? static_cast<char>(std::tolower(u)) : '_';
   }
+  out += last;
   return out;
 }
 

@@ -1,6 +1,8 @@
 /// What columns are called, and where they are when nothing is said.
 #include <algorithm>
+#include <cctype>
 #include <charconv>
+#include <cmath>
 
 #include "vir/tables/layout.h"
 
@@ -16,18 +18,77 @@ const std::vector<std::string>& stampNames() {
   return names;
 }
 
+/// A name without what exports put in front and units behind: `field_angular_velocity_x`,
+/// `imu_ax`, `gyro_x_rad_s`, `acc_x_g`.
+std::string bare(std::string name) {
+  for (const char* front : {"field_", "imu0_", "imu_", "msg_", "data_", "sensor_"}) {
+    const std::string f(front);
+    if (name.size() > f.size() + 1 && name.compare(0, f.size(), f) == 0) name.erase(0, f.size());
+  }
+  for (const char* back : {"_rad_s", "_radps", "_rads", "_rps", "_deg_s", "_degps", "_dps", "_m_s2",
+                           "_mps2", "_ms2", "_m_s_2", "_mg", "_g", "_m", "_mm"}) {
+    const std::string b(back);
+    if (name.size() > b.size() + 1 && name.compare(name.size() - b.size(), b.size(), b) == 0) {
+      name.resize(name.size() - b.size());
+      break;
+    }
+  }
+  return name;
+}
+
 /// Every head with each of the axes: `gyro_` gives gyro_x, gyro_y, gyro_z.
 bool findAxes(const Layout& layout, const std::vector<std::string>& heads,
               const std::vector<std::string>& axes, int* out) {
+  std::vector<std::string> names;
+  for (const std::string& name : layout.names) names.push_back(bare(name));
   for (const std::string& head : heads) {
     std::vector<int> found;
-    for (const std::string& axis : axes) found.push_back(layout.find({head + axis}));
+    for (const std::string& axis : axes) {
+      auto at = std::find(layout.names.begin(), layout.names.end(), head + axis);
+      auto i = at - layout.names.begin();
+      if (at == layout.names.end()) {
+        i = std::find(names.begin(), names.end(), head + axis) - names.begin();
+      }
+      found.push_back(i < static_cast<std::ptrdiff_t>(names.size()) ? static_cast<int>(i) : -1);
+    }
     if (std::all_of(found.begin(), found.end(), [](int i) { return i >= 0; })) {
       std::copy(found.begin(), found.end(), out);
       return true;
     }
   }
   return false;
+}
+
+/// The unit in brackets, or behind the name after an underline; in lower case, without blanks.
+std::string unitText(const Layout& layout, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  if (i >= layout.names.size()) return {};
+  std::string out;
+  for (const char c : layout.units[i]) {
+    if (c != ' ') out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  if (!out.empty()) return out;
+  const std::string& name = layout.names[i];
+  const std::string short_name = bare(name);
+  const std::size_t at = name.rfind(short_name);
+  if (at == std::string::npos || at + short_name.size() + 1 >= name.size()) return {};
+  return name.substr(at + short_name.size() + 1);
+}
+
+double angularUnit(const Layout& layout, int column) {
+  const std::string unit = unitText(layout, column);
+  const bool degrees = unit.rfind("deg", 0) == 0 || unit.rfind("\xC2\xB0", 0) == 0 || unit == "dps";
+  return degrees ? 3.14159265358979323846 / 180 : 1.0;
+}
+
+/// Headers are copied, numbers are converted: g only where gravity is about 1.
+double forceUnit(const Layout& layout, const int columns[3]) {
+  constexpr double kGravity = 9.80665;
+  const std::string unit = unitText(layout, columns[0]);
+  const double size = medianNorm(layout, columns);
+  if (unit == "g" && size < 5) return kGravity;
+  if (unit == "mg" && size > 50) return kGravity / 1000;
+  return 1.0;
 }
 
 bool wholeNumber(const std::string& text, long* value) {
@@ -114,6 +175,7 @@ PoseColumns poseColumns(const Layout& layout) {
                                                   "quaternion_",
                                                   "quat"};
   if (findAxes(layout, positions, {"x", "y", "z"}, out.p)) {
+    out.named = true;
     findAxes(layout, attitudes, {"x", "y", "z", "w"}, out.q);
     return out;
   }
@@ -128,51 +190,189 @@ PoseColumns poseColumns(const Layout& layout) {
 RangeColumns rangeColumns(const Layout& layout) {
   RangeColumns out;
   out.stamp = stampColumn(layout);
-  const int anchor =
-      layout.find({"anchor_id", "anchor", "id", "anchorid", "responder_id", "responder", "to_id",
-                   "node_id", "tag_id", "dest_id", "source_id", "beacon_id"});
-  const int range = layout.find({"range", "distance", "dist", "range_m", "distance_m", "r", "d"});
-  const bool named = anchor >= 0 && range >= 0;
-  out.anchor = named ? anchor : out.stamp + 1;
-  out.range = named ? range : out.stamp + 2;
+  const int anchor = layout.find({"anchor_id",    "anchor",    "id",      "anchorid", "anchor_name",
+                                  "responder_id", "responder", "to_id",   "node_id",  "tag_id",
+                                  "dest_id",      "source_id", "dest",    "node",     "beacon_id",
+                                  "beacon",       "device",    "address", "addr",     "anc_id"});
+  const int range = layout.find(
+      {"range",  "distance", "dist",    "range_m",     "distance_m",   "r",           "d",
+       "dist_m", "range_mm", "dist_mm", "distance_mm", "range_cm",     "distance_cm", "measurement",
+       "tof_m",  "meas",     "value",   "range_meas",  "distance_est", "range_raw"});
+  out.named = anchor >= 0 && range >= 0;
+  out.anchor = out.named ? anchor : out.stamp + 1;
+  out.range = out.named ? range : out.stamp + 2;
   out.antenna = layout.find({"antenna", "antenna_id", "ant", "rx_antenna"});
+  const auto i = static_cast<std::size_t>(out.range);
+  if (out.named) {
+    const std::string& name = layout.names[i];
+    const auto ends = [&](const std::string& end) {
+      return name.size() > end.size() &&
+             name.compare(name.size() - end.size(), end.size(), end) == 0;
+    };
+    if (layout.units[i] == "mm" || ends("_mm")) out.unit_m = 0.001;
+    if (layout.units[i] == "cm" || ends("_cm")) out.unit_m = 0.01;
+  }
   return out;
 }
+
+namespace {
+
+bool endsAsImage(const std::string& text) {
+  const std::size_t point = text.rfind('.');
+  if (point == std::string::npos) return false;
+  std::string ending = text.substr(point + 1);
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* known : {"png", "jpg", "jpeg", "tif", "tiff", "bmp", "pgm", "ppm", "webp"}) {
+    if (ending == known) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 ImageColumns imageColumns(const Layout& layout) {
   ImageColumns out;
   out.stamp = stampColumn(layout);
-  const int named = layout.find({"filename", "file", "file_name", "image", "path", "name"});
-  out.file = named >= 0 ? named : out.stamp + 1;
+  const int named = layout.find({"filename", "file", "file_name", "image", "path", "name", "frame",
+                                 "image_name", "image_file", "img", "filepath", "image_path"});
+  out.named = named >= 0;
+  out.file = out.named ? named : out.stamp + 1;
   if (out.file >= static_cast<int>(layout.columns)) out.file = -1;
+  if (out.named || layout.rows.empty()) return out;
+  const std::vector<std::string>& row = layout.rows.front();
+  for (std::size_t c = 0; c < row.size(); ++c) {
+    if (!endsAsImage(row[c])) continue;
+    out.by_content = true;
+    out.file = static_cast<int>(c);
+    // A name in front of the stamp.
+    if (out.stamp == out.file && row.size() > 1) out.stamp = c == 0 ? 1 : 0;
+    break;
+  }
+  return out;
+}
+
+namespace {
+
+const std::vector<std::string>& gyroNames() {
+  static const std::vector<std::string> names{"w",
+                                              "w_",
+                                              "g",
+                                              "gyro_",
+                                              "gyr_",
+                                              "gyro",
+                                              "gyr",
+                                              "w_rs_s_",
+                                              "omega_",
+                                              "angular_velocity_",
+                                              "gyroscope_",
+                                              "angvel_",
+                                              "rate_",
+                                              "imu_gyro_",
+                                              "omega",
+                                              "ang_vel_",
+                                              "angular_vel_",
+                                              "gyro_rad_",
+                                              "gyroscope",
+                                              "rotation_rate_",
+                                              "rotationrate",
+                                              "angularvelocity_"};
+  return names;
+}
+
+const std::vector<std::string>& forceNames() {
+  static const std::vector<std::string> names{"a",
+                                              "a_",
+                                              "acc_",
+                                              "accel_",
+                                              "acc",
+                                              "accel",
+                                              "a_rs_s_",
+                                              "linear_acceleration_",
+                                              "accelerometer_",
+                                              "alpha_",
+                                              "lin_acc_",
+                                              "imu_acc_",
+                                              "acceleration_",
+                                              "acceleration",
+                                              "accelerometer",
+                                              "accelerometer_m_s2_",
+                                              "linear_accel_",
+                                              "linearacceleration_",
+                                              "linear_acc_",
+                                              "specific_force_",
+                                              "f",
+                                              "f_"};
+  return names;
+}
+
+bool findVector(const Layout& layout, const std::vector<std::string>& heads, int* out) {
+  return findAxes(layout, heads, {"x", "y", "z"}, out) ||
+         findAxes(layout, heads, {"0", "1", "2"}, out);
+}
+
+}  // namespace
+
+double medianNorm(const Layout& layout, const int columns[3]) {
+  std::vector<double> norms;
+  for (const auto& row : layout.rows) {
+    double squared = 0;
+    bool whole = true;
+    for (int i = 0; i < 3 && whole; ++i) {
+      const auto c = static_cast<std::size_t>(columns[i]);
+      double v = 0;
+      whole = c < row.size() &&
+              std::from_chars(row[c].data(), row[c].data() + row[c].size(), v).ec == std::errc();
+      squared += v * v;
+    }
+    if (whole) norms.push_back(std::sqrt(squared));
+  }
+  if (norms.empty()) return 0;
+  const auto middle = norms.begin() + static_cast<std::ptrdiff_t>(norms.size() / 2);
+  std::nth_element(norms.begin(), middle, norms.end());
+  return *middle;
+}
+
+int VectorColumns::last() const { return std::max({stamp, v[0], v[1], v[2]}); }
+
+VectorColumns gyroColumns(const Layout& layout, bool plain) {
+  VectorColumns out;
+  out.stamp = stampColumn(layout);
+  out.named = findVector(layout, gyroNames(), out.v) ||
+              (plain && findAxes(layout, {""}, {"x", "y", "z"}, out.v));
+  if (!out.named)
+    for (int i = 0; i < 3; ++i) out.v[i] = out.stamp + 1 + i;
+  out.unit = angularUnit(layout, out.v[0]);
+  return out;
+}
+
+VectorColumns accelerometerColumns(const Layout& layout, bool plain) {
+  VectorColumns out;
+  out.stamp = stampColumn(layout);
+  out.named = findVector(layout, forceNames(), out.v) ||
+              (plain && findAxes(layout, {""}, {"x", "y", "z"}, out.v));
+  if (!out.named)
+    for (int i = 0; i < 3; ++i) out.v[i] = out.stamp + 1 + i;
+  out.unit = forceUnit(layout, out.v);
   return out;
 }
 
 ImuColumns imuColumns(const Layout& layout) {
   ImuColumns out;
   out.stamp = stampColumn(layout);
-  static const std::vector<std::string> rates{
-      "w",          "w_",      "g",       "gyro_",    "gyr_",
-      "gyro",       "gyr",     "w_rs_s_", "omega_",   "angular_velocity_",
-      "gyroscope_", "angvel_", "rate_",   "imu_gyro_"};
-  static const std::vector<std::string> forces{"a",
-                                               "a_",
-                                               "acc_",
-                                               "accel_",
-                                               "acc",
-                                               "accel",
-                                               "a_rs_s_",
-                                               "linear_acceleration_",
-                                               "accelerometer_",
-                                               "alpha_",
-                                               "lin_acc_",
-                                               "imu_acc_"};
-  out.named = findAxes(layout, rates, {"x", "y", "z"}, out.gyro) &&
-              findAxes(layout, forces, {"x", "y", "z"}, out.acc);
-  if (out.named) return out;
-  for (int i = 0; i < 3; ++i) {
-    out.gyro[i] = out.stamp + 1 + i;
-    out.acc[i] = out.stamp + 4 + i;
+  out.named =
+      findVector(layout, gyroNames(), out.gyro) && findVector(layout, forceNames(), out.acc);
+  if (!out.named) {
+    for (int i = 0; i < 3; ++i) {
+      out.gyro[i] = out.stamp + 1 + i;
+      out.acc[i] = out.stamp + 4 + i;
+    }
+    // Gravity is in the accelerometer; nothing turns at 8 rad/s for half of the beginning.
+    const double first = medianNorm(layout, out.gyro), second = medianNorm(layout, out.acc);
+    out.turned = first > 8.5 && first < 11.5 && second < 4;
+    if (out.turned) std::swap(out.gyro, out.acc);
+  } else {
+    out.gyro_unit = angularUnit(layout, out.gyro[0]);
+    out.acc_unit = forceUnit(layout, out.acc);
   }
   return out;
 }

@@ -45,12 +45,14 @@ void writeFile(const std::string& path, const void* data, std::size_t size) {
 }  // namespace
 
 bool Ros1Bag::canRead(const std::string& source) const {
-  return bags::bagKindOf(source) == bags::BagKind::ros1;
+  const bags::BagKind kind = bags::bagKindOf(source);
+  return kind == bags::BagKind::ros1 || kind == bags::BagKind::ros1_folder;
 }
 
 bool Ros2Bag::canRead(const std::string& source) const {
   const bags::BagKind kind = bags::bagKindOf(source);
-  return kind != bags::BagKind::none && kind != bags::BagKind::ros1;
+  return kind != bags::BagKind::none && kind != bags::BagKind::ros1 &&
+         kind != bags::BagKind::ros1_folder;
 }
 
 BagSource::BagSource(std::string section) : section_(std::move(section)) { m_sensorLabel = "BAG"; }

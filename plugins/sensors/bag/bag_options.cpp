@@ -19,9 +19,9 @@ constexpr struct {
 
 void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
   constexpr double kInf = std::numeric_limits<double>::max();
-  v.section(section,
-            section == "bag" ? "Bag of ROS 1" : "Bag of ROS 2 (folder, .db3, .mcap), MCAP");
-  v.value("source", o.source, "the file, or the folder that ROS 2 recorded");
+  v.section(section, section == "bag" ? "Bag of ROS 1, or a folder of its parts"
+                                      : "Bag of ROS 2 (folder, .db3, .mcap), MCAP");
+  v.value("source", o.source, "the file, or the folder of its parts");
   v.value("topics", o.topics,
           "what to take, as role=/topic or range=/topic:anchor,distance,unit=mm,stamp=field,"
           "sigma=field with blanks between; role: camera imu accel gyro range peer odometry truth; "
@@ -34,6 +34,8 @@ void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
           "stop where intrinsics or the camera's place on the IMU are not known");
   v.value("levels_16_bit", o.levels_16_bit, 0,
           "black and white of 16-bit images; empty: from the first images, the same for all");
+  v.value("width_px", o.width_px, {0, 20000},
+          "images are made this wide, calibration included; 0 = as they are");
   v.value("start_s", o.start_s, {0, kInf}, "skip this much after the first message");
   v.value("max_duration_s", o.max_duration_s, {0, kInf}, "stop after this much; 0 = to the end");
   v.value("first_look_s", o.first_look_s, {0.1, kInf},

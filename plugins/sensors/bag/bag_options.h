@@ -15,6 +15,7 @@ struct BagOptions {
   std::string calibration;        ///< file; empty: what the recording says of itself
   bool need_calibration = true;
   std::vector<double> levels_16_bit;  ///< black and white; empty: from the first images
+  int width_px = 0;                   ///< images are made this wide; 0: as they are
   double start_s = 0;                 ///< [s] after the first message
   double max_duration_s = 0;          ///< [s] from the start, 0 = all
   double first_look_s = 10;           ///< how much is looked at before the import begins

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "input_error.h"
 
@@ -254,15 +255,22 @@ void BagRecording::takeImage(const MessageView& m, const Stream& s, TimeNs t, Ti
                              int index) {
   const CameraSetup& camera = cameras_[s.camera];
   const RawPicture raw = decodePicture(m);
-  const CameraCalibration& c = camera.intrinsics;
-  if (camera.has_intrinsics && (raw.pixels.cols != c.width || raw.pixels.rows != c.height)) {
+  const int width = camera.recorded_width, height = camera.recorded_height;
+  if (camera.has_intrinsics && (raw.pixels.cols != width || raw.pixels.rows != height)) {
     log_->add("image_wrong_size", whereOf(s, received),
               "has " + std::to_string(raw.pixels.cols) + "x" + std::to_string(raw.pixels.rows) +
-                  " pixels, the calibration " + std::to_string(c.width) + "x" +
-                  std::to_string(c.height));
+                  " pixels, the calibration " + std::to_string(width) + "x" +
+                  std::to_string(height));
     return;
   }
-  const Picture picture = finishPicture(raw, levels_[s.camera]);
+  Picture picture = finishPicture(raw, levels_[s.camera]);
+  if (camera.has_intrinsics && camera.intrinsics.width != width) {
+    cv::Mat resized;
+    cv::resize(picture.pixels, resized, {camera.intrinsics.width, camera.intrinsics.height}, 0, 0,
+               camera.intrinsics.width < width ? cv::INTER_AREA : cv::INTER_LINEAR);
+    picture.pixels = resized;
+    picture.file = {};
+  }
   if (picture.stretched) log_->count("images_stretched_16_to_8_bit");
   ImageReading image;
   image.camera = s.camera;

@@ -1,6 +1,7 @@
 #include "camera_setup.h"
 
 #include <cmath>
+#include <cstdio>
 
 #include "calibration_hook.h"
 #include "input_error.h"
@@ -63,6 +64,22 @@ bool lensOf(const CameraInfo& info, CameraCalibration* out, std::string* why) {
   return true;
 }
 
+/// Are images of this size those of the calibration, binned or made smaller on the way?
+bool sameShape(int width, int height, const CameraCalibration& c) {
+  const double sx = static_cast<double>(width) / c.width;
+  return std::abs(sx - static_cast<double>(height) / c.height) <= 0.01 * sx;
+}
+
+void scaleTo(int width, int height, CameraCalibration* c) {
+  const double sx = static_cast<double>(width) / c->width;
+  const double sy = static_cast<double>(height) / c->height;
+  // Of pixel centres: the middle of the first one is 0.
+  c->fx *= sx, c->fy *= sy;
+  c->cx = (c->cx + 0.5) * sx - 0.5;
+  c->cy = (c->cy + 0.5) * sy - 0.5;
+  c->width = width, c->height = height;
+}
+
 }  // namespace
 
 bool intrinsicsOf(const CameraInfo& info, const std::string& topic, int width, int height,
@@ -83,18 +100,12 @@ bool intrinsicsOf(const CameraInfo& info, const std::string& topic, int width, i
   if (!rectified && !lensOf(info, out, why)) return false;
   if (width > 0 && (width != info.width || height != info.height)) {
     // Binned, or made smaller on the way.
-    const double sx = static_cast<double>(width) / info.width;
-    const double sy = static_cast<double>(height) / info.height;
-    if (std::abs(sx - sy) > 0.01 * sx) {
+    if (!sameShape(width, height, *out)) {
       *why = "it is for " + std::to_string(info.width) + "x" + std::to_string(info.height) +
              " pixels, the images have " + std::to_string(width) + "x" + std::to_string(height);
       return false;
     }
-    // Of pixel centres: the middle of the first one is 0.
-    out->fx *= sx, out->fy *= sy;
-    out->cx = (out->cx + 0.5) * sx - 0.5;
-    out->cy = (out->cy + 0.5) * sy - 0.5;
-    out->width = width, out->height = height;
+    scaleTo(width, height, out);
   }
   return true;
 }
@@ -125,6 +136,32 @@ void fromRecording(const Survey& survey, const std::string& imu_frame, CameraSet
   }
 }
 
+/// The calibration for images of another size than its own, and for those that are made smaller.
+void fitToImages(const Survey& survey, int wanted_width, CameraSetup* camera, ProblemLog* log) {
+  CameraCalibration& c = camera->intrinsics;
+  if (!camera->has_intrinsics || c.width <= 0 || c.height <= 0) return;
+  char text[160];
+  const TopicInfo* images = survey.find(camera->topic);
+  const bool known = images != nullptr && images->width > 0;
+  if (known && (images->width != c.width || images->height != c.height) &&
+      sameShape(images->width, images->height, c)) {
+    std::snprintf(text, sizeof text,
+                  ": images of %dx%d, the calibration is of %dx%d: its intrinsics were scaled",
+                  images->width, images->height, c.width, c.height);
+    log->note(camera->topic + text);
+    scaleTo(images->width, images->height, &c);
+  }
+  camera->recorded_width = c.width;
+  camera->recorded_height = c.height;
+  if (wanted_width <= 0 || wanted_width == c.width) return;
+  const int height = std::max(
+      1, static_cast<int>(std::lround(static_cast<double>(c.height) * wanted_width / c.width)));
+  std::snprintf(text, sizeof text, ": images of %dx%d are resized to %dx%d, and the calibration",
+                c.width, c.height, wanted_width, height);
+  log->note(camera->topic + text);
+  scaleTo(wanted_width, height, &c);
+}
+
 void requireAll(const CameraSetup& c, const BagOptions& o, ProblemLog* log) {
   if (c.has_intrinsics && c.has_place) return;
   const std::string what = !c.has_intrinsics && !c.has_place ? "neither intrinsics nor its place"
@@ -150,6 +187,7 @@ CalibrationExtras setUpCameras(const Survey& survey, const BagOptions& options,
     extras = applyCalibrationFile(options.calibration, cameras, log);
   }
   for (const CameraSetup& c : *cameras) requireAll(c, options, log);
+  for (CameraSetup& c : *cameras) fitToImages(survey, options.width_px, &c, log);
   return extras;
 }
 

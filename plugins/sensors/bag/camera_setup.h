@@ -14,6 +14,8 @@ struct CameraSetup {
   std::string topic;
   CameraCalibration intrinsics;
   bool has_intrinsics = false;
+  /// Size of the recorded images that `intrinsics` belong to once they are resized; 0: not known.
+  int recorded_width = 0, recorded_height = 0;
   Pose T_B_C;  ///< in the IMU's frame
   bool has_place = false;
 };

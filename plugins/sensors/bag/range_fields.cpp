@@ -36,6 +36,8 @@ constexpr Known kKnown[] = {
     // GTEC: Pozyx and boards with DW1000
     {"gtec_msgs/Ranging", "", "anchorId", "range", "", false, "", 0.001},
     {"gtec_msgs/PozyxRanging", "", "destinationId", "range", "", false, "", 0.001},
+    // What `export --format mcap` writes
+    {"vir_slam/Range", "", "anchor", "range_m", "sigma_m", false, "antenna", 1},
     {"sensor_msgs/Range", "", "", "range", "", false, "", 1},
 };
 
@@ -112,6 +114,36 @@ void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>*
   out->push_back(r);
 }
 
+const Field* fieldNamed(const bags::MessageType& type, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    for (const Field& f : type.fields) {
+      if (f.name == name && !f.array && f.type == nullptr && f.kind != Kind::time) return &f;
+    }
+  }
+  return nullptr;
+}
+
+bool isReal(Kind k) { return k == Kind::float32 || k == Kind::float64; }
+
+std::vector<std::string> pairIn(const bags::MessageType& type, const std::string& list) {
+  const Field* anchor =
+      fieldNamed(type, {"anchor_id", "anchorId", "anchor", "responder_id", "responderId", "to_id",
+                        "toId", "destination_id", "destinationId", "dest_id", "dst_id", "remote_id",
+                        "network_id", "node_id", "nodeId", "beacon_id", "address", "addr", "id"});
+  const Field* distance = fieldNamed(
+      type, {"range", "distance", "dist", "dis", "range_m", "distance_m", "range_mm", "distance_mm",
+             "dist_mm", "range_raw", "raw_range", "measured_range", "measured_distance", "value"});
+  if (anchor == nullptr || distance == nullptr || distance->kind == Kind::text ||
+      distance->kind == Kind::boolean || isReal(anchor->kind)) {
+    return {};
+  }
+  std::vector<std::string> out{list + anchor->name, list + distance->name};
+  if (!isReal(distance->kind) || distance->name.find("_mm") != std::string::npos) {
+    out.push_back("unit=mm");
+  }
+  return out;
+}
+
 /// `unit=mm`, `stamp=field`, `sigma=field`.
 void applyOption(const std::string& topic, const std::string& option, RangeFields* f) {
   const std::size_t equals = option.find('=');
@@ -145,6 +177,14 @@ std::optional<RangeFields> knownRangeFields(const std::string& type) {
     return f;
   }
   return std::nullopt;
+}
+
+std::vector<std::string> guessRangeFields(const bags::MessageType& type) {
+  std::vector<std::string> out = pairIn(type, "");
+  for (const Field& f : type.fields) {
+    if (out.empty() && f.array && f.type != nullptr) out = pairIn(*f.type, f.name + "[].");
+  }
+  return out;
 }
 
 RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type,

@@ -38,6 +38,11 @@ std::optional<RangeFields> knownRangeFields(const std::string& type);
 /// topic's messages, for a Range that names no anchor. Throws InputError.
 RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type, const std::string& frame);
 /// Throws bags::BagError.
+/// The fields that must be anchor and distance by their names, as `--topic range=` takes them, in a
+/// type that is not known: of the message, or of a list of messages in it. Whole numbers are taken
+/// for millimetres. Empty: there is no such pair.
+std::vector<std::string> guessRangeFields(const bags::MessageType& type);
+
 std::vector<ReadRange> readRanges(const bags::MessageView& message, const RangeFields& fields);
 
 }  // namespace vir::bag

@@ -1,7 +1,10 @@
 #include "survey.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
+
+#include "range_fields.h"
 
 namespace vir::bag {
 namespace {
@@ -71,6 +74,19 @@ void lookInto(const MessageView& m, const BagMessage& message, TopicInfo* info, 
   if (isImage(info->type)) lookAtImage(m, info, out);
 }
 
+/// By the names of type and topic; not one of the known types.
+bool mayHoldRanges(const TopicInfo& info) {
+  if (knownRangeFields(info.type)) return false;
+  std::string name = info.type + info.topic;
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  // Differences of ranges are none.
+  if (name.find("tdoa") != std::string::npos) return false;
+  for (const char* word : {"uwb", "ranging", "range", "distance", "pozyx", "dwm", "anchor"}) {
+    if (name.find(word) != std::string::npos) return true;
+  }
+  return false;
+}
+
 bool worthLooking(const TopicInfo& info) {
   if (info.count <= kLooked || isImage(info.type)) return true;
   return info.topic.find("tf_static") != std::string::npos;
@@ -138,6 +154,9 @@ Survey survey(const std::string& source, double seconds, const std::vector<std::
     if (!worthLooking(info)) continue;
     const bags::Definition* definition = definitions.of(*message.channel);
     if (definition == nullptr) continue;
+    if (info.count == 1 && mayHoldRanges(info)) {
+      info.range_guess = guessRangeFields(definition->root());
+    }
     try {
       lookInto(MessageView(*definition, message.data), message, &info, &out);
       info.problem.clear();

@@ -39,6 +39,8 @@ struct CameraInfo {
 
 struct TopicInfo {
   std::string topic, type;
+  /// Anchor and distance by the names of fields, of a type that is not known; else empty.
+  std::vector<std::string> range_guess;
   long count = 0;
   TimeNs first = 0, last = 0;  ///< received
   std::string frame;           ///< of the first message that has one

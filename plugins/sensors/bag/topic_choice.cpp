@@ -92,6 +92,11 @@ class Chooser {
     choosePoses();
     for (const auto& [topic, info] : survey_.topics) {
       if (knownRangeFields(info.type)) add({Role::range, topic, {}}, info);
+      if (!info.range_guess.empty()) addGuess(info);
+      if (contains(lower(info.type), {"tdoa"})) {
+        log_->note(topic + " (" + info.type +
+                   ") left out: differences of ranges, which no estimator of ours takes");
+      }
     }
     if (choice_.streams.empty()) {
       throw InputError(
@@ -119,6 +124,14 @@ class Chooser {
     }
     s.position_only = info.type == "geometry_msgs/PointStamped";
     choice_.streams.push_back(std::move(s));
+  }
+
+  void addGuess(const TopicInfo& info) {
+    std::string fields;
+    for (const std::string& f : info.range_guess) fields += (fields.empty() ? "" : ",") + f;
+    log_->note(info.topic + " (" + info.type + "): taken for ranges by the names of its fields, " +
+               fields + "; --topic range=" + info.topic + ":ANCHOR,DISTANCE,unit=m|mm says it");
+    add({Role::range, info.topic, info.range_guess}, info);
   }
 
   /// The raw one of two that are the same; left or first camera before others.

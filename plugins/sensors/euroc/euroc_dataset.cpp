@@ -12,6 +12,7 @@
 
 #include "euroc_dataset.h"
 #include "input_error.h"
+#include "table_folder.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
@@ -21,6 +22,7 @@
 namespace vir {
 
 IMPLEMENTS_GENERIC_SENSOR(EurocDataset, vir)
+IMPLEMENTS_GENERIC_SENSOR(CsvDataset, vir)
 
 namespace {
 
@@ -43,9 +45,9 @@ mrpt::obs::CObservation::Ptr imuObservation(const euroc::ImuRow& row) {
 }
 
 mrpt::obs::CObservation::Ptr rangeObservation(const euroc::RangeRow& row, const Vec3& antenna,
-                                              double sigma) {
+                                              double sigma, const std::string& label) {
   auto obs = std::make_shared<mrpt::obs::CObservationBeaconRanges>();
-  obs->sensorLabel = rawlog::kRangeLabel;
+  obs->sensorLabel = label;
   obs->minSensorDistance = 0;
   obs->maxSensorDistance = 1000;
   obs->stdError = static_cast<float>(sigma);
@@ -72,48 +74,77 @@ euroc::ImageMode modeOf(const std::string& name) {
 
 }  // namespace
 
-EurocDataset::EurocDataset() { m_sensorLabel = "EUROC"; }
-EurocDataset::~EurocDataset() = default;
+FolderSource::FolderSource(const std::string& section) {
+  options_.section = section;
+  m_sensorLabel = "FOLDER";
+}
+FolderSource::~FolderSource() = default;
 
-void EurocDataset::describe(OptionVisitor& v) { euroc::describe(v, options_); }
+std::unique_ptr<euroc::Recording> EurocDataset::openRecording(const euroc::EurocOptions& options,
+                                                              ProblemLog* log) const {
+  return std::make_unique<euroc::Recording>(options, log);
+}
 
-void EurocDataset::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
+bool CsvDataset::canRead(const std::string& source) const { return euroc::isTableFolder(source); }
+
+std::string CsvDataset::listing(const std::string& source) const {
+  return euroc::listTables(source);
+}
+
+std::unique_ptr<euroc::Recording> CsvDataset::openRecording(const euroc::EurocOptions& options,
+                                                            ProblemLog* log) const {
+  euroc::validate(options);
+  return std::make_unique<euroc::Recording>(euroc::findTables(options), options, log);
+}
+
+void FolderSource::describe(OptionVisitor& v) { euroc::describe(v, options_); }
+
+void FolderSource::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
   roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
 }
 
-void EurocDataset::setPathForExternalImages(const std::string& directory) {
+void FolderSource::setPathForExternalImages(const std::string& directory) {
   m_path_for_external_images = directory;
 }
 
-void EurocDataset::initialize() {
+void FolderSource::initialize() {
   log_ = {};
   given_.clear();
+  cameras_.clear();
   finished_ = false;
   m_state = ssInitializing;
-  recording_ = std::make_unique<euroc::Recording>(options_, &log_);
-  if (const auto& camera = recording_->camera()) {
-    euroc::ImageMode mode = modeOf(options_.images);
-    if (mode != euroc::ImageMode::embed && m_path_for_external_images.empty()) {
-      mode = euroc::ImageMode::embed;
-      log_.note("images = " + options_.images +
-                ": no folder for images was given; they are embedded");
-    }
-    store_ =
-        std::make_unique<euroc::ImageStore>(mode, m_path_for_external_images, rawlog::kCameraLabel,
-                                            camera->camera.width, camera->camera.height, &log_);
-    store_->setStretch(recording_->stretch().black, recording_->stretch().white);
-    auto obs = std::make_shared<mrpt::obs::CObservationImage>();
-    obs->sensorLabel = rawlog::kCameraLabel;
-    obs->cameraParams = rawlog::toMrptCamera(camera->camera, options_.camera);
-    obs->cameraPose = rawlog::toMrptPose(camera->T_B_C);
-    image_template_ = obs;
+  recording_ = openRecording(options_, &log_);
+  euroc::ImageMode mode = modeOf(options_.images);
+  if (!recording_->cameras().empty() && mode != euroc::ImageMode::embed &&
+      m_path_for_external_images.empty()) {
+    mode = euroc::ImageMode::embed;
+    log_.note("images = " + options_.images +
+              ": no folder for images was given; they are embedded");
   }
+  for (const euroc::CameraStream& stream : recording_->cameras()) openCamera(stream, mode);
   m_state = ssWorking;
 }
 
-void EurocDataset::doProcess() {
-  if (!recording_) throw InputError("EurocDataset: doProcess() before initialize()");
+void FolderSource::openCamera(const euroc::CameraStream& stream, euroc::ImageMode mode) {
+  const CameraCalibration& c = stream.calibration.camera;
+  Camera camera;
+  camera.dir = stream.files.dir;
+  camera.label = stream.label;
+  camera.store = std::make_unique<euroc::ImageStore>(mode, m_path_for_external_images, stream.label,
+                                                     stream.file_width, stream.file_height, &log_);
+  camera.store->setTarget(c.width, c.height);
+  camera.store->setStretch(stream.stretch.black, stream.stretch.white);
+  auto obs = std::make_shared<mrpt::obs::CObservationImage>();
+  obs->sensorLabel = stream.label;
+  obs->cameraParams = rawlog::toMrptCamera(c, stream.files.name);
+  obs->cameraPose = rawlog::toMrptPose(stream.calibration.T_B_C);
+  camera.image_template = obs;
+  cameras_.push_back(std::move(camera));
+}
+
+void FolderSource::doProcess() {
+  if (!recording_) throw InputError("FolderSource: doProcess() before initialize()");
   for (int i = 0; i < kBatch && !finished_; ++i) {
     Event event;
     if (!recording_->next(&event)) {
@@ -125,27 +156,32 @@ void EurocDataset::doProcess() {
   }
 }
 
-void EurocDataset::finish() {
+void FolderSource::finish() {
   finished_ = true;
-  if (recording_->camera() && given_["images"] == 0) {
+  if (!cameras_.empty() && given_["images"] == 0) {
     std::string why;
     for (const char* kind : {"image_missing", "image_undecodable", "image_wrong_size"}) {
       if (why.empty()) why = log_.first(kind);
     }
-    throw InputError("no image of " + recording_->folder().camera_dir + " could be used" +
+    throw InputError("no image of " + cameras_[0].dir + " could be used" +
                      (why.empty() ? "" : "; first problem: " + why));
   }
 }
 
-void EurocDataset::emit(const Event& event) {
+void FolderSource::emit(const Event& event) {
   mrpt::obs::CObservation::Ptr obs;
-  const char* counter = nullptr;
+  std::string counter;
   if (const auto* imu = std::get_if<euroc::ImuRow>(&event.what)) {
     obs = imuObservation(*imu);
     counter = "imu_samples";
   } else if (const auto* range = std::get_if<euroc::RangeRow>(&event.what)) {
-    obs = rangeObservation(*range, recording_->antennaInBody(), recording_->rangeSigma());
-    counter = "ranges";
+    const auto& streams = recording_->rangeStreams();
+    const bool drawn = streams.empty();
+    const std::string label = drawn ? rawlog::kRangeLabel : streams[event.stream].label;
+    obs = rangeObservation(*range,
+                           drawn ? recording_->antennaInBody() : streams[event.stream].antenna,
+                           drawn ? options_.range_sigma_m : streams[event.stream].sigma_m, label);
+    counter = label == rawlog::kRangeLabel ? "ranges" : "ranges_" + label;
   } else if (const auto* pose = std::get_if<euroc::PoseRow>(&event.what)) {
     obs = truthObservation(*pose);
     counter = "ground_truth_poses";
@@ -158,41 +194,42 @@ void EurocDataset::emit(const Event& event) {
   appendObservation(obs);
 }
 
-void EurocDataset::emitImage(const Event& event, const euroc::ImageRow& row) {
+void FolderSource::emitImage(const Event& event, const euroc::ImageRow& row) {
   euroc::StoredImage stored;
-  const std::string file = euroc::imageFile(recording_->folder().camera_dir, row.file);
-  if (!store_->store(event.t, file, event.where, &stored)) return;
-  auto obs = std::make_shared<mrpt::obs::CObservationImage>(*image_template_);
+  Camera& camera = cameras_[event.stream];
+  const std::string file = euroc::imageFile(camera.dir, row.file);
+  if (!camera.store->store(event.t, file, event.where, &stored)) return;
+  auto obs = std::make_shared<mrpt::obs::CObservationImage>(*camera.image_template);
   obs->timestamp = rawlog::toMrptTime(event.t);
   if (stored.external_name.empty()) {
     obs->image = mrpt::img::CImage(stored.pixels, mrpt::img::SHALLOW_COPY);
   } else {
     obs->image.setExternalStorage(stored.external_name);
   }
-  ++given_["images"];
+  ++given_[event.stream == 0 ? "images" : "images_" + camera.label];
   appendObservation(obs);
 }
 
-double EurocDataset::progress() const {
+double FolderSource::progress() const {
   if (finished_) return 1;
   return recording_ ? recording_->progress() : 0;
 }
 
-std::vector<std::pair<std::string, long>> EurocDataset::counters() const {
+std::vector<std::pair<std::string, long>> FolderSource::counters() const {
   std::vector<std::pair<std::string, long>> out(given_.begin(), given_.end());
   const auto problems = log_.counters();
   out.insert(out.end(), problems.begin(), problems.end());
   return out;
 }
 
-std::vector<std::string> EurocDataset::warnings() const { return log_.messages(); }
+std::vector<std::string> FolderSource::warnings() const { return log_.messages(); }
 
-std::string EurocDataset::companionIni() const {
+std::string FolderSource::companionIni() const {
   if (!recording_) return {};
   std::string out;
   if (const euroc::ImuYaml& imu = recording_->imu(); imu.has_noise) {
-    const std::string from = options_.calibration.empty()
-                                 ? recording_->folder().imu_dir + "/sensor.yaml"
+    const std::string from = options_.calibration.empty() && !recording_->folder().imu_yaml.empty()
+                                 ? recording_->folder().imu_yaml
                                  : "the calibration";
     char text[1024];
     std::snprintf(text, sizeof text,
@@ -213,7 +250,7 @@ std::string EurocDataset::companionIni() const {
   return out;
 }
 
-std::vector<roles::TrueAnchor> EurocDataset::trueAnchors() const {
+std::vector<roles::TrueAnchor> FolderSource::trueAnchors() const {
   std::vector<roles::TrueAnchor> anchors;
   if (!recording_) return anchors;
   for (const euroc::AnchorRow& a : recording_->trueAnchors()) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Sensor "euroc": a recording in the EuRoC (ASL) folder layout as MRPT observations.
+/// Sensors "euroc" and "csv": folders of tables and images as MRPT observations.
 #include <mrpt/hwdrivers/CGenericSensor.h>
 #include <mrpt/obs/obs_frwds.h>
 
@@ -16,14 +16,14 @@
 
 namespace vir {
 
-/// Gives CAM0, IMU0, UWB0 and GT in time order, as fast as doProcess() is called. Memory does not
-/// depend on the recording's length. The label set for the sensor is not used: one folder holds
-/// several sensors, which keep their own.
-class EurocDataset : public mrpt::hwdrivers::CGenericSensor, public roles::RecordedSource {
-  DEFINE_GENERIC_SENSOR(EurocDataset)
+/// Gives CAM0, IMU0, UWB0 (CAM1, UWB1, ...) and GT in time order, as fast as doProcess() is called.
+/// Memory does not depend on the recording's length. The label set for the sensor is not used: one
+/// folder holds several sensors, which keep their own.
+class FolderSource : public mrpt::hwdrivers::CGenericSensor, public roles::RecordedSource {
  public:
-  EurocDataset();
-  ~EurocDataset() override;
+  /// `section`: the driver's name on our command line.
+  explicit FolderSource(const std::string& section);
+  ~FolderSource() override;
 
   // CGenericSensor
   void initialize() override;
@@ -39,13 +39,21 @@ class EurocDataset : public mrpt::hwdrivers::CGenericSensor, public roles::Recor
   std::vector<std::string> warnings() const override;
   std::string companionIni() const override;
   std::vector<roles::TrueAnchor> trueAnchors() const override;
-  bool canRead(const std::string& source) const override { return euroc::isFolder(source); }
 
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                  const std::string& section) override;
+  virtual std::unique_ptr<euroc::Recording> openRecording(const euroc::EurocOptions& options,
+                                                          ProblemLog* log) const = 0;
 
  private:
+  struct Camera {
+    std::unique_ptr<euroc::ImageStore> store;
+    std::shared_ptr<const mrpt::obs::CObservationImage> image_template;
+    std::string dir, label;
+  };
+
+  void openCamera(const euroc::CameraStream& stream, euroc::ImageMode mode);
   void emit(const euroc::Event& event);
   void emitImage(const euroc::Event& event, const euroc::ImageRow& row);
   void finish();
@@ -53,10 +61,32 @@ class EurocDataset : public mrpt::hwdrivers::CGenericSensor, public roles::Recor
   euroc::EurocOptions options_;
   ProblemLog log_;
   std::unique_ptr<euroc::Recording> recording_;
-  std::unique_ptr<euroc::ImageStore> store_;
-  std::shared_ptr<const mrpt::obs::CObservationImage> image_template_;
+  std::vector<Camera> cameras_;
   std::map<std::string, long> given_;  ///< observations handed out, by counter name
   bool finished_ = false;
+};
+
+class EurocDataset : public FolderSource {
+  DEFINE_GENERIC_SENSOR(EurocDataset)
+ public:
+  EurocDataset() : FolderSource("euroc") {}
+  bool canRead(const std::string& source) const override { return euroc::isFolder(source); }
+
+ protected:
+  std::unique_ptr<euroc::Recording> openRecording(const euroc::EurocOptions& options,
+                                                  ProblemLog* log) const override;
+};
+
+class CsvDataset : public FolderSource {
+  DEFINE_GENERIC_SENSOR(CsvDataset)
+ public:
+  CsvDataset() : FolderSource("csv") {}
+  bool canRead(const std::string& source) const override;
+  std::string listing(const std::string& source) const override;
+
+ protected:
+  std::unique_ptr<euroc::Recording> openRecording(const euroc::EurocOptions& options,
+                                                  ProblemLog* log) const override;
 };
 
 }  // namespace vir

@@ -10,15 +10,32 @@ namespace vir::euroc {
 
 void describe(OptionVisitor& v, EurocOptions& o) {
   constexpr double kInf = std::numeric_limits<double>::max();
-  v.section("euroc", "Recording in the EuRoC (ASL) folder layout, TUM-VI included");
-  v.value("source", o.source, "folder that contains mav0, or mav0 itself");
-  v.value("camera", o.camera, "camera folder below mav0, or none");
+  const bool tables = o.section == "csv";
+  if (tables) {
+    v.section("csv", "Folder of tables (csv, txt) and images, whatever they are called");
+    v.value("source", o.source, "the folder");
+    v.value(
+        "topics", o.topics,
+        "ROLE=FILE[:column,...] with blanks between; roles: imu, accel, gyro, camera (a list or "
+        "a folder), range, truth; ROLE=none leaves one out; empty: found by headers and names");
+  } else {
+    v.section("euroc", "Recording in the EuRoC (ASL) folder layout, TUM-VI included");
+    v.value("source", o.source, "folder that contains mav0, or mav0 itself");
+    v.value("camera", o.camera, "camera folder below mav0, or none");
+    v.value("other_cameras", o.other_cameras,
+            "take over the other cameras too, as CAM1, ...; no estimator of ours reads them");
+  }
   v.value("calibration", o.calibration,
           "file that goes before the recording's sensor.yaml (Kalibr, OpenCV, ROS, VINS, ...)");
   v.choice("images", o.images, {"link", "copy", "embed"},
            "how images get into the rawlog: as links or copies beside it, or inside");
   v.value("read_gt", o.read_gt, "take over the ground truth (evaluation only)");
   v.value("read_ranges", o.read_ranges, "take over the ranges of mav0/uwb0");
+  v.choice("acc_unit", o.acc_unit, {"auto", "m/s2", "g", "mg"}, "unit of the accelerometer");
+  v.choice("gyro_unit", o.gyro_unit, {"auto", "rad/s", "deg/s"}, "unit of the gyro");
+  v.choice("range_unit", o.range_unit, {"auto", "m", "cm", "mm"}, "unit of the ranges");
+  v.value("width_px", o.width_px, {0, 20000},
+          "images are made this wide, calibration included; 0 = as they are");
   v.value("antenna", o.antenna, "take only the ranges of this antenna; empty: of all");
   v.value("start_s", o.start_s, {0, kInf}, "skip this much after the first image");
   v.value("max_duration_s", o.max_duration_s, {0, kInf}, "stop after this much; 0 = to the end");
@@ -35,16 +52,13 @@ void describe(OptionVisitor& v, EurocOptions& o) {
   v.value("nlos_max_m", o.nlos_max_m, {0, 1000}, "most that such a range is too long");
 }
 
-namespace {
-
-void require(bool ok, const std::string& text) {
-  if (!ok) throw InputError("[euroc] " + text);
-}
-
-}  // namespace
-
 void validate(const EurocOptions& o) {
-  require(!o.source.empty(), "source is empty: give the folder that contains mav0");
+  const auto require = [&o](bool ok, const std::string& text) {
+    if (!ok) throw InputError("[" + o.section + "] " + text);
+  };
+  require(!o.source.empty(), o.section == "csv"
+                                 ? "source is empty: give the folder"
+                                 : "source is empty: give the folder that contains mav0");
   require(!o.camera.empty() && o.camera.find('/') == std::string::npos,
           "camera = " + o.camera + ": give the name of a folder below mav0, or none");
   require(o.anchor_m.size() % 3 == 0, "anchor_m has " + std::to_string(o.anchor_m.size()) +

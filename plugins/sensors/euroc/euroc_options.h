@@ -6,15 +6,20 @@
 
 namespace vir::euroc {
 
-/// Settings of section [euroc].
+/// Settings of section [euroc], and of [csv].
 struct EurocOptions {
-  std::string source;           ///< folder with `mav0`, or `mav0` itself
+  std::string section = "euroc";
+  std::string source;           ///< folder with `mav0`, or `mav0` itself; [csv]: any folder
+  std::string topics;           ///< [csv] only: ROLE=FILE, with blanks between
   std::string camera = "cam0";  ///< folder below mav0, or "none"
+  bool other_cameras = true;    ///< CAM1, ... too
   std::string calibration;      ///< file; empty: the sensor.yaml files of the recording
   std::string images = "link";  ///< link, copy or embed
   bool read_gt = true;
   bool read_ranges = true;
-  std::string antenna;        ///< only its ranges, where a column names antennas; empty: all
+  std::string antenna;  ///< only its ranges, where a column names antennas; empty: all
+  std::string acc_unit = "auto", gyro_unit = "auto", range_unit = "auto";
+  int width_px = 0;           ///< images are made this wide; 0: as they are
   double start_s = 0;         ///< [s] after the first image
   double max_duration_s = 0;  ///< [s] from the start, 0 = all
 

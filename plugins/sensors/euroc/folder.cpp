@@ -48,20 +48,43 @@ fs::path tumFile(const fs::path& dir) {
   return found.empty() ? fs::path() : *found.begin();
 }
 
+std::string ifThere(const fs::path& file) {
+  std::error_code ec;
+  return fs::is_regular_file(file, ec) ? file.string() : std::string();
+}
+
 void findGroundTruth(const fs::path& mav0, Folder* f) {
   for (const char* name : {"state_groundtruth_estimate0", "mocap0", "vicon0", "leica0"}) {
     const fs::path dir = mav0 / name;
     if (!fs::is_directory(dir)) continue;
-    f->ground_truth_dir = dir.string();
-    if (fs::is_regular_file(dir / "data.csv")) {
-      f->ground_truth_file = (dir / "data.csv").string();
-      return;
-    }
-    if (const fs::path tum = tumFile(dir); !tum.empty()) {
-      f->ground_truth_file = tum.string();
-      return;
+    f->truth_yaml = ifThere(dir / "sensor.yaml");
+    f->truth_file = ifThere(dir / "data.csv");
+    if (f->truth_file.empty()) f->truth_file = tumFile(dir).string();
+    if (!f->truth_file.empty()) return;
+  }
+}
+
+/// Folders `<kind><number>` with a data.csv, by number; `kind` alone counts as the first.
+std::vector<std::string> numbered(const fs::path& mav0, const std::string& kind) {
+  std::set<std::pair<long, std::string>> found;
+  std::error_code ec;
+  for (fs::directory_iterator it(mav0, ec), end; !ec && it != end; it.increment(ec)) {
+    const std::string name = it->path().filename().string();
+    const std::string number = name.substr(std::min(name.size(), kind.size()));
+    const bool digits = number.find_first_not_of("0123456789") == std::string::npos;
+    if (name.rfind(kind, 0) != 0 || !digits || number.size() > 4) continue;
+    if (!ifThere(it->path() / "data.csv").empty()) {
+      found.emplace(number.empty() ? 0 : std::stol(number), name);
     }
   }
+  std::vector<std::string> names;
+  for (const auto& [number, name] : found) names.push_back(name);
+  return names;
+}
+
+CameraFiles cameraIn(const fs::path& mav0, const std::string& name) {
+  const fs::path dir = mav0 / name;
+  return {name, dir.string(), (dir / "data.csv").string(), ifThere(dir / "sensor.yaml")};
 }
 
 }  // namespace
@@ -76,21 +99,42 @@ Folder findFolder(const std::string& source, const std::string& camera) {
   // "folder/" has an empty file name, which would end in "folder//mav0".
   const fs::path mav0 = fs::absolute(findMav0(fs::path(source))).lexically_normal();
   Folder f;
-  f.mav0 = mav0.string();
+  f.root = mav0.string();
   if (camera != "none") {
     if (!fs::is_directory(mav0 / camera)) {
-      throw InputError(f.mav0 + ": holds no camera folder " + camera + "; it holds " +
+      throw InputError(f.root + ": holds no camera folder " + camera + "; it holds " +
                        subfolders(mav0) + " (set euroc.camera, or none)");
     }
-    f.camera_dir = (mav0 / camera).string();
+    f.cameras.push_back(cameraIn(mav0, camera));
+    // A second one without calibration is of no use.
+    for (const std::string& other : numbered(mav0, "cam")) {
+      if (other == camera) continue;
+      const CameraFiles more = cameraIn(mav0, other);
+      if (more.yaml.empty()) {
+        f.notes.push_back(more.dir + ": not read, it has no sensor.yaml");
+      } else {
+        f.cameras.push_back(more);
+      }
+    }
   }
   if (!fs::is_directory(mav0 / "imu0")) {
-    throw InputError(f.mav0 + ": holds no folder imu0; it holds " + subfolders(mav0));
+    throw InputError(f.root + ": holds no folder imu0; it holds " + subfolders(mav0));
   }
-  f.imu_dir = (mav0 / "imu0").string();
-  if (fs::is_regular_file(mav0 / "uwb0" / "data.csv")) f.uwb_dir = (mav0 / "uwb0").string();
+  f.imu_file = (mav0 / "imu0" / "data.csv").string();
+  f.imu_yaml = ifThere(mav0 / "imu0" / "sensor.yaml");
+  for (const std::string& name : numbered(mav0, "uwb")) {
+    const fs::path dir = mav0 / name;
+    f.ranges.push_back({name, (dir / "data.csv").string(), ifThere(dir / "sensor.yaml"),
+                        ifThere(dir / "anchors_truth.csv")});
+  }
   findGroundTruth(mav0, &f);
   return f;
+}
+
+std::string labelOf(const std::string& name, const char* kind) {
+  const std::size_t digits = name.find_last_not_of("0123456789") + 1;
+  const std::string number = digits < name.size() ? name.substr(digits) : "0";
+  return kind + number;
 }
 
 }  // namespace vir::euroc

@@ -1,22 +1,45 @@
 #pragma once
-/// Where the parts of a recording lie.
+/// Which files of a recording hold what.
 #include <string>
+#include <vector>
 
 namespace vir::euroc {
 
-struct Folder {
-  std::string mav0;
-  std::string camera_dir;  ///< empty: no camera wanted
-  std::string imu_dir;
-  std::string uwb_dir;            ///< empty: none
-  std::string ground_truth_file;  ///< empty: none
-  std::string ground_truth_dir;
+struct CameraFiles {
+  std::string name;  ///< "cam0", ...; its images are CAM0
+  std::string dir;   ///< images are here or in `data` below
+  std::string list;  ///< empty: the images are called after their stamps
+  std::string yaml;  ///< sensor.yaml; empty: none
 };
+
+struct RangeFiles {
+  std::string name;  ///< "uwb0", ...; its ranges are UWB0
+  std::string file;
+  std::string yaml;     ///< where the antenna is; empty: none
+  std::string anchors;  ///< where the anchors truly are; empty: none
+};
+
+struct Folder {
+  std::string root;                  ///< mav0, or the folder of tables
+  std::vector<CameraFiles> cameras;  ///< the estimator's first; empty: none wanted
+  std::string imu_file;
+  std::string accelerometer_file;  ///< empty: it is in `imu_file`, else that is the gyro's
+  std::string imu_yaml;            ///< empty: none
+  std::vector<RangeFiles> ranges;
+  std::string truth_file;   ///< empty: none
+  std::string truth_yaml;   ///< empty: none
+  std::string calibration;  ///< found beside the tables; empty: none
+  std::vector<std::string> notes;
+};
+
+/// "CAM1" of "cam1"; of a name without number the first of its kind.
+std::string labelOf(const std::string& name, const char* kind);
 
 /// Does `source` contain mav0, or is it mav0?
 bool isFolder(const std::string& source);
 
-/// `source` contains mav0 or is it. Throws InputError that says what is missing and what is there.
+/// `source` contains mav0 or is it. `camera` is the estimator's, or "none"; others that are there
+/// follow. Throws InputError that says what is missing and what is there.
 Folder findFolder(const std::string& source, const std::string& camera);
 
 }  // namespace vir::euroc

@@ -105,6 +105,12 @@ bool ImageStore::store(TimeNs t, const std::string& file, const std::string& whe
     if (image_.channels() == 2) cv::extractChannel(image_, image_, 0);
     converted_ = true;
   }
+  if (target_width_ > 0 && (target_width_ != image_.cols || target_height_ != image_.rows)) {
+    const bool smaller = target_width_ < image_.cols;
+    cv::resize(image_, image_, {target_width_, target_height_}, 0, 0,
+               smaller ? cv::INTER_AREA : cv::INTER_LINEAR);
+    converted_ = true;
+  }
   out->external_name.clear();
   out->pixels.release();
   if (mode_ == ImageMode::embed) {

@@ -35,6 +35,12 @@ class ImageStore {
     white_ = white;
   }
 
+  /// Images become this large.
+  void setTarget(int width, int height) {
+    target_width_ = width;
+    target_height_ = height;
+  }
+
   /// Decodes `file` and stores it. False, counted in the log with `where`, if it is missing, cannot
   /// be decoded or has another size. Throws InputError if the folder cannot be written.
   bool store(TimeNs t, const std::string& file, const std::string& where, StoredImage* out);
@@ -47,6 +53,7 @@ class ImageStore {
   ImageMode mode_;
   std::string folder_, label_;
   int width_, height_;
+  int target_width_ = 0, target_height_ = 0;
   double black_ = 0, white_ = 65535;
   ProblemLog* log_;
   bool folder_ready_ = false, links_work_ = true;

@@ -12,7 +12,7 @@ constexpr double kJitter = 0.4;  // of the period, to either side
 
 }  // namespace
 
-RangeSimulator::RangeSimulator(const EurocOptions& o, std::unique_ptr<RowCursor<PoseRow>> truth,
+RangeSimulator::RangeSimulator(const EurocOptions& o, std::unique_ptr<RowStream<PoseRow>> truth,
                                const Pose& T_B_I, ProblemLog* log)
     : options_(o),
       truth_(std::move(truth)),

@@ -26,7 +26,7 @@ class RangeSimulator {
   static constexpr TimeNs kMaxGap = 100'000'000;
 
   /// `T_B_I` turns the ground truth's body into ours (the IMU).
-  RangeSimulator(const EurocOptions& o, std::unique_ptr<RowCursor<PoseRow>> truth,
+  RangeSimulator(const EurocOptions& o, std::unique_ptr<RowStream<PoseRow>> truth,
                  const Pose& T_B_I, ProblemLog* log);
 
   const SimulatedRange* peek() const { return has_next_ ? &next_ : nullptr; }
@@ -45,7 +45,7 @@ class RangeSimulator {
   bool poseAt(TimeNs t, Pose* T_W_B);
 
   EurocOptions options_;
-  std::unique_ptr<RowCursor<PoseRow>> truth_;
+  std::unique_ptr<RowStream<PoseRow>> truth_;
   Pose T_B_I_;
   ProblemLog* log_;
   Random random_;

@@ -2,6 +2,7 @@
 
 #include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <set>
 
 namespace vir::euroc {
@@ -89,6 +90,8 @@ bool parseImu(const Fields& f, const tables::ImuColumns& c, const Stamps& stamps
       !vector(f, c.gyro, &row->gyro, fault) || !vector(f, c.acc, &row->acc, fault)) {
     return false;
   }
+  if (c.gyro_unit != 1) row->gyro *= c.gyro_unit;
+  if (c.acc_unit != 1) row->acc *= c.acc_unit;
   if (row->gyro.cwiseAbs().maxCoeff() > kMaxRate)
     return implausible(fault, "angular rate above 1000 rad/s");
   if (row->acc.cwiseAbs().maxCoeff() > kMaxAcceleration) {
@@ -124,6 +127,7 @@ bool parseRange(const Fields& f, const tables::RangeColumns& c, const Stamps& st
       !anchorId(at(f, c.anchor), names, &row->anchor, fault)) {
     return false;
   }
+  if (c.unit_m != 1) row->range_m *= c.unit_m;
   if (c.antenna >= 0) row->antenna = std::string(at(f, c.antenna));
   if (row->range_m < 0 || row->range_m > kMaxRange) {
     return implausible(fault, "a range of " + std::string(at(f, c.range)) + " m");
@@ -179,6 +183,30 @@ std::string listed(const int columns[3]) {
   return out;
 }
 
+void sayUnit(const std::string& path, const char* what, double factor, const char* unit,
+             ProblemLog* log) {
+  if (factor == 1) return;
+  char text[160];
+  std::snprintf(text, sizeof text, ": the %s was multiplied by %.6g to be in %s", what, factor,
+                unit);
+  log->note(path + text);
+}
+
+/// `header`: what the header says it is in; `size`: of the vectors in the first rows.
+double accUnit(const std::string& path, const Units& units, double header, double size,
+               ProblemLog* log) {
+  constexpr double kGravity = 9.80665;
+  if (units.acc > 0) return units.acc;
+  if (header != 1 || !units.guess_acc) return header;
+  const bool g = size > 0.85 && size<1.15, mg = size> 850 && size < 1150;
+  if (!g && !mg) return header;
+  char text[120];
+  std::snprintf(text, sizeof text, ": |a| is %.4g at the beginning, so it is taken to be in %s",
+                size, g ? "g" : "mg");
+  log->note(path + text);
+  return g ? kGravity : kGravity / 1000;
+}
+
 /// Says so when ranges are of several antennas, which nothing here can place.
 void noteAntennas(const std::string& path, const tables::Layout& layout, int column,
                   ProblemLog* log) {
@@ -197,21 +225,52 @@ void noteAntennas(const std::string& path, const tables::Layout& layout, int col
 
 }  // namespace
 
-std::unique_ptr<RowCursor<ImuRow>> openImu(const std::string& path, ProblemLog* log) {
+std::unique_ptr<RowStream<ImuRow>> openImu(const std::string& path, const Units& units,
+                                           ProblemLog* log) {
   const tables::Layout layout = tables::layoutOf(path);
-  const tables::ImuColumns c = tables::imuColumns(layout);
+  tables::ImuColumns c = tables::imuColumns(layout);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kImuStep, false, log);
-  if (c.gyro[0] != 1 || c.acc[0] != 4) {
+  if (c.named && (c.gyro[0] != 1 || c.acc[0] != 4)) {
     log->note(path + ": by its header the gyro is in columns" + listed(c.gyro) +
               ", the accelerometer in columns" + listed(c.acc));
   }
+  if (c.turned) {
+    log->note(path + ": the accelerometer is in columns" + listed(c.acc) + ", the gyro in columns" +
+              listed(c.gyro) + ", by the size of the numbers: there is no header that says");
+  }
+  if (units.gyro > 0) c.gyro_unit = units.gyro;
+  c.acc_unit = accUnit(path, units, c.acc_unit, tables::medianNorm(layout, c.acc), log);
+  sayUnit(path, "gyro", c.gyro_unit, "rad/s", log);
+  sayUnit(path, "accelerometer", c.acc_unit, "m/s^2", log);
   const auto parse = [=](const Fields& f, ImuRow* row, RowFault* fault) {
     return parseImu(f, c, stamps, row, fault);
   };
   return open<ImuRow>(path, "imu", layout, parse, log);
 }
 
-std::unique_ptr<RowCursor<ImageRow>> openImageList(const std::string& path, ProblemLog* log) {
+std::unique_ptr<RowStream<VectorRow>> openVectors(const std::string& path, VectorKind kind,
+                                                  const Units& units, ProblemLog* log) {
+  const bool gyro = kind == VectorKind::gyro;
+  const tables::Layout layout = tables::layoutOf(path);
+  tables::VectorColumns c =
+      gyro ? tables::gyroColumns(layout, true) : tables::accelerometerColumns(layout, true);
+  const Stamps stamps = stampsOf(path, layout, c.stamp, kImuStep, false, log);
+  if (gyro && units.gyro > 0) c.unit = units.gyro;
+  if (!gyro) c.unit = accUnit(path, units, c.unit, tables::medianNorm(layout, c.v), log);
+  sayUnit(path, gyro ? "gyro" : "accelerometer", c.unit, gyro ? "rad/s" : "m/s^2", log);
+  const auto parse = [=](const Fields& f, VectorRow* row, RowFault* fault) {
+    if (!enough(f, c.last(), fault) || !stamp(f, stamps, &row->t, fault) ||
+        !vector(f, c.v, &row->v, fault)) {
+      return false;
+    }
+    row->v *= c.unit;
+    return row->v.cwiseAbs().maxCoeff() <= kMaxAcceleration ||
+           implausible(fault, "a value above 10000");
+  };
+  return open<VectorRow>(path, gyro ? "gyro" : "accelerometer", layout, parse, log);
+}
+
+std::unique_ptr<RowStream<ImageRow>> openImageList(const std::string& path, ProblemLog* log) {
   const tables::Layout layout = tables::layoutOf(path);
   const tables::ImageColumns c = tables::imageColumns(layout);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kImageStep, false, log);
@@ -222,10 +281,12 @@ std::unique_ptr<RowCursor<ImageRow>> openImageList(const std::string& path, Prob
   return std::make_unique<RowCursor<ImageRow>>(std::move(spec), log);
 }
 
-std::unique_ptr<RowCursor<RangeRow>> openRanges(const std::string& path, tables::AnchorNames* names,
-                                                ProblemLog* log) {
+std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const Units& units,
+                                                tables::AnchorNames* names, ProblemLog* log) {
   const tables::Layout layout = tables::layoutOf(path);
-  const tables::RangeColumns c = tables::rangeColumns(layout);
+  tables::RangeColumns c = tables::rangeColumns(layout);
+  if (units.range > 0) c.unit_m = units.range;
+  sayUnit(path, "range", c.unit_m, "m", log);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kRangeStep, false, log);
   noteAntennas(path, layout, c.antenna, log);
   const auto parse = [=](const Fields& f, RangeRow* row, RowFault* fault) {
@@ -239,7 +300,7 @@ std::unique_ptr<RowCursor<RangeRow>> openRanges(const std::string& path, tables:
   return std::make_unique<RowCursor<RangeRow>>(std::move(spec), log);
 }
 
-std::unique_ptr<RowCursor<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log) {
+std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log) {
   const tables::Layout layout = tables::layoutOf(path);
   const tables::PoseColumns c = tables::poseColumns(layout);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kPoseStep, layout.separator == ' ', log);

@@ -18,6 +18,12 @@ struct ImuRow {
   Vec3 acc = Vec3::Zero();   ///< specific force [m/s^2], IMU frame
 };
 
+/// A reading of a gyro or of an accelerometer alone.
+struct VectorRow {
+  TimeNs t = 0;
+  Vec3 v = Vec3::Zero();  ///< [rad/s] or [m/s^2]
+};
+
 struct ImageRow {
   TimeNs t = 0;
   std::string file;  ///< name as listed
@@ -45,16 +51,32 @@ struct AnchorRow {
 /// Every reader takes columns by the names of a header (vir/tables/layout.h), any separator, and
 /// stamps in the unit that they can only be in; what is not as EuRoC has it is noted in the log.
 
-/// Without names: t, gyro xyz, acc xyz.
-std::unique_ptr<RowCursor<ImuRow>> openImu(const std::string& path, ProblemLog* log);
+/// What the numbers are multiplied by; 0: as the header says, else SI.
+struct Units {
+  double gyro = 0;   ///< [rad/s]
+  double acc = 0;    ///< [m/s^2]
+  double range = 0;  ///< [m]
+  /// Take an accelerometer whose first second is about 1 (or 1000) long for one in g (mg).
+  bool guess_acc = false;
+};
+
+/// Without names: t, gyro xyz, acc xyz (or the accelerometer first, where its size says so).
+std::unique_ptr<RowStream<ImuRow>> openImu(const std::string& path, const Units& units,
+                                           ProblemLog* log);
+enum class VectorKind { gyro, accelerometer };
+std::unique_ptr<RowStream<VectorRow>> openVectors(const std::string& path, VectorKind kind,
+                                                  const Units& units, ProblemLog* log);
+/// Gyro and accelerometer in files of their own: samples at the times of the gyro.
+std::unique_ptr<RowStream<ImuRow>> openSplitImu(const std::string& gyro, const std::string& acc,
+                                                const Units& units, ProblemLog* log);
 /// Without names: t, filename; or t alone, for files called after their stamps.
-std::unique_ptr<RowCursor<ImageRow>> openImageList(const std::string& path, ProblemLog* log);
-/// Without names: t, anchor_id, range. `names` must outlive the cursor.
-std::unique_ptr<RowCursor<RangeRow>> openRanges(const std::string& path, tables::AnchorNames* names,
-                                                ProblemLog* log);
+std::unique_ptr<RowStream<ImageRow>> openImageList(const std::string& path, ProblemLog* log);
+/// Without names: t, anchor_id, range. `names` must outlive the stream.
+std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const Units& units,
+                                                tables::AnchorNames* names, ProblemLog* log);
 /// Without names: t, p xyz, q wxyz where there are commas or semicolons, q xyzw (TUM) where there
 /// are none; positions only where there are no more columns.
-std::unique_ptr<RowCursor<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log);
+std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log);
 /// `#id, x, y, z`. Throws InputError if the file cannot be opened.
 std::vector<AnchorRow> readAnchorTable(const std::string& path, tables::AnchorNames* names,
                                        ProblemLog* log);

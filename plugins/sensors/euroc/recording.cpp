@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <limits>
 
+#include "image_list.h"
 #include "input_error.h"
+#include "stream_setup.h"
 
 namespace vir::euroc {
 namespace fs = std::filesystem;
@@ -21,7 +23,7 @@ bool isIdentity(const Pose& T) {
 }
 
 template <typename Row>
-void requireRows(const RowCursor<Row>& c, const ProblemLog& log) {
+void requireRows(const RowStream<Row>& c, const ProblemLog& log) {
   if (c.peek()) return;
   std::string why;
   for (const char* kind :
@@ -39,74 +41,86 @@ void skipUntil(Cursor* c, TimeNs t) {
 
 }  // namespace
 
-Recording::Recording(const EurocOptions& o, ProblemLog* log) : log_(log) {
+Recording::Recording(const EurocOptions& o, ProblemLog* log)
+    : Recording((validate(o), findFolder(o.source, o.camera)), o, log) {}
+
+Recording::Recording(Folder folder, const EurocOptions& o, ProblemLog* log)
+    : log_(log), folder_(std::move(folder)), section_(o.section), units_(unitsOf(o)) {
   validate(o);
-  folder_ = findFolder(o.source, o.camera);
+  for (const std::string& note : folder_.notes) log_->note(note);
   openCalibration(o);
   openStreams(o);
 }
 
 void Recording::openCalibration(const EurocOptions& o) {
-  const std::string imu_yaml = folder_.imu_dir + "/sensor.yaml";
-  if (fs::exists(imu_yaml)) {
-    imu_calibration_ = readImuYaml(imu_yaml, log_);
-  } else {
-    log_->note(imu_yaml +
-               ": missing; the IMU is taken as the body frame, noise densities as unknown");
+  if (!folder_.imu_yaml.empty()) {
+    imu_calibration_ = readImuYaml(folder_.imu_yaml, log_);
+  } else if (section_ != "csv") {
+    log_->note(fs::path(folder_.imu_file).parent_path().string() +
+               "/sensor.yaml: missing; the IMU is taken as the body frame, noise densities as "
+               "unknown");
   }
   const Pose& T_B_I = imu_calibration_.T_B_I;
   if (!isIdentity(T_B_I)) {
-    log_->note(imu_yaml +
+    log_->note(folder_.imu_yaml +
                ": T_BS is not the identity; body is the IMU here, so camera, antenna and ground "
                "truth were moved to the IMU's frame");
   }
-  if (!folder_.camera_dir.empty()) openCamera(o);
-  range_sigma_m_ = o.range_sigma_m;
-  antenna_ = Vec3(o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]);
-  if (!folder_.uwb_dir.empty() && o.read_ranges && !o.simulate_ranges) {
-    const std::string uwb_yaml = folder_.uwb_dir + "/sensor.yaml";
-    if (fs::exists(uwb_yaml)) {
-      const UwbYaml uwb = readUwbYaml(uwb_yaml);
-      antenna_ = T_B_I.inverse() * uwb.T_B_U.p;
-      range_sigma_m_ = uwb.sigma_m.value_or(o.range_sigma_m);
-    } else {
-      log_->note(uwb_yaml + ": missing; lever_arm_m and range_sigma_m of the settings are used");
+  for (const CameraFiles& files : folder_.cameras) {
+    if (!cameras_.empty() && !o.other_cameras) {
+      log_->note(files.dir + ": not read (other_cameras = false)");
+      continue;
     }
+    CameraStream camera;
+    camera.files = files;
+    camera.label = cameras_.empty() ? "CAM0" : labelOf(files.name, "CAM");
+    // The estimator's camera is CAM0, whichever it is.
+    if (!cameras_.empty() && camera.label == "CAM0")
+      camera.label = labelOf(cameras_[0].files.name, "CAM");
+    openCamera(o, &camera, cameras_.empty());
+    cameras_.push_back(std::move(camera));
   }
+  antenna_ = Vec3(o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]);
   T_S_B_truth_ = T_B_I;
-  if (const std::string yaml = folder_.ground_truth_dir + "/sensor.yaml";
-      !folder_.ground_truth_file.empty() && fs::exists(yaml)) {
-    T_S_B_truth_ = readSensorPose(yaml).inverse() * T_B_I;
+  if (!folder_.truth_file.empty() && !folder_.truth_yaml.empty()) {
+    T_S_B_truth_ = readSensorPose(folder_.truth_yaml).inverse() * T_B_I;
   }
 }
 
-void Recording::openCamera(const EurocOptions& o) {
-  const std::string yaml = folder_.camera_dir + "/sensor.yaml";
-  GivenCalibration given;
-  if (!o.calibration.empty()) {
-    given = readGivenCalibration(o.calibration, o.camera);
-    for (const std::string& note : given.notes) log_->note(o.calibration + ": " + note);
-  }
+void Recording::openCamera(const EurocOptions& o, CameraStream* camera, bool first) {
+  const std::string& yaml = camera->files.yaml;
+  const std::string file = o.calibration.empty() ? folder_.calibration : o.calibration;
+  const GivenCalibration given = readGivenCalibration(file, camera->files.name, first);
+  for (const std::string& note : given.notes) log_->note(file + ": " + note);
   if (!given.camera || !given.T_B_C) {
-    camera_ = readCameraYaml(yaml);
-    camera_->T_B_C = imu_calibration_.T_B_I.inverse() * camera_->T_B_C;
-  } else {
-    camera_.emplace();
+    if (yaml.empty() && section_ == "csv") {
+      throw InputError(
+          (file.empty() ? folder_.root + ": holds no calibration of the camera"
+                        : file + ": says nothing of the camera's " +
+                              (given.camera ? "pose on the IMU (T_BS, or T_cam_imu of Kalibr)"
+                                            : "intrinsics")) +
+          "; give --calibration FILE with intrinsics, distortion and the camera's pose on the IMU, "
+          "or leave the images out: --topic camera=none");
+    }
+    camera->calibration = readCameraYaml(yaml.empty() ? camera->files.dir + "/sensor.yaml" : yaml);
+    camera->calibration.T_B_C = imu_calibration_.T_B_I.inverse() * camera->calibration.T_B_C;
   }
   std::string what;
   const auto take = [&](const char* part) {
     what += (what.empty() ? "" : ", ") + std::string(part);
   };
-  if (given.camera) camera_->camera = *given.camera, take("the camera's intrinsics");
-  if (given.T_B_C) camera_->T_B_C = *given.T_B_C, take("its pose on the IMU");
-  if (given.time_offset_s) time_offset_s_ = given.time_offset_s, take("its time offset");
-  if (given.imu) {
+  if (given.camera) camera->calibration.camera = *given.camera, take("the camera's intrinsics");
+  if (given.T_B_C) camera->calibration.T_B_C = *given.T_B_C, take("its pose on the IMU");
+  if (first && given.time_offset_s) {
+    time_offset_s_ = given.time_offset_s, take("its time offset");
+  }
+  if (first && given.imu) {
     const Pose T_B_I = imu_calibration_.T_B_I;
     imu_calibration_ = *given.imu;
     imu_calibration_.T_B_I = T_B_I;
     take("the IMU's noise");
   }
-  if (!what.empty()) log_->note("from " + o.calibration + ": " + what);
+  if (!what.empty()) log_->note("from " + file + ": " + what);
 }
 
 void Recording::findTrueAnchors(const EurocOptions& o) {
@@ -118,56 +132,20 @@ void Recording::findTrueAnchors(const EurocOptions& o) {
     }
     return;
   }
-  const std::string table = folder_.uwb_dir + "/anchors_truth.csv";
-  if (folder_.uwb_dir.empty() || !o.read_ranges || !fs::exists(table)) return;
-  true_anchors_ = readAnchorTable(table, &anchor_names_, log_);
-}
-
-std::vector<std::string> Recording::someImages() const {
-  // Every n-th of the list, n doubled whenever there are too many.
-  constexpr std::size_t kMost = 16;
-  ProblemLog silent;
-  const auto list = euroc::openImageList(folder_.camera_dir + "/data.csv", &silent);
-  std::vector<std::string> files;
-  for (std::size_t i = 0, step = 1; list->peek() != nullptr; ++i, list->pop()) {
-    if (i % step != 0) continue;
-    files.push_back(list->peek()->file);
-    if (files.size() < kMost) continue;
-    for (std::size_t k = 0; 2 * k < files.size(); ++k) files[k] = files[2 * k];
-    files.resize(files.size() / 2);
-    step *= 2;
+  if (!o.read_ranges) return;
+  for (const RangeFiles& r : folder_.ranges) {
+    if (r.anchors.empty() || !true_anchors_.empty()) continue;
+    true_anchors_ = readAnchorTable(r.anchors, &anchor_names_, log_);
   }
-  for (std::string& file : files) file = imageFile(folder_.camera_dir, file);
-  return files;
-}
-
-void Recording::fitToImages() {
-  const ImageSurvey survey = surveyImages(someImages());
-  stretch_ = stretchOf(survey);
-  if (!stretch_.said.empty()) log_->note(folder_.camera_dir + ": " + stretch_.said);
-  CameraCalibration& c = camera_->camera;
-  if (survey.width == 0 || (survey.width == c.width && survey.height == c.height)) return;
-  const double sx = static_cast<double>(survey.width) / c.width;
-  const double sy = static_cast<double>(survey.height) / c.height;
-  if (std::abs(sx / sy - 1) > 0.005) return;  // the images will be refused one by one
-  char text[160];
-  std::snprintf(
-      text, sizeof text,
-      ": images of %dx%d, the calibration is of %dx%d: its intrinsics were scaled by %.4g",
-      survey.width, survey.height, c.width, c.height, sx);
-  log_->note(folder_.camera_dir + text);
-  c.width = survey.width;
-  c.height = survey.height;
-  c.fx *= sx, c.fy *= sy;
-  // The middle of the first pixel is (0, 0).
-  c.cx = (c.cx + 0.5) * sx - 0.5, c.cy = (c.cy + 0.5) * sy - 0.5;
 }
 
 void Recording::skipOtherAntennas() {
-  if (wanted_antenna_.empty() || !ranges_) return;
-  while (ranges_->peek() != nullptr && ranges_->peek()->antenna != wanted_antenna_) {
-    log_->count("range_of_another_antenna");
-    ranges_->pop();
+  if (wanted_antenna_.empty()) return;
+  for (RangeStream& s : ranges_) {
+    while (s.rows->peek() != nullptr && s.rows->peek()->antenna != wanted_antenna_) {
+      log_->count("range_of_another_antenna");
+      s.rows->pop();
+    }
   }
 }
 
@@ -177,34 +155,72 @@ void Recording::noteAnchorNames() {
   }
 }
 
+void Recording::openRangeStreams(const EurocOptions& o) {
+  const bool has_truth = !folder_.truth_file.empty();
+  if (o.simulate_ranges) {
+    if (!has_truth) {
+      throw InputError("[" + section_ + "] simulate_ranges = true needs a ground truth in " +
+                       folder_.root);
+    }
+    if (!folder_.ranges.empty())
+      log_->note(fs::path(folder_.ranges[0].file).parent_path().string() +
+                 ": not read, ranges are drawn instead");
+    drawn_ = std::make_unique<RangeSimulator>(o, openGroundTruth(folder_.truth_file, &silent_),
+                                              T_S_B_truth_, log_);
+    return;
+  }
+  if (!o.read_ranges) return;
+  for (const RangeFiles& files : folder_.ranges) {
+    RangeStream s;
+    s.label = labelOf(files.name, "UWB");
+    s.antenna = antenna_;
+    s.sigma_m = o.range_sigma_m;
+    if (!files.yaml.empty()) {
+      const UwbYaml uwb = readUwbYaml(files.yaml);
+      s.antenna = imu_calibration_.T_B_I.inverse() * uwb.T_B_U.p;
+      s.sigma_m = uwb.sigma_m.value_or(o.range_sigma_m);
+    } else {
+      log_->note((section_ == "csv"
+                      ? files.file + ":"
+                      : fs::path(files.file).parent_path().string() + "/sensor.yaml: missing") +
+                 "; lever_arm_m and range_sigma_m of the settings are used");
+    }
+    s.rows = openRanges(files.file, units_, &anchor_names_, log_);
+    ranges_.push_back(std::move(s));
+  }
+  wanted_antenna_ = o.antenna;
+  skipOtherAntennas();
+}
+
 void Recording::openStreams(const EurocOptions& o) {
   findTrueAnchors(o);
-  imu_ = openImu(folder_.imu_dir + "/data.csv", log_);
-  requireRows(*imu_, *log_);
-  TimeNs origin = imu_->peek()->t;
-  if (camera_) {
-    images_ = openImageList(folder_.camera_dir + "/data.csv", log_);
-    requireRows(*images_, *log_);
-    fitToImages();
-    origin = images_->peek()->t;
+  TimeNs origin = 0;
+  if (!folder_.imu_file.empty()) {
+    imu_ = folder_.accelerometer_file.empty()
+               ? openImu(folder_.imu_file, units_, log_)
+               : openSplitImu(folder_.imu_file, folder_.accelerometer_file, units_, log_);
+    requireRows(*imu_, *log_);
+    origin = imu_->peek()->t;
   }
-  const bool has_truth = !folder_.ground_truth_file.empty();
-  if (!has_truth)
-    log_->note(folder_.mav0 + ": no ground truth (state_groundtruth_estimate0 or mocap0)");
-  if (has_truth && o.read_gt) truth_ = openGroundTruth(folder_.ground_truth_file, log_);
-  if (o.simulate_ranges) {
-    if (!has_truth)
-      throw InputError("[euroc] simulate_ranges = true needs a ground truth in " + folder_.mav0);
-    if (!folder_.uwb_dir.empty())
-      log_->note(folder_.uwb_dir + ": not read, ranges are drawn instead");
-    drawn_ = std::make_unique<RangeSimulator>(
-        o, openGroundTruth(folder_.ground_truth_file, &silent_), T_S_B_truth_, log_);
-  } else if (!folder_.uwb_dir.empty() && o.read_ranges) {
-    ranges_ = openRanges(folder_.uwb_dir + "/data.csv", &anchor_names_, log_);
-    wanted_antenna_ = o.antenna;
-    skipOtherAntennas();
+  for (CameraStream& camera : cameras_) {
+    camera.rows = openImages(camera.files, log_);
+    requireRows(*camera.rows, *log_);
+    fitToImages(o.width_px, &camera, log_);
   }
+  if (!cameras_.empty()) origin = cameras_[0].rows->peek()->t;
+  const bool has_truth = !folder_.truth_file.empty();
+  if (!has_truth) {
+    log_->note(folder_.root + (section_ == "csv" ? ": no ground truth"
+                                                 : ": no ground truth (state_groundtruth_estimate0 "
+                                                   "or mocap0)"));
+  }
+  if (has_truth && o.read_gt) truth_ = openGroundTruth(folder_.truth_file, log_);
+  openRangeStreams(o);
+  if (origin == 0) origin = nextTime();
+  setWindow(o, origin);
+}
 
+void Recording::setWindow(const EurocOptions& o, TimeNs origin) {
   from_ = 0;
   until_ = kEnd;
   const double longest = toSeconds(kEnd - origin) / 2;
@@ -212,18 +228,24 @@ void Recording::openStreams(const EurocOptions& o) {
   if (o.max_duration_s > 0) {
     until_ = std::max(from_, origin) + fromSeconds(std::min(o.max_duration_s, longest));
   }
-  skipUntil(imu_.get(), from_);
-  skipUntil(images_.get(), from_);
-  skipUntil(ranges_.get(), from_);
-  skipOtherAntennas();
-  skipUntil(truth_.get(), from_);
-  skipUntil(drawn_.get(), from_);
-  const bool nothing = camera_ ? !images_->peek() : !imu_->peek();
+  skipTo(from_);
+  const bool nothing = !cameras_.empty() ? cameras_[0].rows->peek() == nullptr
+                       : imu_            ? imu_->peek() == nullptr
+                                         : nextTime() == kEnd;
   if (nothing) {
-    throw InputError("[euroc] start_s = " + std::to_string(o.start_s) +
+    throw InputError("[" + section_ + "] start_s = " + std::to_string(o.start_s) +
                      " lies behind the end of the recording");
   }
   now_ = from_;
+}
+
+void Recording::skipTo(TimeNs t) {
+  skipUntil(imu_.get(), t);
+  for (CameraStream& camera : cameras_) skipUntil(camera.rows.get(), t);
+  for (RangeStream& s : ranges_) skipUntil(s.rows.get(), t);
+  skipOtherAntennas();
+  skipUntil(truth_.get(), t);
+  skipUntil(drawn_.get(), t);
 }
 
 void Recording::watchGap(TimeNs t, TimeNs* last, const char* counter, const std::string& file) {
@@ -236,50 +258,83 @@ void Recording::watchGap(TimeNs t, TimeNs* last, const char* counter, const std:
   *last = t;
 }
 
+TimeNs Recording::nextTime() const {
+  TimeNs t = imu_ && imu_->peek() ? imu_->peek()->t : kEnd;
+  for (const RangeStream& s : ranges_) {
+    if (s.rows->peek()) t = std::min(t, s.rows->peek()->t);
+  }
+  if (drawn_ && drawn_->peek()) t = std::min(t, drawn_->peek()->t);
+  if (truth_ && truth_->peek()) t = std::min(t, truth_->peek()->t);
+  for (const CameraStream& camera : cameras_) {
+    if (camera.rows->peek()) t = std::min(t, camera.rows->peek()->t);
+  }
+  return t;
+}
+
+bool Recording::takeRange(Event* event) {
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    RowStream<RangeRow>& rows = *ranges_[i].rows;
+    if (rows.peek() == nullptr || rows.peek()->t != event->t) continue;
+    event->what = *rows.peek();
+    event->stream = i;
+    rows.pop();
+    skipOtherAntennas();
+    return true;
+  }
+  if (!drawn_ || drawn_->peek() == nullptr || drawn_->peek()->t != event->t) return false;
+  const SimulatedRange& r = *drawn_->peek();
+  event->what = RangeRow{r.t, r.anchor, r.range_m, {}};
+  if (!r.line_of_sight) log_->count("range_drawn_without_line_of_sight");
+  drawn_->pop();
+  return true;
+}
+
+void Recording::takePose(Event* event) {
+  PoseRow pose = *truth_->peek();
+  if (pose.has_attitude) {
+    pose.T_W_B = pose.T_W_B * T_S_B_truth_;
+  } else if (!isIdentity(T_S_B_truth_) && !said_truth_lever_) {
+    said_truth_lever_ = true;
+    log_->note(truth_->path() +
+               ": positions without attitude cannot be moved to the IMU: they "
+               "are those of the tracked point, " +
+               std::to_string(T_S_B_truth_.p.norm()) + " m from it");
+  }
+  event->what = pose;
+  truth_->pop();
+}
+
+void Recording::takeImage(Event* event) {
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    RowStream<ImageRow>& rows = *cameras_[i].rows;
+    if (rows.peek() == nullptr || rows.peek()->t != event->t) continue;
+    event->what = *rows.peek();
+    event->where = rows.where();
+    event->stream = i;
+    rows.pop();
+    if (i == 0) watchGap(event->t, &last_image_, "image_gap", rows.path());
+    return;
+  }
+}
+
 bool Recording::next(Event* event) {
-  const TimeNs ti = imu_->peek() ? imu_->peek()->t : kEnd;
-  const TimeNs tr = ranges_ && ranges_->peek() ? ranges_->peek()->t : kEnd;
-  const TimeNs td = drawn_ && drawn_->peek() ? drawn_->peek()->t : kEnd;
-  const TimeNs tg = truth_ && truth_->peek() ? truth_->peek()->t : kEnd;
-  const TimeNs tc = images_ && images_->peek() ? images_->peek()->t : kEnd;
-  const TimeNs t = std::min({ti, tr, td, tg, tc});
+  const TimeNs t = nextTime();
   if (t == kEnd || t > until_) {
     noteAnchorNames();
     return false;
   }
   event->t = now_ = t;
+  event->stream = 0;
   event->where.clear();
-  if (t == ti) {
+  if (imu_ && imu_->peek() && imu_->peek()->t == t) {
     event->what = *imu_->peek();
     imu_->pop();
     watchGap(t, &last_imu_, "imu_gap", imu_->path());
-  } else if (t == tr) {
-    event->what = *ranges_->peek();
-    ranges_->pop();
-    skipOtherAntennas();
-  } else if (t == td) {
-    const SimulatedRange& r = *drawn_->peek();
-    event->what = RangeRow{r.t, r.anchor, r.range_m, {}};
-    if (!r.line_of_sight) log_->count("range_drawn_without_line_of_sight");
-    drawn_->pop();
-  } else if (t == tg) {
-    PoseRow pose = *truth_->peek();
-    if (pose.has_attitude) {
-      pose.T_W_B = pose.T_W_B * T_S_B_truth_;
-    } else if (!isIdentity(T_S_B_truth_) && !said_truth_lever_) {
-      said_truth_lever_ = true;
-      log_->note(truth_->path() +
-                 ": positions without attitude cannot be moved to the IMU: they "
-                 "are those of the tracked point, " +
-                 std::to_string(T_S_B_truth_.p.norm()) + " m from it");
-    }
-    event->what = pose;
-    truth_->pop();
+  } else if (takeRange(event)) {
+  } else if (truth_ && truth_->peek() && truth_->peek()->t == t) {
+    takePose(event);
   } else {
-    event->what = *images_->peek();
-    event->where = images_->where();
-    images_->pop();
-    watchGap(t, &last_image_, "image_gap", images_->path());
+    takeImage(event);
   }
   return true;
 }
@@ -289,7 +344,9 @@ double Recording::progress() const {
     return std::clamp(static_cast<double>(now_ - from_) / static_cast<double>(until_ - from_), 0.0,
                       1.0);
   }
-  return images_ ? images_->progress() : imu_->progress();
+  if (!cameras_.empty()) return cameras_[0].rows->progress();
+  if (imu_) return imu_->progress();
+  return !ranges_.empty() ? ranges_[0].rows->progress() : truth_ ? truth_->progress() : 1;
 }
 
 }  // namespace vir::euroc

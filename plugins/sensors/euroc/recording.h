@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "euroc_options.h"
 #include "folder.h"
@@ -18,67 +19,88 @@ namespace vir::euroc {
 /// One thing that happened. Poses are those of our body frame, which is the IMU's.
 struct Event {
   TimeNs t = 0;
+  std::size_t stream = 0;  ///< which of the cameras(), which of the rangeStreams()
   std::variant<ImuRow, RangeRow, PoseRow, ImageRow> what;
   std::string where;  ///< file and line, of images only
 };
 
-/// Opens the folder and merges its files. Memory does not depend on their length.
+struct CameraStream {
+  CameraFiles files;
+  std::string label;
+  CameraYaml calibration;               ///< `T_B_C` is from our body (the IMU) here
+  Stretch stretch;                      ///< how pixels of 16 bits become 8
+  int file_width = 0, file_height = 0;  ///< of the images before they are resized
+  std::unique_ptr<RowStream<ImageRow>> rows;
+};
+
+struct RangeStream {
+  std::string label;
+  Vec3 antenna = Vec3::Zero();  ///< in our body [m]
+  double sigma_m = 0;
+  std::unique_ptr<RowStream<RangeRow>> rows;
+};
+
+/// Opens the files and merges them. Memory does not depend on their length.
 class Recording {
  public:
-  /// Throws InputError if this is no recording or a calibration is missing or wrong. `log` must
-  /// outlive the recording.
+  /// A folder in EuRoC's layout. Throws InputError if this is no recording or a calibration is
+  /// missing or wrong. `log` must outlive the recording.
   Recording(const EurocOptions& options, ProblemLog* log);
+  /// Any files.
+  Recording(Folder folder, const EurocOptions& options, ProblemLog* log);
 
   /// The next event in time; at one stamp IMU, range, ground truth, image. False at the end.
   bool next(Event* event);
   double progress() const;
 
   const Folder& folder() const { return folder_; }
-  /// Empty without a camera. `T_B_C` is from our body (the IMU) here.
-  const std::optional<CameraYaml>& camera() const { return camera_; }
-  /// How pixels of 16 bits become 8.
-  const Stretch& stretch() const { return stretch_; }
+  const std::vector<CameraStream>& cameras() const { return cameras_; }
+  const std::vector<RangeStream>& rangeStreams() const { return ranges_; }
   const ImuYaml& imu() const { return imu_calibration_; }
-  /// Stamp of an image + this = its time on the IMU's clock [s]; empty: not known.
+  /// Stamp of an image of the first camera + this = its time on the IMU's clock [s]; empty: not
+  /// known.
   std::optional<double> timeOffset() const { return time_offset_s_; }
+  /// Of drawn ranges, and of files that do not say.
   Vec3 antennaInBody() const { return antenna_; }  ///< [m]
-  double rangeSigma() const { return range_sigma_m_; }
   /// Where the anchors of the ranges truly are: drawn ones by the settings, others by
-  /// mav0/uwb0/anchors_truth.csv. Empty: not known.
+  /// anchors_truth.csv beside the ranges. Empty: not known.
   const std::vector<AnchorRow>& trueAnchors() const { return true_anchors_; }
 
  private:
   void openCalibration(const EurocOptions& o);
-  void openCamera(const EurocOptions& o);
+  void openCamera(const EurocOptions& o, CameraStream* camera, bool first);
   void openStreams(const EurocOptions& o);
+  void openRangeStreams(const EurocOptions& o);
+  void setWindow(const EurocOptions& o, TimeNs origin);
   void findTrueAnchors(const EurocOptions& o);
   void skipOtherAntennas();
+  void skipTo(TimeNs t);
   void noteAnchorNames();
-  /// Some images, spread over all of the list, as full names.
-  std::vector<std::string> someImages() const;
-  void fitToImages();
+  TimeNs nextTime() const;
+  void takePose(Event* event);
+  bool takeRange(Event* event);
+  void takeImage(Event* event);
   void watchGap(TimeNs t, TimeNs* last, const char* counter, const std::string& file);
 
   ProblemLog* log_;
   /// For the second reading of the ground truth: its faults are reported once.
   ProblemLog silent_;
   Folder folder_;
-  std::optional<CameraYaml> camera_;
+  std::string section_;
+  Units units_;
   ImuYaml imu_calibration_;
   std::optional<double> time_offset_s_;
-  Stretch stretch_;
   tables::AnchorNames anchor_names_;
   std::string wanted_antenna_;
   bool said_truth_lever_ = false;
   Vec3 antenna_ = Vec3::Zero();
-  double range_sigma_m_ = 0;
   std::vector<AnchorRow> true_anchors_;
   Pose T_S_B_truth_;  ///< our body in the frame whose pose the ground truth gives
 
-  std::unique_ptr<RowCursor<ImuRow>> imu_;
-  std::unique_ptr<RowCursor<ImageRow>> images_;
-  std::unique_ptr<RowCursor<RangeRow>> ranges_;
-  std::unique_ptr<RowCursor<PoseRow>> truth_;
+  std::unique_ptr<RowStream<ImuRow>> imu_;
+  std::vector<CameraStream> cameras_;
+  std::vector<RangeStream> ranges_;
+  std::unique_ptr<RowStream<PoseRow>> truth_;
   std::unique_ptr<RangeSimulator> drawn_;
 
   TimeNs from_ = 0, until_ = 0;

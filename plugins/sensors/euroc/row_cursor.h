@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "problem_log.h"
+#include "row_stream.h"
 #include "text_fields.h"
 #include "vir/tables/layout.h"
 
@@ -25,7 +26,7 @@ struct RowFault {
 /// are less than kWindow rows late; later ones, repeated ones and unreadable ones are counted and
 /// reported in the log under "<name>_...", and skipped.
 template <typename Row>
-class RowCursor {
+class RowCursor : public RowStream<Row> {
  public:
   static constexpr std::size_t kWindow = 64;
   using Fields = std::vector<std::string_view>;
@@ -50,14 +51,12 @@ class RowCursor {
     advance();
   }
 
-  /// The next row, or nullptr at the end.
-  const Row* peek() const { return has_next_ ? &next_ : nullptr; }
-  void pop() { advance(); }
-  /// File and line of peek()'s row.
-  std::string where() const { return lines_.path() + ":" + std::to_string(next_line_); }
-  double progress() const { return lines_.progress(); }
-  const std::string& path() const { return lines_.path(); }
-  const std::string& name() const { return spec_.name; }
+  const Row* peek() const override { return has_next_ ? &next_ : nullptr; }
+  void pop() override { advance(); }
+  std::string where() const override { return lines_.path() + ":" + std::to_string(next_line_); }
+  double progress() const override { return lines_.progress(); }
+  const std::string& path() const override { return lines_.path(); }
+  const std::string& name() const override { return spec_.name; }
 
  private:
   struct Entry {

@@ -33,13 +33,15 @@ CameraYaml readCameraYaml(const std::string& path) {
   });
 }
 
-GivenCalibration readGivenCalibration(const std::string& path, const std::string& camera) {
+GivenCalibration readGivenCalibration(const std::string& path, const std::string& camera,
+                                      bool or_first) {
+  if (path.empty()) return {};
   return asInput([&] {
     const formats::CalibrationFile file = formats::readCalibrationFile(path);
     GivenCalibration given;
     given.notes = file.notes;
     const formats::CalibratedCamera* c = file.camera(camera);
-    if (c == nullptr && !file.cameras.empty()) c = &file.cameras.front();
+    if (c == nullptr && or_first && !file.cameras.empty()) c = &file.cameras.front();
     if (c != nullptr) {
       given.camera = c->camera;
       given.T_B_C = c->T_B_C;

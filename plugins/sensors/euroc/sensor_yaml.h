@@ -39,8 +39,9 @@ struct GivenCalibration {
   std::vector<std::string> notes;
 };
 
-/// The file's camera `camera`, else its first.
-GivenCalibration readGivenCalibration(const std::string& path, const std::string& camera);
+/// The file's camera `camera`; else, where `or_first`, its first. Empty for no path.
+GivenCalibration readGivenCalibration(const std::string& path, const std::string& camera,
+                                      bool or_first = true);
 
 /// Each throws InputError naming file, key and value for a missing or nonsensical calibration.
 CameraYaml readCameraYaml(const std::string& path);

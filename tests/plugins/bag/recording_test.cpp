@@ -110,6 +110,56 @@ TEST_F(Recording, AllKindsOfBagsGiveTheSame) {
   }
 }
 
+TEST_F(Recording, RangesOfATypeNobodyKnowsByTheNamesOfItsFields) {
+  {
+    test::Ros1Writer bag(path());
+    bag.define("some_driver/UwbRange", "Header header\nuint16 anchor_id\nuint32 distance\n");
+    bag.define("other/UwbScan", "Header header\nMeasurement[] all\n" + std::string(80, '=') +
+                                    "\nMSG: other/Measurement\nstring id\nfloat64 range_m\n");
+    bag.define("cf_msgs/Tdoa", "Header header\nint32 idA\nint32 idB\nfloat32 data\n");
+    test::WireBytes one = bag.message();
+    one.header(kStart, "tag").put(std::uint16_t{7}).put(std::uint32_t{2500});
+    bag.write("/a", "some_driver/UwbRange", one.bytes(), kStart);
+    test::WireBytes list = bag.message();
+    list.header(kStart + kMs, "tag").put(std::uint32_t{1}).text("0x84").put(3.5);
+    bag.write("/b", "other/UwbScan", list.bytes(), kStart + kMs);
+    test::WireBytes difference = bag.message();
+    difference.header(kStart, "tag").put(1).put(2).put(0.5F);
+    bag.write("/tdoa", "cf_msgs/Tdoa", difference.bytes(), kStart);
+  }
+  const auto ranges = only<Range>(readAll());
+  ASSERT_EQ(ranges.size(), 2u);
+  EXPECT_EQ(ranges[0].anchor, 7u);
+  EXPECT_EQ(ranges[0].range_m, 2.5);  // whole numbers are millimetres
+  EXPECT_EQ(ranges[1].anchor, 0x84u);
+  EXPECT_EQ(ranges[1].range_m, 3.5);
+  EXPECT_TRUE(noted("by the names of its fields, anchor_id,distance,unit=mm"));
+  EXPECT_TRUE(noted("differences of ranges"));
+}
+
+TEST_F(Recording, ImagesAreResizedWithTheirCalibration) {
+  {
+    test::Ros1Writer bag(path());
+    test::writeCameraInfo(bag, "/cam0/camera_info", kStart, 32, 24, "plumb_bob", {0, 0, 0, 0, 0},
+                          30, 30, 16, 12);
+    test::writeStatic(bag, kStart, {0, 0, 0}, {0, 0, 0, 1});
+    for (int i = 0; i < 3; ++i) {
+      const TimeNs t = kStart + i * 50 * kMs;
+      test::writeImu(bag, "/imu", t, t, {0, 0, 0}, {0, 0, 9.81});
+      test::writeImage(bag, "/cam0/image_raw", t, t, 32, 24, "mono8", 32,
+                       std::vector<std::uint8_t>(32 * 24, 100));
+    }
+  }
+  options.width_px = 16;
+  options.need_calibration = false;
+  const auto images = only<ImageReading>(readAll());
+  ASSERT_EQ(images.size(), 3u);
+  EXPECT_EQ(images[0].pixels.cols, 16);
+  EXPECT_EQ(images[0].pixels.rows, 12);
+  EXPECT_EQ(recording->cameras()[0].intrinsics.width, 16);
+  EXPECT_TRUE(noted("are resized to 16x12"));
+}
+
 TEST_F(Recording, StampsOrTimesOfReceiptAsAsked) {
   {
     test::Ros1Writer bag(path());

@@ -35,7 +35,7 @@ Content read(const EurocFolder& f, const std::string& antenna = "") {
     if (auto* range = std::get_if<RangeRow>(&e.what)) c.ranges.push_back(*range);
     if (auto* pose = std::get_if<PoseRow>(&e.what)) c.truth.push_back(*pose);
     if (auto* image = std::get_if<ImageRow>(&e.what)) {
-      c.images.push_back(imageFile(recording.folder().camera_dir, image->file));
+      c.images.push_back(imageFile(recording.folder().cameras[0].dir, image->file));
     }
   }
   for (const std::string& m : log.messages()) c.notes += m + "\n";
@@ -193,9 +193,9 @@ std::vector<int> storedPixels(const std::vector<int>& pixels, std::string* said)
   o.source = f.root().string();
   ProblemLog log;
   const Recording recording(o, &log);
-  *said = recording.stretch().said;
+  *said = recording.cameras()[0].stretch.said;
   ImageStore store(ImageMode::embed, "", "CAM0", 64, 48, &log);
-  store.setStretch(recording.stretch().black, recording.stretch().white);
+  store.setStretch(recording.cameras()[0].stretch.black, recording.cameras()[0].stretch.white);
   StoredImage out;
   EXPECT_TRUE(store.store(1, f.imageFile(0).string(), "", &out));
   std::vector<int> values;
@@ -230,7 +230,7 @@ TEST(AnyLayout, ImagesOfHalfTheSizeScaleTheIntrinsics) {
   o.source = f.root().string();
   ProblemLog log;
   const Recording recording(o, &log);
-  const CameraCalibration& c = recording.camera()->camera;
+  const CameraCalibration& c = recording.cameras()[0].calibration.camera;
   EXPECT_EQ(c.width, 32);
   EXPECT_DOUBLE_EQ(c.fx, 40.5 / 2);
   EXPECT_DOUBLE_EQ(c.cx, (31.25 + 0.5) / 2 - 0.5);
@@ -252,8 +252,8 @@ TEST(AnyLayout, ACalibrationFromElsewhereGoesBefore) {
   o.calibration = (f.mav0() / "given.yaml").string();
   ProblemLog log;
   const Recording recording(o, &log);
-  EXPECT_EQ(recording.camera()->camera.fx, 41);
-  EXPECT_LT((recording.camera()->T_B_C.p - Vec3(0.5, 0, 0)).norm(), 1e-12);
+  EXPECT_EQ(recording.cameras()[0].calibration.camera.fx, 41);
+  EXPECT_LT((recording.cameras()[0].calibration.T_B_C.p - Vec3(0.5, 0, 0)).norm(), 1e-12);
   EXPECT_EQ(recording.timeOffset(), 0.004);
   EXPECT_TRUE(recording.imu().has_noise);  // still the recording's own
   EXPECT_TRUE(contains(log.messages().at(0), "intrinsics, its pose on the IMU, its time offset"))

@@ -253,8 +253,8 @@ TEST(Recording, AnImuThatIsNotTheBodyMovesEverythingElse) {
   ProblemLog log;
   Recording r(optionsFor(f), &log);
   // Camera at (0.1, 0.02, 0.03) in B is at R^T (p - t) in I.
-  EXPECT_LT((r.camera()->T_B_C.p - Vec3(0.02, -0.1, -0.17)).norm(), 1e-12);
-  EXPECT_LT((r.antennaInBody() - Vec3(0.2, -0.1, 0.1)).norm(), 1e-12);
+  EXPECT_LT((r.cameras()[0].calibration.T_B_C.p - Vec3(0.02, -0.1, -0.17)).norm(), 1e-12);
+  EXPECT_LT((r.rangeStreams()[0].antenna - Vec3(0.2, -0.1, 0.1)).norm(), 1e-12);
   Event e;
   while (r.next(&e) && !std::holds_alternative<PoseRow>(e.what)) {
   }

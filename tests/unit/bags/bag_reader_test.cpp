@@ -5,6 +5,7 @@
 #include <set>
 
 #include "bag_fixtures.h"
+#include "vir_test_bag_writer.h"
 #include "vir_test_temp_folder.h"
 
 namespace vir::bags {
@@ -233,6 +234,55 @@ TEST(BagKind, ByContent) {
   EXPECT_EQ(bagKindOf(fixture("make_db3.py")), BagKind::none);
   EXPECT_EQ(bagKindOf(fixture("")), BagKind::folder);  // it holds .mcap files
   EXPECT_EQ(bagKindOf("/nowhere"), BagKind::none);
+}
+
+/// `n` readings a hundredth of a second apart.
+void writePart(const std::filesystem::path& path, TimeNs from, int n, const std::string& topic) {
+  vir::test::Ros1Writer bag(path.string());
+  for (int i = 0; i < n; ++i) {
+    const TimeNs t = from + i * 10'000'000;
+    vir::test::writeImu(bag, topic, t, t, {0, 0, 0}, {0, 0, 9.81});
+  }
+}
+
+TEST(SplitBag, PartsInAFolderAreOneRecording) {
+  const vir::test::TempFolder folder;
+  // Not in the order of the names: part 10 is behind part 9.
+  for (const int part : {0, 9, 10}) {
+    writePart(folder / ("flight_" + std::to_string(part) + ".bag"),
+              kStart + part * 3'600'000'000'000, 20, "/imu");
+  }
+  writePart(folder / "flight_11.bag.active", kStart + 11 * 3'600'000'000'000, 5, "/imu");
+  EXPECT_EQ(bagKindOf(folder.path().string()), BagKind::ros1_folder);
+  const auto reader = openBag(folder.path().string());
+  const std::vector<Kept> messages = readAll(*reader);
+  ASSERT_EQ(messages.size(), 65u);
+  for (std::size_t i = 1; i < messages.size(); ++i) {
+    EXPECT_LT(messages[i - 1].received, messages[i].received);
+  }
+  EXPECT_EQ(reader->progress(), 1);
+}
+
+TEST(SplitBag, RecordersSideBySideAreMerged) {
+  const vir::test::TempFolder folder;
+  writePart(folder / "camera.bag", kStart + 5'000'000, 20, "/a");
+  writePart(folder / "imu.bag", kStart, 20, "/b");
+  const std::vector<Kept> messages = readAll(*openBag(folder.path().string()));
+  ASSERT_EQ(messages.size(), 40u);
+  EXPECT_EQ(messages[0].channel.topic, "/b");
+  EXPECT_EQ(messages[1].channel.topic, "/a");
+}
+
+TEST(SplitBag, SeveralRecordingsAreNotOne) {
+  const vir::test::TempFolder folder;
+  writePart(folder / "hall.bag", kStart, 20, "/imu");
+  writePart(folder / "garden.bag", kStart + 3'600'000'000'000, 20, "/imu");
+  try {
+    openBag(folder.path().string());
+    FAIL();
+  } catch (const BagError& e) {
+    EXPECT_NE(std::string(e.what()).find("several recordings"), std::string::npos) << e.what();
+  }
 }
 
 TEST(BagFolder, WithoutMetadataFilesComeInTheOrderOfTheirNumbers) {

@@ -51,6 +51,34 @@ TEST(TurningCheck, NothingIsWrongWithTheRightCalibration) {
   EXPECT_EQ(seriousKinds(findingsOf(kAsItIs, forward(), off)), Kinds{});
 }
 
+/// Images stamped `late_s` late, given as `given_s`.
+std::vector<Finding> offsetFound(double late_s, double given_s) {
+  TurningCheck check("IMU0", "CAM0");
+  Random random(3);
+  for (int i = 0; i < 4000; ++i) {
+    const double t = 0.005 * i;
+    check.add(ImuSample{fromSeconds(t), rate(t), Vec3(0, 0, 9.81)});
+    if (i % 10 != 5 || i < 60) continue;
+    ImageTurn turn;
+    turn.t0 = fromSeconds(t - 0.05);
+    turn.t1 = fromSeconds(t);
+    const Vec3 noise(random.normal(), random.normal(), random.normal());
+    turn.rotation_C = forward().transpose() * rate(t - 0.025 - late_s) * 0.05 + 0.001 * noise;
+    check.add(turn);
+  }
+  return check.findings(forward(), given_s);
+}
+
+TEST(TurningCheck, FindsTheClocksOffset) {
+  EXPECT_EQ(seriousKinds(offsetFound(0.05, 0)), Kinds{"time_offset"});
+  EXPECT_EQ(seriousKinds(offsetFound(-0.03, 0)), Kinds{"time_offset"});
+  EXPECT_EQ(seriousKinds(offsetFound(0.05, -0.05)), Kinds{});  // as given
+  EXPECT_EQ(seriousKinds(offsetFound(0, 0)), Kinds{});
+  EXPECT_EQ(seriousKinds(offsetFound(0, 0.02)), Kinds{"time_offset"});  // given, but not there
+  const std::vector<Finding> f = offsetFound(0.05, 0);
+  EXPECT_NE(f[0].evidence.find("-5"), std::string::npos) << f[0].evidence;  // -50 ms, or near
+}
+
 TEST(TurningCheck, NamesDegrees) {
   const auto degrees = [](const Vec3& w) { return Vec3(57.3 * w); };
   EXPECT_EQ(seriousKinds(findingsOf(degrees, forward(), forward())), Kinds{"gyro_in_deg"});

@@ -52,9 +52,10 @@ class BagReader {
   std::vector<std::string> damage_;
 };
 
-enum class BagKind { none, ros1, mcap, sqlite, folder };
+enum class BagKind { none, ros1, mcap, sqlite, folder, ros1_folder };
 
-/// By content; `folder` is one with metadata.yaml or files of ROS 2 in it. Does not throw.
+/// By content; `folder` is one with files of ROS 2 in it, `ros1_folder` one with bags of ROS 1 and
+/// none of ROS 2. Does not throw.
 BagKind bagKindOf(const std::string& path);
 
 /// Throws BagError if there is nothing to read at all.

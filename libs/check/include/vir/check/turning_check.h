@@ -1,5 +1,6 @@
 #pragma once
-/// The gyro against the turning of the images: unit, axes, and the camera's rotation on the IMU.
+/// The gyro against the turning of the images: unit, axes, the camera's rotation on the IMU, and
+/// how far their clocks are apart.
 #include <deque>
 #include <string>
 #include <vector>
@@ -31,11 +32,14 @@ class TurningCheck {
 
  private:
   void pairUp();
+  void keepBeside(const ImuSample& sample);
 
   std::string imu_label_, camera_label_;
   std::deque<ImuSample> readings_;  ///< since the oldest turn that waits
   std::deque<ImageTurn> waiting_;
   std::vector<TurnPair> pairs_;
+  std::vector<ImageTurn> turns_;   ///< all, bounded as pairs_ are
+  std::vector<ImuSample> beside_;  ///< readings of that time, and some before it
 };
 
 }  // namespace vir::check

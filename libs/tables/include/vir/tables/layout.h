@@ -17,7 +17,8 @@ void splitLine(std::string_view line, char separator, std::vector<std::string_vi
 char separatorOf(std::string_view line);
 
 /// A column's name as written in a header, without its unit, in lower case, other characters than
-/// letters and digits as '_': `w_RS_S_x [rad s^-1]` is `w_rs_s_x`.
+/// letters and digits as '_': `w_RS_S_x [rad s^-1]` is `w_rs_s_x`. What is in the brackets is kept
+/// where it is a place, not a unit: `gyro_rad[0]` is `gyro_rad_0`.
 std::string plainName(std::string_view name);
 
 struct Layout {
@@ -47,6 +48,7 @@ struct PoseColumns {
   int stamp = 0;
   int p[3] = {1, 2, 3};
   int q[4] = {-1, -1, -1, -1};  ///< x y z w
+  bool named = false;           ///< the header said so
   bool hasAttitude() const { return q[3] >= 0; }
   int last() const;
 };
@@ -59,15 +61,35 @@ struct ImuColumns {
   int stamp = 0;
   int gyro[3] = {1, 2, 3};
   int acc[3] = {4, 5, 6};
-  bool named = false;  ///< the header said so
+  bool named = false;    ///< the header said so
+  bool turned = false;   ///< no header, but the first three are an accelerometer at rest
+  double gyro_unit = 1;  ///< [rad/s] of what the header says the numbers are in
+  double acc_unit = 1;   ///< [m/s^2]
   int last() const;
 };
-/// By the names of the header, else t, gyro, accelerometer.
+/// By the names of the header, else t, gyro, accelerometer; or the accelerometer first where the
+/// size of the numbers says so.
 ImuColumns imuColumns(const Layout& layout);
+
+/// Three columns of one sensor, of a file that holds nothing else.
+struct VectorColumns {
+  int stamp = 0;
+  int v[3] = {1, 2, 3};
+  bool named = false;
+  double unit = 1;  ///< [rad/s] or [m/s^2] of what the header says the numbers are in
+  int last() const;
+};
+/// `plain`: columns called x, y, z alone will do.
+VectorColumns gyroColumns(const Layout& layout, bool plain);
+VectorColumns accelerometerColumns(const Layout& layout, bool plain);
+/// The middle of the vectors' sizes in the rows at hand; 0 without any.
+double medianNorm(const Layout& layout, const int columns[3]);
 
 struct RangeColumns {
   int stamp = 0, anchor = 1, range = 2;
   int antenna = -1;  ///< which of the robot's own antennas
+  bool named = false;
+  double unit_m = 1;  ///< of what the header says the ranges are in
 };
 /// By the names of the header, else t, anchor, range.
 RangeColumns rangeColumns(const Layout& layout);
@@ -75,6 +97,8 @@ RangeColumns rangeColumns(const Layout& layout);
 struct ImageColumns {
   int stamp = 0;
   int file = 1;  ///< -1: files are called after their stamps
+  bool named = false;
+  bool by_content = false;  ///< found by endings like .png
 };
 ImageColumns imageColumns(const Layout& layout);
 

@@ -6,7 +6,7 @@
 
 #include "vir/types/imu_sample.h"
 
-namespace vir::bag {
+namespace vir {
 
 /// A reading of one of the two.
 struct TimedVector {
@@ -36,4 +36,4 @@ class ImuPairing {
   long dropped_ = 0;
 };
 
-}  // namespace vir::bag
+}  // namespace vir

@@ -1,6 +1,6 @@
 #include "imu_pairing.h"
 
-namespace vir::bag {
+namespace vir {
 namespace {
 
 constexpr std::size_t kMostWaiting = 20'000;
@@ -60,4 +60,4 @@ std::vector<ImuSample> ImuPairing::take() {
   return out;
 }
 
-}  // namespace vir::bag
+}  // namespace vir

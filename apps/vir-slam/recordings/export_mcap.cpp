@@ -1,0 +1,172 @@
+/// Export of recordings and of runs to MCAP with standard messages.
+#include <mrpt/obs/CObservationImage.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core/mat.hpp>
+#include <set>
+#include <sstream>
+
+#include "recordings/exporter.h"
+#include "recordings/ros_messages.h"
+#include "vir/evaluation/trajectory.h"
+#include "vir/rawlog/convert.h"
+#include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_camera.h"
+#include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/mrpt_time.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+using namespace mrpt::obs;
+
+constexpr const char* kBody = "imu";
+constexpr const char* kWorld = "world";
+
+std::string lower(std::string text) {
+  for (char& c : text) {
+    const auto u = static_cast<unsigned char>(c);
+    c = std::isalnum(u) != 0 ? static_cast<char>(std::tolower(u)) : '_';
+  }
+  return text;
+}
+
+std::string contentOf(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class McapExporter : public Exporter {
+ public:
+  explicit McapExporter(const std::string& file) : out_(file) {}
+
+  bool add(CObservation& o) override {
+    const std::string topic = "/" + lower(o.sensorLabel);
+    const TimeNs t = rawlog::fromMrptTime(o.timestamp);
+    if (auto* image = dynamic_cast<CObservationImage*>(&o)) return addImage(image, topic, t);
+    if (const auto sample = rawlog::imuSampleOf(o)) {
+      out_.imu(topic, kBody, *sample);
+      return true;
+    }
+    if (const auto ranges = rawlog::rangesOf(o); !ranges.empty()) {
+      for (const Range& r : ranges) out_.range(topic, kBody, r);
+      return true;
+    }
+    if (const auto pose = rawlog::poseOf(o)) {
+      if (o.sensorLabel == rawlog::kOdometryLabel) {
+        out_.odometry(topic, "odom", kBody, *pose);
+      } else {
+        out_.pose(topic, kWorld, *pose);
+      }
+      return true;
+    }
+    return false;
+  }
+  void finish() override { out_.finish(); }
+
+ private:
+  bool addImage(CObservationImage* o, const std::string& topic, TimeNs t) {
+    const std::string frame = topic.substr(1);
+    if (seen_.insert(topic).second) {
+      out_.transform("/tf_static", kBody, frame, {t, rawlog::fromMrptPose(o->cameraPose)});
+    }
+    out_.cameraInfo(topic + "/camera_info", frame, t, rawlog::fromMrptCamera(o->cameraParams));
+    if (o->image.isExternallyStored()) {
+      const std::string file = o->image.getExternalStorageFileAbsolutePath();
+      const std::string ending = lower(fs::path(file).extension().string());
+      if (ending == "_png" || ending == "_jpg" || ending == "_jpeg") {
+        const std::string bytes = contentOf(file);
+        if (bytes.empty()) return false;
+        out_.compressedImage(topic + "/image_raw/compressed", frame, t,
+                             ending == "_png" ? "png" : "jpeg", bytes);
+        return true;
+      }
+    }
+    o->load();
+    cv::Mat m = o->image.asCvMat<cv::Mat>(mrpt::img::SHALLOW_COPY);
+    if (!m.isContinuous()) m = m.clone();
+    if (m.empty() || m.depth() != CV_8U || (m.channels() != 1 && m.channels() != 3)) return false;
+    out_.image(topic + "/image_raw", frame, t, m.cols, m.rows, m.channels() == 1 ? "mono8" : "bgr8",
+               m.data);
+    return true;
+  }
+
+  RosMessages out_;
+  std::set<std::string> seen_;
+};
+
+/// Fields of a line of a csv.
+std::vector<double> numbersOf(const std::string& line, std::size_t most) {
+  std::vector<double> out;
+  std::istringstream in(line);
+  for (std::string field; out.size() < most && std::getline(in, field, ',');) {
+    try {
+      out.push_back(std::stod(field));
+    } catch (const std::exception&) {
+      return {};
+    }
+  }
+  return out;
+}
+
+std::vector<RosMessages::Ellipsoid> anchorsOf(const std::string& file) {
+  std::vector<RosMessages::Ellipsoid> out;
+  std::ifstream in(file);
+  std::string line;
+  while (std::getline(in, line)) {
+    const std::vector<double> v = numbersOf(line, 13);  // id, x, y, z, 3x3
+    if (v.size() < 13) continue;
+    RosMessages::Ellipsoid e;
+    e.name = "anchor " + line.substr(0, line.find(','));
+    e.p = Vec3(v[1], v[2], v[3]);
+    for (int i = 0; i < 9; ++i) e.covariance(i / 3, i % 3) = v[static_cast<std::size_t>(4 + i)];
+    if (e.p.allFinite() && e.covariance.allFinite()) out.push_back(e);
+  }
+  return out;
+}
+
+std::vector<Eigen::Vector3f> pointsOf(const std::string& file) {
+  std::vector<Eigen::Vector3f> out;
+  std::ifstream in(file);
+  std::string line;
+  while (std::getline(in, line) && line != "end_header") {
+  }
+  for (Eigen::Vector3f p; in >> p.x() >> p.y() >> p.z(); in.ignore(1 << 16, '\n')) {
+    out.push_back(p);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::unique_ptr<Exporter> makeMcapExporter(const std::string& file) {
+  return std::make_unique<McapExporter>(file);
+}
+
+void exportRunToMcap(const std::string& run_folder, const std::string& file) {
+  const fs::path run(run_folder);
+  RosMessages out(file);
+  TimeNs last = 0;
+  const auto trajectory = [&](const char* name, const char* topic, bool moving) {
+    evaluation::ReadReport report;
+    if (!fs::exists(run / name)) return;
+    std::ifstream in(run / name, std::ios::binary);
+    for (const StampedPose& p : evaluation::readTrajectory(in, &report)) {
+      out.odometry(topic, kWorld, kBody, p);
+      if (moving) out.transform("/tf", kWorld, kBody, p);
+      last = std::max(last, p.t);
+    }
+  };
+  trajectory("trajectory.tum", "/odometry", true);
+  trajectory("trajectory_smoothed.tum", "/odometry_smoothed", false);
+  out.ellipsoids("/anchors", kWorld, last, anchorsOf((run / "anchors.csv").string()));
+  out.points("/landmarks", kWorld, last, pointsOf((run / "landmarks.ply").string()));
+  out.finish();
+}
+
+}  // namespace vir::app

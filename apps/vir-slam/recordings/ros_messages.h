@@ -1,0 +1,55 @@
+#pragma once
+/// Our observations and results as standard messages of ROS 2 in an MCAP file.
+#include <string>
+#include <vector>
+
+#include "vir/bags/mcap_writer.h"
+#include "vir/types/calibration.h"
+#include "vir/types/imu_sample.h"
+#include "vir/types/range.h"
+#include "vir/types/state.h"
+
+namespace vir::app {
+
+/// Topics are made when they are first written to. Throws bags::BagError when the file cannot be
+/// written.
+class RosMessages {
+ public:
+  explicit RosMessages(const std::string& path) : file_(path) {}
+
+  void imu(const std::string& topic, const std::string& frame, const ImuSample& s);
+  /// `encoding`: mono8 or bgr8.
+  void image(const std::string& topic, const std::string& frame, TimeNs t, int width, int height,
+             const std::string& encoding, const std::uint8_t* pixels);
+  /// `format`: jpeg or png.
+  void compressedImage(const std::string& topic, const std::string& frame, TimeNs t,
+                       const std::string& format, const std::string& bytes);
+  /// False for a lens that CameraInfo has no words for; nothing is written then.
+  bool cameraInfo(const std::string& topic, const std::string& frame, TimeNs t,
+                  const CameraCalibration& c);
+  void pose(const std::string& topic, const std::string& frame, const StampedPose& pose);
+  void odometry(const std::string& topic, const std::string& frame, const std::string& child,
+                const StampedPose& pose);
+  void transform(const std::string& topic, const std::string& frame, const std::string& child,
+                 const StampedPose& pose);
+  /// vir_slam/Range: anchor, distance, sigma, antenna in the body.
+  void range(const std::string& topic, const std::string& frame, const Range& r);
+  void points(const std::string& topic, const std::string& frame, TimeNs t,
+              const std::vector<Eigen::Vector3f>& points);
+  /// An anchor with its ellipsoid of three standard deviations.
+  struct Ellipsoid {
+    std::string name;
+    Vec3 p = Vec3::Zero();
+    Mat3 covariance = Mat3::Zero();
+  };
+  void ellipsoids(const std::string& topic, const std::string& frame, TimeNs t,
+                  const std::vector<Ellipsoid>& all);
+  void finish() { file_.finish(); }
+
+ private:
+  void write(const std::string& topic, const std::string& type, TimeNs t,
+             const bags::CdrWriter& message);
+  bags::McapWriter file_;
+};
+
+}  // namespace vir::app

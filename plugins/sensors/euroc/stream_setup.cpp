@@ -1,0 +1,88 @@
+#include "stream_setup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "image_list.h"
+
+namespace vir::euroc {
+
+Units unitsOf(const EurocOptions& o) {
+  constexpr double kGravity = 9.80665;
+  Units u;
+  if (o.acc_unit != "auto")
+    u.acc = o.acc_unit == "g" ? kGravity : o.acc_unit == "mg" ? kGravity / 1000 : 1;
+  if (o.gyro_unit != "auto") u.gyro = o.gyro_unit == "deg/s" ? 0.017453292519943295 : 1;
+  if (o.range_unit != "auto") {
+    u.range = o.range_unit == "mm" ? 0.001 : o.range_unit == "cm" ? 0.01 : 1;
+  }
+  u.guess_acc = o.section == "csv";
+  return u;
+}
+
+namespace {
+
+/// The intrinsics of images that are `width`x`height` instead.
+void scaleTo(int width, int height, CameraCalibration* c) {
+  const double sx = static_cast<double>(width) / c->width;
+  const double sy = static_cast<double>(height) / c->height;
+  c->width = width;
+  c->height = height;
+  c->fx *= sx, c->fy *= sy;
+  // The middle of the first pixel is (0, 0).
+  c->cx = (c->cx + 0.5) * sx - 0.5, c->cy = (c->cy + 0.5) * sy - 0.5;
+}
+
+/// Some images, spread over all of the list, as full names.
+std::vector<std::string> someImages(const CameraFiles& camera) {
+  // Every n-th of the list, n doubled whenever there are too many.
+  constexpr std::size_t kMost = 16;
+  ProblemLog silent;
+  const auto list = openImages(camera, &silent);
+  std::vector<std::string> files;
+  for (std::size_t i = 0, step = 1; list->peek() != nullptr; ++i, list->pop()) {
+    if (i % step != 0) continue;
+    files.push_back(list->peek()->file);
+    if (files.size() < kMost) continue;
+    for (std::size_t k = 0; 2 * k < files.size(); ++k) files[k] = files[2 * k];
+    files.resize(files.size() / 2);
+    step *= 2;
+  }
+  for (std::string& file : files) file = imageFile(camera.dir, file);
+  return files;
+}
+
+}  // namespace
+
+void fitToImages(int wanted_width, CameraStream* camera, ProblemLog* log) {
+  const ImageSurvey survey = surveyImages(someImages(camera->files));
+  camera->stretch = stretchOf(survey);
+  const std::string& dir = camera->files.dir;
+  if (!camera->stretch.said.empty()) log->note(dir + ": " + camera->stretch.said);
+  CameraCalibration& c = camera->calibration.camera;
+  char text[160];
+  if (survey.width != 0 && (survey.width != c.width || survey.height != c.height)) {
+    const double sx = static_cast<double>(survey.width) / c.width;
+    const double sy = static_cast<double>(survey.height) / c.height;
+    if (std::abs(sx / sy - 1) <= 0.005) {  // else the images will be refused one by one
+      std::snprintf(
+          text, sizeof text,
+          ": images of %dx%d, the calibration is of %dx%d: its intrinsics were scaled by %.4g",
+          survey.width, survey.height, c.width, c.height, sx);
+      log->note(dir + text);
+      scaleTo(survey.width, survey.height, &c);
+    }
+  }
+  camera->file_width = c.width;
+  camera->file_height = c.height;
+  if (wanted_width <= 0 || wanted_width == c.width) return;
+  const int height = std::max(
+      1, static_cast<int>(std::lround(static_cast<double>(c.height) * wanted_width / c.width)));
+  std::snprintf(text, sizeof text, ": images of %dx%d are resized to %dx%d, and the calibration",
+                c.width, c.height, wanted_width, height);
+  log->note(dir + text);
+  scaleTo(wanted_width, height, &c);
+}
+
+}  // namespace vir::euroc

@@ -1,0 +1,363 @@
+#include "table_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "image_list.h"
+#include "image_survey.h"
+#include "input_error.h"
+#include "table_kind.h"
+#include "vir/formats/calibration_file.h"
+#include "vir/tables/layout.h"
+
+namespace vir::euroc {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kDepth = 4;
+constexpr std::size_t kMostTables = 256;
+
+struct Found {
+  std::map<TableKind, std::vector<std::string>> tables;  // full names, shallow ones first
+  std::vector<std::string> image_dirs;
+  std::vector<std::string> yamls;
+};
+
+bool deeperOrLater(const std::string& a, const std::string& b) {
+  const auto depth = [](const std::string& s) { return std::count(s.begin(), s.end(), '/'); };
+  return depth(a) != depth(b) ? depth(a) < depth(b) : a < b;
+}
+
+/// Files below `dir`, of a folder of many images only the first few.
+void listFiles(const fs::path& dir, int depth, std::vector<std::string>* files, Found* found) {
+  std::error_code ec;
+  int images = 0;
+  std::vector<fs::path> below;
+  for (fs::directory_iterator it(dir, ec), end; !ec && it != end; it.increment(ec)) {
+    std::error_code ignored;
+    if (it->is_directory(ignored)) {
+      if (it->path().filename().string().front() != '.') below.push_back(it->path());
+    } else if (mayBeTable(it->path().string())) {
+      files->push_back(it->path().string());
+    } else if (const auto ending = it->path().extension(); ending == ".yaml" || ending == ".yml") {
+      found->yamls.push_back(it->path().string());
+    } else if (images < 2 && isImageFile(it->path().string()) && ++images == 2) {
+      found->image_dirs.push_back(dir.string());
+    }
+  }
+  if (depth >= kDepth) return;
+  for (const fs::path& d : below) listFiles(d, depth + 1, files, found);
+}
+
+Found lookAround(const std::string& source) {
+  Found found;
+  std::vector<std::string> files;
+  listFiles(source, 1, &files, &found);
+  std::sort(files.begin(), files.end(), deeperOrLater);
+  std::sort(found.image_dirs.begin(), found.image_dirs.end(), deeperOrLater);
+  std::sort(found.yamls.begin(), found.yamls.end(), deeperOrLater);
+  if (files.size() > kMostTables) files.resize(kMostTables);
+  for (const std::string& file : files) {
+    const TableKind kind = kindOfTable(file, fs::path(file).lexically_relative(source).string());
+    if (kind != TableKind::none) found.tables[kind].push_back(file);
+  }
+  return found;
+}
+
+class Finder {
+ public:
+  explicit Finder(const EurocOptions& o) : root_(fs::absolute(o.source).lexically_normal()) {
+    if (!fs::is_directory(root_)) throw InputError(o.source + ": is no folder");
+    found_ = lookAround(root_.string());
+    std::istringstream words(o.topics);
+    for (std::string word; words >> word;) addWish(word);
+    folder_.root = root_.string();
+  }
+
+  Folder find() {
+    findImu();
+    findCameras();
+    findRanges();
+    findTruth();
+    findCalibration();
+    if (folder_.imu_file.empty() && folder_.ranges.empty() && folder_.cameras.empty()) {
+      throw InputError(root_.string() +
+                       ": holds no table of an IMU, of ranges or of images that could be told as "
+                       "such; name them: --topic imu=FILE --topic camera=LIST --topic range=FILE");
+    }
+    return std::move(folder_);
+  }
+
+ private:
+  void addWish(const std::string& word) {
+    const std::size_t at = word.find('=');
+    const std::string role = word.substr(0, at);
+    static const std::set<std::string> roles{"imu", "accel", "gyro", "camera", "range", "truth"};
+    if (at == std::string::npos || roles.count(role) == 0) {
+      throw InputError("[csv] topics: `" + word +
+                       "` is not ROLE=FILE with a role of imu, accel, gyro, camera, range, truth");
+    }
+    const std::string file = word.substr(at + 1);
+    if (file == "none") {
+      wishes_[role];
+      return;
+    }
+    const fs::path path = fs::path(file).is_absolute() ? fs::path(file) : root_ / file;
+    if (!fs::exists(path)) {
+      throw InputError("[csv] topics: " + word + ": there is no " + path.string());
+    }
+    wishes_[role].push_back(path.lexically_normal().string());
+  }
+
+  bool wished(const std::string& role) const { return wishes_.count(role) > 0; }
+
+  std::string shortName(const std::string& path) const {
+    return fs::path(path).lexically_relative(root_).string();
+  }
+
+  /// What is named, else the best of a kind; others are noted.
+  std::string one(const std::string& role, TableKind kind,
+                  std::initializer_list<const char*> better) {
+    if (wished(role)) return wishes_[role].empty() ? "" : wishes_[role].front();
+    std::vector<std::string> files = found_.tables[kind];
+    if (files.empty()) return {};
+    const auto score = [&](const std::string& f) {
+      std::string name = shortName(f);
+      std::transform(name.begin(), name.end(), name.begin(),
+                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+      return std::any_of(better.begin(), better.end(),
+                         [&](const char* w) { return name.find(w) != std::string::npos; });
+    };
+    std::stable_sort(files.begin(), files.end(), [&](const std::string& a, const std::string& b) {
+      return score(a) && !score(b);
+    });
+    for (std::size_t i = 1; i < files.size(); ++i) {
+      folder_.notes.push_back(shortName(files[i]) + " (" + name(kind) + ") not read, " +
+                              shortName(files[0]) + " is; --topic " + role + "=" +
+                              shortName(files[i]) + " takes it instead");
+    }
+    say(name(kind), files[0]);
+    return files[0];
+  }
+
+  void say(const std::string& what, const std::string& path) {
+    folder_.notes.push_back(shortName(path) + ": taken for " + what);
+  }
+
+  void findImu() {
+    const bool split = wished("gyro") && wished("accel") && !wished("imu");
+    if (!split) folder_.imu_file = one("imu", TableKind::imu, {"imu0"});
+    if (!folder_.imu_file.empty() || (wished("imu") && wishes_["imu"].empty())) return;
+    const std::string gyro = one("gyro", TableKind::gyro, {});
+    const std::string acc = one("accel", TableKind::accelerometer, {"total"});
+    if (gyro.empty() != acc.empty()) {
+      throw InputError(root_.string() + ": there is " +
+                       (gyro.empty() ? "an accelerometer (" : "a gyro (") +
+                       shortName(gyro.empty() ? acc : gyro) + ") but no " +
+                       (gyro.empty() ? "gyro" : "accelerometer") + "; name it: --topic " +
+                       (gyro.empty() ? "gyro" : "accel") + "=FILE");
+    }
+    folder_.imu_file = gyro;
+    folder_.accelerometer_file = acc;
+  }
+
+  /// Where the images of a list are: where the first one is found, else where as many are.
+  std::string folderOf(const std::string& list) {
+    const tables::Layout layout = tables::layoutOf(list);
+    ProblemLog silent;
+    const auto rows = openImageList(list, &silent);
+    std::vector<std::string> places{fs::path(list).parent_path().string(), root_.string()};
+    places.insert(places.end(), found_.image_dirs.begin(), found_.image_dirs.end());
+    for (const std::string& place : places) {
+      std::error_code ec;
+      if (rows->peek() && fs::is_regular_file(imageFile(place, rows->peek()->file), ec)) {
+        return place;
+      }
+    }
+    if (tables::imageColumns(layout).file >= 0) return {};
+    // Stamps alone belong to the images beside or below them.
+    const std::string here = fs::path(list).parent_path().string();
+    for (const std::string& dir : found_.image_dirs) {
+      if (dir == here || fs::path(dir).parent_path() == here) return dir;
+    }
+    return found_.image_dirs.size() == 1 ? found_.image_dirs.front() : std::string();
+  }
+
+  /// A list or a folder as somebody named it.
+  CameraFiles cameraAt(const std::string& path) {
+    CameraFiles c;
+    if (fs::is_directory(path)) {
+      c.dir = path;
+      const fs::path list = fs::path(path) / "data.csv";
+      if (fs::is_regular_file(list)) c.list = list.string();
+      return c;
+    }
+    c.list = path;
+    c.dir = folderOf(path);
+    if (c.dir.empty()) c.dir = fs::path(path).parent_path().string();
+    return c;
+  }
+
+  static bool nameHoldsTime(const std::string& dir) {
+    CameraFiles c;
+    c.dir = dir;
+    ProblemLog silent;
+    try {
+      return openImages(c, &silent)->peek() != nullptr;
+    } catch (const InputError&) {
+      return false;
+    }
+  }
+
+  void findCameras() {
+    std::vector<CameraFiles> cameras;
+    if (wished("camera")) {
+      for (const std::string& path : wishes_["camera"]) cameras.push_back(cameraAt(path));
+    } else {
+      std::set<std::string> covered;
+      for (const std::string& list : found_.tables[TableKind::images]) {
+        CameraFiles c;
+        c.list = list;
+        c.dir = folderOf(list);
+        if (c.dir.empty()) {
+          folder_.notes.push_back(shortName(list) +
+                                  ": taken for a list of images, but they are not there");
+        } else {
+          cameras.push_back(c);
+          covered.insert(c.dir);
+          covered.insert((fs::path(c.dir) / "data").string());
+          covered.insert(fs::path(firstImage(c)).parent_path().string());
+        }
+      }
+      for (const std::string& dir : found_.image_dirs) {
+        if (covered.count(dir) > 0) continue;
+        CameraFiles c;
+        c.dir = dir;
+        if (nameHoldsTime(dir)) {
+          cameras.push_back(c);
+        } else {
+          folder_.notes.push_back(shortName(dir) +
+                                  ": images whose names hold no time, and no list of their stamps; "
+                                  "--topic camera=LIST names one");
+        }
+      }
+      for (std::size_t i = 1; i < cameras.size(); ++i) {
+        folder_.notes.push_back(shortName(placeOf(cameras[i])) + " not read, the camera is " +
+                                shortName(placeOf(cameras[0])) +
+                                "; --topic camera=" + shortName(placeOf(cameras[i])) + " takes it");
+      }
+      if (cameras.size() > 1) cameras.resize(1);
+      if (!cameras.empty()) say("images", placeOf(cameras[0]));
+    }
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      cameras[i].name = "cam" + std::to_string(i);
+      const fs::path yaml = fs::path(cameras[i].dir) / "sensor.yaml";
+      if (fs::is_regular_file(yaml)) cameras[i].yaml = yaml.string();
+    }
+    folder_.cameras = std::move(cameras);
+  }
+
+  static std::string placeOf(const CameraFiles& c) { return c.list.empty() ? c.dir : c.list; }
+
+  static std::string firstImage(const CameraFiles& c) {
+    ProblemLog silent;
+    const auto rows = openImages(c, &silent);
+    return rows->peek() ? imageFile(c.dir, rows->peek()->file) : std::string();
+  }
+
+  void findRanges() {
+    const std::vector<std::string> files =
+        wished("range") ? wishes_["range"] : found_.tables[TableKind::range];
+    for (const std::string& file : files) {
+      RangeFiles r;
+      r.name = "uwb" + std::to_string(folder_.ranges.size());
+      r.file = file;
+      const fs::path yaml = fs::path(file).parent_path() / "sensor.yaml";
+      if (fs::is_regular_file(yaml)) r.yaml = yaml.string();
+      if (folder_.ranges.empty() && !found_.tables[TableKind::anchors].empty()) {
+        r.anchors = found_.tables[TableKind::anchors].front();
+        say("positions of anchors", r.anchors);
+      }
+      say("ranges (" + labelOf(r.name, "UWB") + ")", file);
+      folder_.ranges.push_back(r);
+    }
+  }
+
+  void findTruth() {
+    folder_.truth_file = one("truth", TableKind::poses,
+                             {"gt", "truth", "vicon", "mocap", "leica", "optitrack", "vrpn"});
+  }
+
+  void findCalibration() {
+    std::vector<std::string> fitting;
+    for (const std::string& file : found_.yamls) {
+      if (fs::path(file).filename() == "sensor.yaml") continue;
+      try {
+        const formats::CalibrationFile c = formats::readCalibrationFile(file);
+        if (!c.cameras.empty() && c.cameras.front().T_B_C) fitting.push_back(file);
+      } catch (const formats::CalibrationError&) {  // another kind of file
+      }
+    }
+    if (folder_.cameras.empty() || fitting.empty()) return;
+    folder_.calibration = fitting.front();
+    for (std::size_t i = 1; i < fitting.size(); ++i) {
+      folder_.notes.push_back(shortName(fitting[i]) + ": not used, " + shortName(fitting[0]) +
+                              " is; --calibration FILE takes another");
+    }
+  }
+
+  fs::path root_;
+  Found found_;
+  std::map<std::string, std::vector<std::string>> wishes_;
+  Folder folder_;
+};
+
+}  // namespace
+
+bool isTableFolder(const std::string& source) {
+  std::error_code ec;
+  const fs::path root(source);
+  if (!fs::is_directory(root, ec) || isFolder(source)) return false;
+  // Folders of ours and of ROS hold tables too.
+  for (const char* other : {"used.ini", "metadata.yaml"}) {
+    if (fs::exists(root / other, ec)) return false;
+  }
+  const Found found = lookAround(fs::absolute(root).lexically_normal().string());
+  return std::any_of(found.tables.begin(), found.tables.end(), [](const auto& kind) {
+    return kind.first == TableKind::imu || kind.first == TableKind::gyro ||
+           kind.first == TableKind::range;
+  });
+}
+
+Folder findTables(const EurocOptions& options) { return Finder(options).find(); }
+
+std::string listTables(const std::string& source) {
+  const std::string root = fs::absolute(source).lexically_normal().string();
+  const Found found = lookAround(root);
+  std::string out;
+  const auto add = [&](const std::string& path, const std::string& what) {
+    out += fs::path(path).lexically_relative(root).string() + ": " + what + "\n";
+  };
+  for (const auto& [kind, files] : found.tables) {
+    for (const std::string& file : files) {
+      const tables::Layout layout = tables::layoutOf(file);
+      const int stamp = kind == TableKind::images ? tables::imageColumns(layout).stamp
+                                                  : tables::stampColumn(layout);
+      add(file, std::string(name(kind)) + ", " + std::to_string(layout.columns) + " columns" +
+                    (kind == TableKind::anchors
+                         ? std::string()
+                         : std::string(", stamps in ") +
+                               tables::name(tables::stampUnit(layout, stamp, 0.01).unit)));
+    }
+  }
+  for (const std::string& dir : found.image_dirs) {
+    add(dir, std::to_string(imagesIn(dir).size()) + " images");
+  }
+  for (const std::string& yaml : found.yamls) add(yaml, "calibration or settings");
+  return out.empty() ? "no tables, no images\n" : out;
+}
+
+}  // namespace vir::euroc

@@ -1,0 +1,195 @@
+/// Folders of tables and images that nobody laid out for us.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "input_error.h"
+#include "recording.h"
+#include "table_folder.h"
+#include "vir_test_temp_folder.h"
+
+namespace vir::euroc {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr TimeNs kStart = 1700000000000000000;
+constexpr int kImages = 8, kReadings = 80;
+
+std::string seconds(TimeNs t) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9f", static_cast<double>(t - kStart) * 1e-9 + 5.0);
+  return text;
+}
+
+class CsvFolder : public ::testing::Test {
+ protected:
+  void images(const std::string& dir, const std::function<std::string(int, TimeNs)>& name) {
+    fs::create_directories(root() / dir);
+    for (int i = 0; i < kImages; ++i) {
+      cv::imwrite((root() / dir / name(i, imageTime(i))).string(),
+                  cv::Mat(48, 64, CV_8UC1, cv::Scalar(20 * i)));
+    }
+  }
+  /// `line` of a time, for readings at 200 Hz.
+  void table(const std::string& file, const std::string& header,
+             const std::function<std::string(TimeNs)>& line) {
+    std::string text = header;
+    for (int i = 0; i < kReadings; ++i) text += line(kStart + i * 5'000'000) + "\n";
+    fs::create_directories((root() / file).parent_path());
+    test::writeText(root() / file, text);
+  }
+  void calibration() {
+    test::writeText(
+        root() / "camchain.yaml",
+        "cam0:\n  camera_model: pinhole\n  intrinsics: [40, 41, 31, 23]\n"
+        "  distortion_model: radtan\n  distortion_coeffs: [0, 0, 0, 0]\n"
+        "  resolution: [64, 48]\n  T_cam_imu: [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n");
+  }
+  static TimeNs imageTime(int i) { return kStart + i * 50'000'000; }
+  fs::path root() const { return temp_.path(); }
+
+  struct Content {
+    std::vector<ImuRow> imu;
+    std::vector<RangeRow> ranges;
+    std::vector<std::string> range_labels;
+    std::vector<PoseRow> truth;
+    std::vector<std::pair<TimeNs, std::string>> images;
+    std::string notes;
+  };
+  Content read(const std::string& topics = "") {
+    EurocOptions o;
+    o.section = "csv";
+    o.source = root().string();
+    o.topics = topics;
+    ProblemLog log;
+    Recording recording(findTables(o), o, &log);
+    Content c;
+    Event e;
+    while (recording.next(&e)) {
+      if (auto* imu = std::get_if<ImuRow>(&e.what)) c.imu.push_back(*imu);
+      if (auto* pose = std::get_if<PoseRow>(&e.what)) c.truth.push_back(*pose);
+      if (auto* range = std::get_if<RangeRow>(&e.what)) {
+        c.ranges.push_back(*range);
+        c.range_labels.push_back(recording.rangeStreams()[e.stream].label);
+      }
+      if (auto* image = std::get_if<ImageRow>(&e.what)) {
+        c.images.emplace_back(e.t, fs::path(image->file).filename().string());
+      }
+    }
+    for (const std::string& m : log.messages()) c.notes += m + "\n";
+    return c;
+  }
+
+  test::TempFolder temp_;
+};
+
+TEST_F(CsvFolder, TablesByHeaderAndImagesByList) {
+  calibration();
+  images("rgb", [](int i, TimeNs) { return std::to_string(i) + ".png"; });
+  std::string list = "# timestamp filename\n";
+  for (int i = 0; i < kImages; ++i) {
+    list += seconds(imageTime(i)) + " rgb/" + std::to_string(i) + ".png\n";
+  }
+  test::writeText(root() / "rgb.txt", list);
+  table("inertial.txt", "# timestamp ax ay az gx gy gz\n",
+        [](TimeNs t) { return seconds(t) + " 0.1 0.2 9.8 0.01 0.02 0.03"; });
+  table("gt.txt", "", [](TimeNs t) { return seconds(t) + " 1 2 3 0 0 0 1"; });
+  const Content c = read();
+  ASSERT_EQ(c.imu.size(), static_cast<std::size_t>(kReadings)) << c.notes;
+  EXPECT_EQ(c.imu[1].t, 5'005'000'000);
+  EXPECT_EQ(c.imu[1].acc, Vec3(0.1, 0.2, 9.8));
+  EXPECT_EQ(c.imu[1].gyro, Vec3(0.01, 0.02, 0.03));
+  ASSERT_EQ(c.images.size(), static_cast<std::size_t>(kImages));
+  EXPECT_EQ(c.images[3].first, 5'150'000'000);
+  EXPECT_EQ(c.images[3].second, "3.png");
+  EXPECT_EQ(c.truth.size(), static_cast<std::size_t>(kReadings));
+}
+
+TEST_F(CsvFolder, APhonesTwoFilesInG) {
+  calibration();
+  images("frames", [](int, TimeNs t) { return "IMG_" + std::to_string(t / 1'000'000) + ".png"; });
+  table("Accelerometer.csv", "time,seconds_elapsed,z,y,x\n", [](TimeNs t) {
+    return std::to_string(t) + ",0,1.0,0.0,0." + std::to_string((t - kStart) / 5'000'000 + 10);
+  });
+  table("Gyroscope.csv", "time,seconds_elapsed,z,y,x\n",
+        [](TimeNs t) { return std::to_string(t + 2'500'000) + ",0,0.3,0.2,0.1"; });
+  table("Magnetometer.csv", "time,seconds_elapsed,z,y,x\n",
+        [](TimeNs t) { return std::to_string(t) + ",0,3,2,1"; });
+  const Content c = read();
+  ASSERT_EQ(c.imu.size(), static_cast<std::size_t>(kReadings - 1)) << c.notes;
+  EXPECT_EQ(c.imu[0].t, kStart + 2'500'000);
+  EXPECT_EQ(c.imu[0].gyro, Vec3(0.1, 0.2, 0.3));
+  EXPECT_NEAR(c.imu[0].acc.x(), 0.105 * 9.80665, 1e-9);  // in the middle of 0.10 and 0.11 g
+  EXPECT_NEAR(c.imu[0].acc.z(), 9.80665, 1e-9);
+  ASSERT_EQ(c.images.size(), static_cast<std::size_t>(kImages));
+  EXPECT_EQ(c.images[2].first, imageTime(2));
+  EXPECT_NE(c.notes.find("taken to be in g"), std::string::npos) << c.notes;
+}
+
+TEST_F(CsvFolder, CountedImagesWithAListOfStampsAndNoHeaderAtAll) {
+  calibration();
+  images("image_0", [](int i, TimeNs) {
+    return std::string(i < 10 ? "00000" : "0000") + std::to_string(i) + ".png";
+  });
+  std::string times;
+  for (int i = 0; i < kImages; ++i) times += seconds(imageTime(i)) + "\n";
+  test::writeText(root() / "times.txt", times);
+  table("imu.csv", "", [](TimeNs t) { return seconds(t) + ";0.1;0.2;9.8;0.01;0.02;0.03"; });
+  table("uwb.csv", "time;anchor;distance (mm)\n",
+        [](TimeNs t) { return seconds(t) + ";0x84;1500"; });
+  table("tag2.csv", "timestamp,anchor_id,range_m\n",
+        [](TimeNs t) { return seconds(t) + ",7,2.5"; });
+  const Content c = read();
+  ASSERT_EQ(c.images.size(), static_cast<std::size_t>(kImages)) << c.notes;
+  EXPECT_EQ(c.images[5].second, "000005.png");
+  EXPECT_EQ(c.images[5].first, 5'250'000'000);
+  ASSERT_FALSE(c.imu.empty());
+  EXPECT_EQ(c.imu[0].acc, Vec3(0.1, 0.2, 9.8));  // by the size of the numbers
+  ASSERT_EQ(c.ranges.size(), static_cast<std::size_t>(2 * kReadings));
+  EXPECT_EQ(c.range_labels[0], "UWB0");
+  EXPECT_EQ(c.range_labels[1], "UWB1");
+  EXPECT_DOUBLE_EQ(c.ranges[0].range_m, 2.5);
+  EXPECT_DOUBLE_EQ(c.ranges[1].range_m, 1.5);
+  EXPECT_EQ(c.ranges[1].anchor, 0x84);
+}
+
+TEST_F(CsvFolder, UnitsOfTheHeader) {
+  table(
+      "data.csv",
+      "Timestamp (us),Gyro X (deg/s),Gyro Y (deg/s),Gyro Z (deg/s),Acc X (g),Acc Y (g),Acc Z (g)\n",
+      [](TimeNs t) { return std::to_string(t / 1000) + ",180,0,90,0,0,1"; });
+  const Content c = read();
+  ASSERT_EQ(c.imu.size(), static_cast<std::size_t>(kReadings)) << c.notes;
+  EXPECT_NEAR(c.imu[0].gyro.x(), 3.14159265358979, 1e-12);
+  EXPECT_NEAR(c.imu[0].acc.z(), 9.80665, 1e-12);
+  EXPECT_EQ(c.imu[3].t, kStart + 15'000'000);
+}
+
+TEST_F(CsvFolder, WhatCannotBeToldIsAskedFor) {
+  images("pictures", [](int i, TimeNs) { return std::to_string(i) + ".png"; });
+  EXPECT_FALSE(isTableFolder(root().string()));
+  table("a.csv", "t,ax,ay,az,gx,gy,gz\n", [](TimeNs t) { return seconds(t) + ",0,0,9.8,0,0,0"; });
+  EXPECT_TRUE(isTableFolder(root().string()));
+  const Content c = read();
+  EXPECT_NE(c.notes.find("names hold no time"), std::string::npos) << c.notes;
+  EXPECT_THROW(read("imu=b.csv"), InputError);
+  EXPECT_THROW(read("wheel=a.csv"), InputError);
+  EXPECT_THROW(read("camera=pictures"), InputError);  // no calibration, and no times
+}
+
+TEST_F(CsvFolder, AGyroAloneIsNoImu) {
+  table("gyro.csv", "t,gyro_x,gyro_y,gyro_z\n", [](TimeNs t) { return seconds(t) + ",0,0,0"; });
+  EXPECT_THROW(read(), InputError);
+}
+
+TEST_F(CsvFolder, FilesThatAreNoTablesAreLeftAlone) {
+  test::writeText(root() / "README.txt", "This is a recording.\n2 sensors, 3 anchors, nice\n");
+  test::writeText(root() / "empty.csv", "");
+  EXPECT_FALSE(isTableFolder(root().string()));
+  EXPECT_FALSE(isTableFolder((root() / "README.txt").string()));
+}
+
+}  // namespace
+}  // namespace vir::euroc
