@@ -5,6 +5,7 @@
 #include "output/console.h"
 #include "recordings/import_job.h"
 #include "recordings/source_reader.h"
+#include "vir/core/text_file.h"
 #include "vir/results/results_folder.h"
 
 namespace vir::app {
@@ -31,6 +32,9 @@ void resolveSource(const RunSource& source, const Common& common, RunArguments* 
     requireFile(source.what, "rawlog");
     arguments->rawlog = source.what;
     return;
+  }
+  if (notAFile(source.what) == "a device") {
+    throw UsageError(source.what + " is a device, neither settings nor a recording");
   }
   std::string driver;
   if (fs::exists(source.what)) {
