@@ -37,13 +37,11 @@ std::string readWhole(const std::string& path) {
     throw SettingsError({path, 0}, "", "", "this is " + other + ", not a settings file");
   }
   try {
-    std::string text = readTextFile(path, kLargestIni);
-    if (!text.empty()) return text;
+    return readTextFile(path, kLargestIni);
   } catch (const std::runtime_error& e) {
     throw SettingsError({path, 0}, "", "",
                         std::string("cannot read the settings file: ") + e.what());
   }
-  throw SettingsError({path, 0}, "", "", "cannot read the settings file: it is empty");
 }
 
 bool same(const std::string& a, const std::string& b) { return ini::lower(a) == ini::lower(b); }

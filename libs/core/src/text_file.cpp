@@ -59,8 +59,8 @@ std::string readTextFile(const std::string& path, std::size_t most) {
     text.append(block, 0, static_cast<std::size_t>(in.gcount()));
   }
   if (text.size() > most) {
-    throw std::runtime_error("it is larger than " + std::to_string(most / 1000000) +
-                             " MB, which no such file is");
+    throw std::runtime_error("it is larger than " + std::to_string(most / 1000) +
+                             " kB, which no such file is");
   }
   if (!in.eof() || in.bad()) {
     throw std::runtime_error(reason != 0 ? std::strerror(reason) : "it cannot be read");
