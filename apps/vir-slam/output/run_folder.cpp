@@ -194,6 +194,7 @@ void readRecording(const std::string& rawlog, const std::string& peer_label,
     Trajectory& truth = record->truth;
     if (pose && (truth.empty() || pose->t > truth.back().t)) truth.push_back(*pose);
   }
+  record->damaged = !reader.damage().empty();
 }
 
 }  // namespace vir::app

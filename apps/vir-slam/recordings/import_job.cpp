@@ -79,7 +79,7 @@ std::string driverThatReads(const std::string& source) {
   return found;
 }
 
-void importRecording(const ImportJob& job) {
+bool importRecording(const ImportJob& job) {
   if (job.driver == "simulator") {
     throw UsageError("'simulator' has no recording to import; use `vir-slam simulate INI`");
   }
@@ -87,7 +87,7 @@ void importRecording(const ImportJob& job) {
   if (!job.calibration.empty()) requireFile(job.calibration, "calibration");
   const OpenedSource opened = open(job);
   configure(job, opened);
-  recordToRawlog({opened.sensor.get(), opened.source, job.out, job.compression, "import"});
+  return recordToRawlog({opened.sensor.get(), opened.source, job.out, job.compression, "import"});
 }
 
 std::string listRecording(const ImportJob& job) {

@@ -142,7 +142,7 @@ void report(const roles::RecordedSource& source, const Statistics& statistics,
 
 void requireRawlogName(const std::string& rawlog) { stemOf(rawlog); }
 
-void recordToRawlog(const RecordingJob& job) {
+bool recordToRawlog(const RecordingJob& job) {
   const std::string stem = stemOf(job.out);
   const fs::path folder = fs::path(job.out).parent_path();
   std::error_code ignored;  // the writer says it
@@ -164,6 +164,13 @@ void recordToRawlog(const RecordingJob& job) {
   const std::vector<std::string> doubts = briefLines(check);
   for (const std::string& line : doubts) std::printf("%s\n", line.c_str());
   if (!doubts.empty()) std::printf("more: vir-slam check %s\n", job.out.c_str());
+  for (const auto& [name, n] : job.source->counters()) {
+    if (name != roles::kDamageCounter || n == 0) continue;
+    std::fprintf(stderr, "vir-slam: the source is damaged or was cut off; %s ends early\n",
+                 job.out.c_str());
+    return false;
+  }
+  return true;
 }
 
 }  // namespace vir::app

@@ -24,7 +24,7 @@ void splitSettings(const std::string& driver, std::vector<std::string>* run,
 
 }  // namespace
 
-void resolveSource(const RunSource& source, const Common& common, RunArguments* arguments) {
+void resolveSource(const RunSource& source, Common& common, RunArguments* arguments) {
   if (isRawlog(source.what)) {
     if (!arguments->rawlog.empty()) {
       throw UsageError("two recordings: " + source.what + " and --rawlog " + arguments->rawlog);
@@ -67,7 +67,7 @@ void resolveSource(const RunSource& source, const Common& common, RunArguments* 
   job.topics = source.topics;
   splitSettings(driver, &arguments->assignments, &job.set);
   catchInterrupt();
-  importRecording(job);
+  if (!importRecording(job)) common.exit_code = kRunFailed;
   arguments->rawlog = job.out;
 }
 

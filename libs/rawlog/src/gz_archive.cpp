@@ -23,8 +23,8 @@ constexpr std::int64_t kFlushBytes = 4 << 20;
 // Bounds on one object of a file that others wrote.
 constexpr std::uint32_t kSmallSize = 4096;   // cannot do harm, nor can its square
 constexpr std::uint64_t kMostPacked = 1032;  // times that deflate can pack anything
-constexpr std::uint64_t kInMemory = 8;       // a list's member in memory by that in the file
-constexpr std::uint64_t kAlwaysAllowed = 256 << 20;  // [byte]
+constexpr std::uint64_t kInMemory = 4;       // a list's member in memory by that in the file
+constexpr std::uint64_t kAlwaysAllowed = 128 << 20;  // [byte]
 constexpr std::uint64_t kNeverAllowed = 1 << 30;     // [byte]
 constexpr std::int64_t kGrowth = 200;                // black images do not reach it
 
@@ -128,6 +128,7 @@ void GzArchive::close() {
 }
 
 std::string GzArchive::streamError() const {
+  if (!problem_.empty()) return problem_;
   int code = Z_OK;
   gzerror(file_, &code);
   if (code == Z_OK || code == Z_STREAM_END) return {};
@@ -150,17 +151,19 @@ mrpt::serialization::CSerializable::Ptr GzArchive::readBounded() {
 }
 
 std::uint64_t GzArchive::mostLeft() const {
-  const auto left =
-      static_cast<std::uint64_t>(std::max<std::int64_t>(file_bytes_ - gzoffset(file_), 0)) +
-      kBufferBytes;
+  const std::int64_t ahead = file_bytes_ - gzoffset(file_) + kBufferBytes;  // it reads by buffers
+  const auto left = static_cast<std::uint64_t>(
+      std::clamp<std::int64_t>(ahead, 0, std::max<std::int64_t>(file_bytes_, 0)));
   return gzdirect(file_) != 0 ? left : left * kMostPacked;
 }
 
-void GzArchive::checkGrowth() const {
+void GzArchive::checkGrowth() {
   const std::int64_t packed = gzoffset(file_) - object_packed_at_ + kBufferBytes;
   if (gztell(file_) - object_at_ <= kGrowth * packed) return;
-  throw std::runtime_error("an object unpacks to more than " + std::to_string(kGrowth) +
-                           " times its size in the file");
+  // MRPT puts words of its own before what is thrown through it.
+  problem_ =
+      "an object unpacks to more than " + std::to_string(kGrowth) + " times its size in the file";
+  throw std::runtime_error(problem_);
 }
 
 std::size_t GzArchive::write(const void* buf, std::size_t len) {

@@ -53,10 +53,10 @@ class GzArchive : public mrpt::serialization::CArchive {
  private:
   void cutBack();
   std::uint64_t mostLeft() const;
-  void checkGrowth() const;
+  void checkGrowth();
   GzArchive(gzFile file, std::string path) : file_(file), path_(std::move(path)) {}
   gzFile file_ = nullptr;
-  std::string path_;
+  std::string path_, problem_;
   int handle_ = -1;         // of a recording, to cut it back
   std::int64_t sound_ = 0;  // length of the file up to the last flush
   std::int64_t unflushed_ = 0;

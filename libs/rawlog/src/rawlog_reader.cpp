@@ -11,6 +11,7 @@
 #include "gz_archive.h"
 #include "image_files.h"
 #include "vir/rawlog/mrpt_error.h"
+#include "vir/rawlog/plausible.h"
 #include "vir/rawlog/rawlog_writer.h"
 
 namespace vir::rawlog {
@@ -79,6 +80,11 @@ void RawlogReader::take(const mrpt::obs::CObservation::Ptr& observation) {
   using mrpt::obs::CObservationImage;
   using mrpt::obs::CObservationStereoImages;
   if (!observation) return;
+  const std::string why = implausible(*observation);
+  if (!why.empty()) {
+    ++implausible_[observation->sensorLabel + ": " + why];
+    return;
+  }
   if (auto image = std::dynamic_pointer_cast<CObservationImage>(observation)) {
     placeImage(&image->image);
   } else if (auto stereo = std::dynamic_pointer_cast<CObservationStereoImages>(observation)) {
@@ -102,8 +108,14 @@ void RawlogReader::placeImage(mrpt::img::CImage* image) {
 }
 
 std::string RawlogReader::refusals() const {
-  if (refused_images_ == 0) return {};
-  return path_ + ": " + std::to_string(refused_images_) + " images were refused: " + first_refused_;
+  std::string text;
+  if (refused_images_ > 0) {
+    text = std::to_string(refused_images_) + " images were refused: " + first_refused_;
+  }
+  for (const auto& [why, count] : implausible_) {
+    text += (text.empty() ? "" : "; ") + std::to_string(count) + " observations left out of " + why;
+  }
+  return text.empty() ? text : path_ + ": " + text;
 }
 
 void RawlogReader::stop(const std::string& reason) {

@@ -155,6 +155,7 @@ class OfflineRun {
   }
 
   void warnAboutInput() {
+    summary_.damaged = !reader_.damage().empty();
     for (const std::string& problem : {reader_.damage(), reader_.refusals()}) {
       if (!problem.empty()) warn(problem);
     }

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <deque>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -33,7 +34,8 @@ class RawlogReader {
   const std::string& damage() const { return damage_; }
   /// Empty, or how many images were refused and why the first one: its name leads out of the
   /// recording's folder, or to something that is no file. Such an observation comes out all the
-  /// same; its image cannot be loaded.
+  /// same; its image cannot be loaded. And how many observations were left out because they cannot
+  /// be true (plausible.h).
   std::string refusals() const;
   /// Objects read from the file.
   std::size_t objects() const { return objects_; }
@@ -50,6 +52,7 @@ class RawlogReader {
   void take(const mrpt::obs::CObservation::Ptr& observation);
   void stop(const std::string& reason);
 
+  std::map<std::string, std::size_t> implausible_;
   std::string path_, image_folder_, damage_, first_refused_;
   std::unique_ptr<GzArchive> archive_;
   std::deque<mrpt::obs::CObservation::Ptr> queue_;
