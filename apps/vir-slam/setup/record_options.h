@@ -20,7 +20,7 @@ struct RecordOptions {
   std::string stream_address = "127.0.0.1";
   int stream_clients = 16;
   std::string stream_token;  ///< empty: none
-  bool view = false;  ///< a window, where there is a display
+  bool view = false;         ///< a window, where there is a display
   rawlog::LiveRecordingOptions file;
 };
 
