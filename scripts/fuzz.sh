@@ -1,48 +1,51 @@
 #!/bin/bash
-# Builds the fuzzers with clang into build-fuzz/ and feeds each a number of damaged bytes.
-#   scripts/fuzz.sh [--bytes N] [NAME...]    NAME as in tests/fuzz, e.g. fuzz_bag_ros1_lz4; default all
-# Environment: VIR_JOBS = number of compilers at a time (default 2).
+# Every fuzz target in turn, with clang's libFuzzer: builds them into build-fuzz/ and says what each was fed.
+#   scripts/fuzz.sh MINUTES [PATTERN]
+#     MINUTES  for all targets together
+#     PATTERN  only targets whose name holds it, e.g. rawlog
+# What a target found, and what it learnt (its corpus), stays in build-fuzz/found and build-fuzz/corpus. Exit code 1
+# if anything was found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-bytes=10000000
-names=()
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --bytes)
-      [ $# -ge 2 ] || { echo "fuzz: --bytes needs a number" >&2; exit 2; }
-      bytes=$2
-      shift
-      ;;
-    -h | --help)
-      sed -n '2,4s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
-      exit 0
-      ;;
-    -*)
-      echo "fuzz: unknown argument '$1' (see --help)" >&2
-      exit 2
-      ;;
-    *) names+=("$1") ;;
-  esac
-  shift
-done
-build=$root/build-fuzz
-mkdir -p "$build"
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-  -DVIR_BUILD_FUZZERS=ON -DVIR_BUILD_TESTS=OFF >"$build/build.log"
-if [ ${#names[@]} -eq 0 ]; then
-  mapfile -t names < <(ninja -C "$build" -t targets all |
-    sed -n 's/^\(fuzz_[a-z0-9_]*\): phony$/\1/p' | sort -u)
+if [ $# -lt 1 ] || ! [[ $1 =~ ^[0-9]+$ ]]; then
+  sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+  exit 2
 fi
-ninja -C "$build" -j "${VIR_JOBS:-2}" "${names[@]}" >>"$build/build.log"
+minutes=$1
+pattern=${2:-}
+build=$root/build-fuzz
+command -v clang++ >/dev/null || { echo "fuzz: needs clang++" >&2; exit 2; }
+export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$root} CCACHE_NOHASHDIR=1
+launcher=()
+if command -v ccache >/dev/null; then launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Release \
+  -DVIR_BUILD_FUZZERS=ON "${launcher[@]}" >/dev/null
+names=$(sed -n 's/^build \(fuzz_[a-z0-9_]*\): phony.*/\1/p' "$build/build.ninja" | grep -F -- "$pattern" | sort -u || true)
+[ -n "$names" ] || { echo "fuzz: no target holds '$pattern'" >&2; exit 2; }
+# shellcheck disable=SC2086 # one word each
+cmake --build "$build" --parallel "${VIR_JOBS:-$(nproc)}" --target $names >"$build/build.log" ||
+  { tail -20 "$build/build.log"; exit 1; }
+mkdir -p "$build/found"
+count=$(wc -w <<<"$names")
+each=$((minutes * 60 / count))
+[ "$each" -ge 1 ] || each=1
 failed=0
-for name in "${names[@]}"; do
-  program=$(find "$build" -type f -name "$name" -perm -u+x | head -n 1)
-  if VIR_FUZZ_BYTES=$bytes "$program" -max_len=256 -rss_limit_mb=1024 -timeout=20 -seed=1 \
-    >"$build/$name.log" 2>&1; then
-    echo "$name: $bytes bytes, no harm"
-  else
-    echo "$name: FAILED, see $build/$name.log" >&2
-    failed=1
-  fi
+total=0
+for name in $names; do
+  mkdir -p "$build/corpus/$name"
+  program=$(find "$build" -type f -name "$name" -perm -u+x | head -1)
+  log=$build/found/$name.log
+  result=ok
+  # A hang is what takes longer than 10 s for one input.
+  "$program" -max_total_time="$each" -max_len=4096 -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
+    -artifact_prefix="$build/found/$name-" "$build/corpus/$name" >"$log" 2>&1 || { result=FOUND; failed=1; }
+  runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -1)
+  fed=$(du -sb "$build/corpus/$name" | cut -f1)
+  units=$(find "$build/corpus/$name" -type f | wc -l)
+  bytes=0
+  if [ "$units" -gt 0 ]; then bytes=$((fed / units * ${runs:-0})); fi
+  total=$((total + bytes))
+  printf '%-28s %-6s %12s inputs %14s bytes or so, %s s\n' "$name" "$result" "${runs:-0}" "$bytes" "$each"
 done
+echo "$total bytes or so in all; logs in $build/found"
 exit $failed

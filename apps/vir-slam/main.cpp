@@ -6,6 +6,8 @@
 
 #include "commands/commands.h"
 #include "vir/core/settings.h"
+#include "vir/core/text_file.h"
+#include "vir/rawlog/rawlog_reader.h"
 #include "vir/roles/plugin_loader.h"
 
 namespace vir::app {
@@ -38,6 +40,9 @@ int dispatch(int argc, char** argv) {
   app.set_version_flag("--version", "vir-slam " VIR_VERSION);
   app.add_option("--plugin-dir", common.plugin_dir,
                  "Folder with the plugins (default: lib/vir-slam/plugins beside the program)");
+  app.add_flag_callback(
+      "--images-elsewhere", [] { rawlog::allowImagesElsewhere(true); },
+      "Read images that a rawlog names outside its own folder (else they are refused)");
   app.require_subcommand(1);
   app.fallthrough();
   for (const auto add : kCommands) add(app, common);
@@ -78,9 +83,8 @@ void requireFile(const std::string& path, const std::string& what) {
   if (!std::filesystem::exists(path, error)) {
     throw UsageError("there is no such " + what + ": " + path);
   }
-  if (std::filesystem::is_directory(path, error)) {
-    throw UsageError("not a " + what + " but a folder: " + path);
-  }
+  const std::string other = notAFile(path);
+  if (!other.empty()) throw UsageError("not a " + what + " but " + other + ": " + path);
 }
 
 }  // namespace vir::app

@@ -165,5 +165,17 @@ TEST_F(BatchCli, WrongPlansAreRefusedWithTheLine) {
   EXPECT_EQ(batch("--only nothing").code, 2);
 }
 
+/// A run that writes on beside its rerun is worth nothing.
+TEST_F(BatchCli, WhatItStartedEndsWithIt) {
+  const test::Outcome out = test::shell(
+      quoted(test::buildDir() + "/bin/vir-slam") + " batch " +
+      quoted((folder_ / "plan.ini").string()) + " --out " + quoted((folder_ / "killed").string()) +
+      " >/dev/null & batch=$!; for i in $(seq 500); do child=$(pgrep -P $batch) && break; sleep "
+      "0.01; "
+      "done; kill -9 $batch; for i in $(seq 200); do kill -0 $child 2>/dev/null || { echo gone; "
+      "break; }; sleep 0.01; done");
+  EXPECT_TRUE(contains(out.text, "gone")) << out.text;
+}
+
 }  // namespace
 }  // namespace vir

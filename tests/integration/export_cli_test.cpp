@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir_test_paths.h"
@@ -107,6 +109,105 @@ TEST_F(ExportCli, EurocComesBackThroughImport) {
   const auto after = readAll(path("b.rawlog"));
   ASSERT_EQ(before.size(), after.size()) << back.text;
   for (std::size_t i = 0; i < before.size(); ++i) expectSame(*before[i], *after[i]);
+}
+
+/// A recording with one image named `name` and a pose labelled `label`.
+class HostileExport : public ExportCli {
+ protected:
+  void write(const std::string& name, const std::string& label) {
+    rawlog::RawlogWriter writer(path("a.rawlog"));
+    auto image = test::imageAt(kStart);
+    image->image.setExternalStorage(name);
+    writer.write(*image);
+    auto pose = test::truthAt(kStart, 1);
+    pose->sensorLabel = label;
+    writer.write(*pose);
+    writer.finish();
+  }
+  std::vector<std::string> filesOf(const std::string& folder) const {
+    std::vector<std::string> names;
+    for (const auto& e : std::filesystem::directory_iterator(folder_ / folder)) {
+      names.push_back(e.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+};
+
+TEST_F(HostileExport, ALabelIsNoWayOut) {
+  write("x.png", "..");
+  ASSERT_EQ(exportAs("tum").code, 0);
+  EXPECT_EQ(filesOf("tum"), std::vector<std::string>{"__.tum"});
+  write("x.png", ".hidden");
+  ASSERT_EQ(exportAs("csv").code, 0);
+  EXPECT_EQ(filesOf("csv"), (std::vector<std::string>{"CAM0.csv", "_hidden.csv"}));
+}
+
+TEST_F(HostileExport, NamesOfImagesAreCellsOfATable) {
+  write("=cmd|calc!A1,\"x\"\n.png", "GT");
+  ASSERT_EQ(exportAs("csv").code, 0);
+  const std::string text = test::readText(path("csv/CAM0.csv"));
+  EXPECT_EQ(lines(text), 2);
+  EXPECT_TRUE(test::contains(text, ",\"./=cmd|calc!A1,\"\"x\"\"_.png\"\n")) << text;
+}
+
+TEST_F(HostileExport, NothingElseIsCopiedAndThatIsAFailure) {
+  test::writeText(folder_ / "secret.png", "secret");
+  write("../secret.png", "GT");
+  std::filesystem::create_directories(folder_ / "a_Images");
+  const Outcome out = exportAs("euroc");
+  EXPECT_EQ(out.code, 1) << out.text;
+  EXPECT_TRUE(test::contains(out.text, "1 images were refused: '../secret.png' leads out"))
+      << out.text;
+  EXPECT_TRUE(test::contains(out.text, "1 images were left out")) << out.text;
+  EXPECT_EQ(test::shell("grep -rl secret " + quoted(path("euroc"))).code, 1);
+  // Beside the recording, but no image: not copied as it is either.
+  std::filesystem::rename(folder_ / "secret.png", folder_ / "a_Images/secret.png");
+  write("secret.png", "GT");
+  std::filesystem::remove_all(folder_ / "euroc");
+  EXPECT_EQ(exportAs("euroc").code, 1);
+  EXPECT_EQ(test::shell("grep -rl secret " + quoted(path("euroc"))).code, 1);
+}
+
+TEST_F(HostileExport, AFifoDoesNotHang) {
+  write("pipe.png", "GT");
+  ASSERT_EQ(test::shell("mkdir " + quoted(path("a_Images")) + " && mkfifo " +
+                        quoted(path("a_Images/pipe.png")))
+                .code,
+            0);
+  const Outcome out =
+      test::shell("timeout -k 1 20 " + quoted(test::buildDir() + "/bin/vir-slam") + " export " +
+                  quoted(path("a.rawlog")) + " --format euroc --out " + quoted(path("euroc")));
+  EXPECT_EQ(out.code, 1) << out.text;
+  EXPECT_TRUE(test::contains(out.text, "'pipe.png' is no file")) << out.text;
+}
+
+/// Holds the lock of a folder or file while `command` runs.
+Outcome whileLocked(const std::string& what, const std::string& command) {
+  return test::shell("flock " + quoted(what) + " " + command);
+}
+
+TEST_F(ExportCli, TwoProgramsDoNotWriteTheSame) {
+  const std::string program = quoted(test::buildDir() + "/bin/vir-slam");
+  std::filesystem::create_directories(path("csv"));
+  const Outcome exported =
+      whileLocked(path("csv"), program + " export " + quoted(path("a.rawlog")) +
+                                   " --format csv --out " + quoted(path("csv")));
+  EXPECT_EQ(exported.code, 1) << exported.text;
+  EXPECT_TRUE(test::contains(exported.text, "another process is writing")) << exported.text;
+  EXPECT_TRUE(std::filesystem::is_empty(path("csv")));
+  ASSERT_EQ(exportAs("euroc").code, 0);
+  const std::string import =
+      program + " import euroc " + quoted(path("euroc")) + " --out " + quoted(path("b.rawlog"));
+  const Outcome imported = whileLocked(path(".b.rawlog.lock"), import);
+  EXPECT_EQ(imported.code, 1) << imported.text;
+  EXPECT_TRUE(test::contains(imported.text, "another process is writing")) << imported.text;
+  EXPECT_FALSE(std::filesystem::exists(path("b.rawlog")));
+  EXPECT_EQ(test::shell(import).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(path(".b.rawlog.lock"))) << "gone with who had it";
+  // Of two at once one writes everything, or both do one after the other.
+  const Outcome both = test::shell("(" + import + " & " + import + " & wait)");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(path("b_Images")), {}), 4);
 }
 
 TEST_F(ExportCli, EurocDoesNotOverwrite) {

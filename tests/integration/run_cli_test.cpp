@@ -164,7 +164,7 @@ TEST_F(RunCli, InterruptKeepsWhatThereIs) {
       " --out " + quoted(path("out")) + " & child=$!; while kill -0 $child && [ ! -s " +
       quoted(path("out/trajectory.tum")) +
       " ]; do sleep 0.01; done; kill -INT $child; wait $child");
-  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_EQ(outcome.code, 1) << outcome.text;
   EXPECT_TRUE(contains(outcome.text, "interrupted")) << outcome.text;
   const auto summary = nlohmann::json::parse(test::readText(path("out/summary.json")));
   EXPECT_EQ(summary["interrupted"], true);

@@ -1,9 +1,5 @@
 #include "batch/batch_run.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <chrono>
 #include <cstdio>
 #include <deque>
@@ -31,26 +27,6 @@ struct Job {
   const BatchSetting* setting = nullptr;  ///< null: simulate
   std::string name, marker, log, key;
   std::vector<std::string> arguments;
-};
-
-/// Keeps two processes off the same part of one folder.
-class FolderLock {
- public:
-  explicit FolderLock(const std::string& file)
-      : handle_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
-    if (handle_ < 0) throw std::runtime_error("cannot write " + file);
-    if (flock(handle_, LOCK_EX | LOCK_NB) != 0) {
-      close(handle_);
-      throw std::runtime_error("another process works on this part of the benchmark (" + file +
-                               ")");
-    }
-  }
-  ~FolderLock() { close(handle_); }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int handle_;
 };
 
 std::vector<std::string> setArguments(const Assignments& set) {
@@ -304,8 +280,8 @@ std::vector<std::string> batchWork(const BatchPlan& plan, const BatchRunOptions&
 
 BatchCounts runBatch(const BatchPlan& plan, const BatchRunOptions& options) {
   fs::create_directories(options.out + "/recordings");
-  const FolderLock lock(options.out + "/part_" + std::to_string(options.shard.index) + "_of_" +
-                        std::to_string(options.shard.count) + ".lock");
+  const results::OutputLock lock(options.out + "/part_" + std::to_string(options.shard.index) +
+                                 "_of_" + std::to_string(options.shard.count));
   return BatchRunner(plan, options).run();
 }
 

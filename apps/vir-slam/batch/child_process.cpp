@@ -1,7 +1,7 @@
 #include "batch/child_process.h"
 
 #include <fcntl.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -22,6 +22,19 @@ double wallSeconds() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
+/// In the child, where only what is safe after fork() may be called.
+[[noreturn]] void becomeProgram(char* const* argv, int out, pid_t parent) {
+  // A group of its own: Ctrl-C reaches the parent, which decides what becomes of the child.
+  setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const int in = open("/dev/null", O_RDONLY);
+  const bool ready = getppid() == parent && in >= 0 && dup2(in, STDIN_FILENO) >= 0 &&
+                     dup2(out, STDOUT_FILENO) >= 0 && dup2(out, STDERR_FILENO) >= 0;
+  if (in > STDERR_FILENO) close(in);
+  if (ready) execve(argv[0], argv, environ);
+  _exit(127);
+}
+
 }  // namespace
 
 ChildProcess::ChildProcess(const std::string& program, const std::vector<std::string>& arguments,
@@ -31,25 +44,16 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
   if (out < 0) {
     throw std::runtime_error("cannot write " + output_file + ": " + std::strerror(errno));
   }
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, out, STDERR_FILENO);
-  // A group of its own: Ctrl-C reaches this program, which decides what becomes of it.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-  posix_spawnattr_setpgroup(&attributes, 0);
+  // Not beyond this program: should it be killed, its successor writes the same files.
+  const pid_t parent = getpid();
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);
-  const int error =
-      posix_spawn(&pid_, program.c_str(), &actions, &attributes, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  posix_spawnattr_destroy(&attributes);
+  pid_ = fork();
+  if (pid_ == 0) becomeProgram(argv.data(), out, parent);
+  const int error = errno;
   close(out);
-  if (error != 0) {
+  if (pid_ < 0) {
     throw std::runtime_error("cannot start " + program + ": " + std::strerror(error));
   }
   running_ = true;

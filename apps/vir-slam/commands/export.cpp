@@ -1,5 +1,6 @@
 /// vir-slam export FILE.rawlog|RUN_DIR --format euroc|tum|csv|mcap --out DIR|FILE
 #include <CLI/CLI.hpp>
+#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -11,8 +12,10 @@
 #include "recordings/exporter.h"
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/rawlog/time_orderer.h"
+#include "vir/results/output_lock.h"
 
 namespace vir::app {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kHelp =
@@ -24,7 +27,9 @@ Examples:
   vir-slam export results/latest --format mcap --out run.mcap
 Formats: euroc = folder mav0 with images, IMU, ranges, ground truth; tum = one trajectory per label
 of poses; csv = one table per label (images as a list); mcap = one file with standard messages of
-ROS 2, for Foxglove and Rerun: a recording, or trajectory, anchors and landmarks of a run's folder.)";
+ROS 2, for Foxglove and Rerun: a recording, or trajectory, anchors and landmarks of a run's folder.
+Exit code 1 if something that belongs into it is missing: a recording that is damaged or was cut off,
+images that are missing, refused or unreadable.)";
 
 struct Arguments {
   std::string rawlog, format, out;
@@ -41,12 +46,27 @@ struct Count {
   long written = 0, left_out = 0;
 };
 
-/// Returns false if the recording turned out to be damaged.
+/// Labels that others chose may hold anything.
+std::string shown(std::string label) {
+  for (char& c : label) {
+    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = '?';
+  }
+  return label;
+}
+
+/// Returns false if not all is there that should be.
 bool convert(const Arguments& a) {
   rawlog::RawlogReader reader(a.rawlog);
   rawlog::TimeOrderer orderer;
+  if (a.format != "mcap") {
+    fs::create_directories(a.out);
+  } else if (const fs::path parent = fs::path(a.out).parent_path(); !parent.empty()) {
+    fs::create_directories(parent);
+  }
+  const results::OutputLock lock(a.out);
   const auto exporter = makeExporter(a);
   std::map<std::string, Count> counts;
+  long unusable = 0;
   ProgressBar bar;
   bool more = true;
   while (more && !interrupted()) {
@@ -59,7 +79,9 @@ bool convert(const Arguments& a) {
     }
     while (const auto next = orderer.pop()) {
       Count& count = counts[next->sensorLabel];
-      ++(exporter->add(*next) ? count.written : count.left_out);
+      const Exporter::Added added = exporter->add(*next);
+      ++(added == Exporter::Added::written ? count.written : count.left_out);
+      if (added == Exporter::Added::unusable) ++unusable;
     }
     bar.show(reader.progress());
   }
@@ -67,16 +89,22 @@ bool convert(const Arguments& a) {
   bar.clear();
   std::printf("%-16s %10s %10s\n", "label", "written", "left out");
   for (const auto& [label, count] : counts) {
-    std::printf("%-16s %10ld %10ld\n", label.c_str(), count.written, count.left_out);
+    std::printf("%-16s %10ld %10ld\n", shown(label).c_str(), count.written, count.left_out);
   }
   for (const auto& [name, count] : orderer.counters()) {
     std::printf("left out for its stamp: %s %ld\n", name.c_str(), count);
   }
   if (interrupted())
     std::fprintf(stderr, "vir-slam: interrupted; %s is not complete\n", a.out.c_str());
-  if (!reader.damage().empty()) std::fprintf(stderr, "vir-slam: %s\n", reader.damage().c_str());
+  for (const std::string& problem : {reader.damage(), reader.refusals()}) {
+    if (!problem.empty()) std::fprintf(stderr, "vir-slam: %s\n", problem.c_str());
+  }
+  if (unusable > 0) {
+    std::fprintf(stderr, "vir-slam: %ld images were left out: missing, refused or not decodable\n",
+                 unusable);
+  }
   std::printf("Written to %s\n", a.out.c_str());
-  return reader.damage().empty() && !interrupted();
+  return reader.damage().empty() && unusable == 0 && !interrupted();
 }
 
 }  // namespace

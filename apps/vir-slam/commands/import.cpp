@@ -16,7 +16,7 @@ struct ImportArguments {
   ImportJob job;
 };
 
-void run(ImportArguments* a, const Common& common) {
+void run(ImportArguments* a, Common& common) {
   if (a->what.size() == 2) a->job.driver = a->what.front();
   a->job.source = a->what.back();
   if (!a->list && a->job.out.empty()) throw UsageError("--out FILE.rawlog is needed (or --list)");
@@ -24,7 +24,7 @@ void run(ImportArguments* a, const Common& common) {
   if (a->list) {
     std::printf("%s", listRecording(a->job).c_str());
   } else {
-    importRecording(a->job);
+    if (!importRecording(a->job)) common.exit_code = kRunFailed;
   }
 }
 

@@ -12,6 +12,7 @@
 #include "setup/auto_driver.h"
 #include "setup/record_options.h"
 #include "setup/run_options.h"
+#include "vir/core/host_clock.h"
 #include "vir/core/settings.h"
 #include "vir/live/acquisition.h"
 #include "vir/roles/estimator_registry.h"
@@ -89,6 +90,7 @@ std::unique_ptr<roles::EstimatorSettings> readEstimator(Settings settings,
 }
 
 void run(const Arguments& a, Common& common) {
+  pinHostClock();
   requireFile(a.ini, "ini");
   Settings settings = Settings::fromFile(a.ini);
   GivenCalibration calibration(a.calibration);

@@ -70,7 +70,12 @@ void run(const Arguments& arguments, Common& common) {
   const team::Meeting meeting =
       team::meet(runAll(prepared, folder, log, &bar), meetingOptions(prepared), create_solver, log);
   const std::vector<TableRow> rows = writeMeeting(folder, meeting);
+  if (interrupted()) common.exit_code = kRunFailed;
   for (const team::RobotRecord& r : meeting.robots) {
+    if (r.damaged) {
+      log(LogLevel::warning, "robot " + r.name + ": its recording is damaged or was cut off");
+      common.exit_code = kRunFailed;
+    }
     if (meeting.map.T_root.count(r.name) > 0) continue;
     log(LogLevel::error,
         "robot " + r.name + " cannot be placed in the world of " + meeting.map.root);

@@ -23,7 +23,8 @@ Examples:
   vir-slam run mh01.rawlog
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog --calibration camchain-imucam.yaml
-  vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01 --set Estimator.start_offset_s=10)";
+  vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01 --set Estimator.start_offset_s=10
+Exit code 1 also where the results are there but end early: interrupted, or the recording is damaged.)";
 
 const char* levelName(LogLevel level) {
   switch (level) {
@@ -90,7 +91,8 @@ void run(const RunArguments& arguments, Common& common) {
   results::writeTextFile(folder.file("summary.json"), toJson(summary));
   log_file.close();
   printRunTable(summary, folder.path());
-  if (summary.poses == 0 || !summary.error.empty()) common.exit_code = kRunFailed;
+  const bool complete = summary.error.empty() && !summary.interrupted && !summary.damaged;
+  if (summary.poses == 0 || !complete) common.exit_code = kRunFailed;
 }
 
 }  // namespace

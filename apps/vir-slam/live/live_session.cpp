@@ -76,7 +76,13 @@ class LiveSession final : public results::RunObserver {
     if (!options_.estimate) return;
     folder_.emplace(plan_.results);
     if (options_.stream_port > 0) {
-      server_ = std::make_unique<live::LineServer>(options_.stream_address, options_.stream_port);
+      server_ = std::make_unique<live::LineServer>(
+          options_.stream_address, options_.stream_port,
+          live::LineServerOptions{options_.stream_clients, options_.stream_token});
+      if (options_.stream_token.empty() && options_.stream_address.rfind("127.", 0) != 0) {
+        log_(LogLevel::warning, "anybody who reaches " + options_.stream_address +
+                                    " can read the poses: set Recording.stream_token");
+      }
     }
     openView();
     live::LiveEstimationHooks hooks;

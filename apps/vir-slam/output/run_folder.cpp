@@ -10,6 +10,7 @@
 
 #include "commands/commands.h"
 #include "robots/robot_recorder.h"
+#include "vir/core/text_file.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
@@ -24,13 +25,13 @@ class Table {
  public:
   explicit Table(const std::string& path) : path_(path), in_(path) {
     std::string header;
-    if (!std::getline(in_, header)) throw std::runtime_error(path + " is empty or cannot be read");
+    if (!readLine(in_, &header)) throw std::runtime_error(path + " is empty or cannot be read");
     const auto names = split(header);
     for (std::size_t i = 0; i < names.size(); ++i) columns_[names[i]] = i;
   }
   bool next() {
     std::string line;
-    if (!std::getline(in_, line)) return false;
+    if (!readLine(in_, &line)) return false;
     cells_ = split(line);
     ++line_;
     return true;
@@ -145,8 +146,8 @@ void readAnchors(const std::string& file, team::RobotRecord* record) {
 void readLandmarks(const std::string& file, team::RobotRecord* record) {
   std::ifstream in(file);
   std::string line;
-  while (std::getline(in, line) && line != "end_header") continue;
-  for (std::uint64_t id = 0; std::getline(in, line); ++id) {
+  while (readLine(in, &line) && line != "end_header") continue;
+  for (std::uint64_t id = 0; readLine(in, &line); ++id) {
     std::istringstream numbers(line);
     numbers.imbue(std::locale::classic());
     Landmark l;
@@ -193,6 +194,7 @@ void readRecording(const std::string& rawlog, const std::string& peer_label,
     Trajectory& truth = record->truth;
     if (pose && (truth.empty() || pose->t > truth.back().t)) truth.push_back(*pose);
   }
+  record->damaged = !reader.damage().empty();
 }
 
 }  // namespace vir::app

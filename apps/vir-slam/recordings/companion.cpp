@@ -6,6 +6,8 @@
 #include <locale>
 #include <sstream>
 
+#include "vir/core/text_file.h"
+
 namespace vir::app {
 namespace fs = std::filesystem;
 namespace {
@@ -32,7 +34,7 @@ std::string companionOf(const std::string& rawlog) {
   const std::string path = stemOfRawlog(rawlog) + ".ini";
   std::ifstream in(path);
   std::string first;
-  std::getline(in, first);
+  readLine(in, &first);
   return first.rfind("// Written by vir-slam ", 0) == 0 ? path : "";
 }
 
@@ -42,7 +44,7 @@ AnchorTable anchorsTruthOf(const std::string& rawlog) {
   std::ifstream in(path);
   if (!in) return table;
   table.path = path;
-  for (std::string line; std::getline(in, line);) {
+  for (std::string line; readLine(in, &line);) {
     if (line.empty() || line[0] == '#' || line[0] == '\r') continue;
     std::int64_t id = 0;
     Vec3 p;

@@ -7,7 +7,9 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cctype>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <stdexcept>
 
@@ -87,33 +89,43 @@ std::string imuNoise(const std::string& companion) {
 class EurocExporter : public Exporter {
  public:
   EurocExporter(const std::string& folder, std::string companion)
-      : mav0_((fs::path(folder) / "mav0").string()),
+      : target_((fs::path(folder) / "mav0").string()),
+        mav0_(target_ + ".part"),
         companion_(std::move(companion)),
         files_(mav0_) {
-    if (fs::exists(mav0_)) {
-      throw std::runtime_error(mav0_ + " exists already; remove it or name another folder");
+    if (fs::exists(target_)) {
+      throw std::runtime_error(target_ + " exists already; remove it or name another folder");
     }
+    std::error_code ignored;
+    fs::remove_all(mav0_, ignored);  // of an export that was killed
+  }
+  ~EurocExporter() override {
+    std::error_code ignored;
+    fs::remove_all(mav0_, ignored);
   }
 
-  bool add(CObservation& o) override {
+  Added add(CObservation& o) override {
     const TimeNs t = rawlog::fromMrptTime(o.timestamp);
     if (auto* image = dynamic_cast<CObservationImage*>(&o)) {
-      return addImage(*image, t);
+      return addImage(*image, t) ? Added::written : Added::unusable;
     } else if (const auto* imu = dynamic_cast<const CObservationIMU*>(&o)) {
-      return addImu(*imu, t);
+      return addImu(*imu, t) ? Added::written : Added::no_place;
     } else if (const auto* pose = dynamic_cast<const CObservationRobotPose*>(&o)) {
-      if (o.sensorLabel != rawlog::kGroundTruthLabel) return false;
+      if (o.sensorLabel != rawlog::kGroundTruthLabel) return Added::no_place;
       addTruth(rawlog::fromMrptPose(pose->pose.mean), t);
     } else if (const auto* ranges = dynamic_cast<const CObservationBeaconRanges*>(&o)) {
-      if (o.sensorLabel == rawlog::kPeerLabel) return false;
+      if (o.sensorLabel == rawlog::kPeerLabel) return Added::no_place;
       addRanges(*ranges, t);
     } else {
-      return false;
+      return Added::no_place;
     }
-    return true;
+    return Added::written;
   }
 
-  void finish() override { files_.close(); }
+  void finish() override {
+    files_.close();
+    if (fs::exists(mav0_)) fs::rename(mav0_, target_);
+  }
 
  private:
   std::string sensor(const CObservation& o) const { return lower(fileName(o.sensorLabel)); }
@@ -133,7 +145,7 @@ class EurocExporter : public Exporter {
     const bool external = o.image.isExternallyStored();
     const fs::path from = external ? o.image.getExternalStorageFileAbsolutePath() : "";
     if (external && !fs::exists(from)) return false;
-    if (external && from.extension() == ".png") {
+    if (external && isPng(from)) {
       fs::copy_file(from, folder / name, error);
       if (error) {
         throw std::runtime_error("cannot copy " + from.string() + " to " +
@@ -150,6 +162,14 @@ class EurocExporter : public Exporter {
     files_.at(sensor(o) + "/data.csv", "#timestamp [ns],filename")
         .line(std::to_string(t) + "," + name);
     return true;
+  }
+
+  /// By its first bytes: what is copied as it is must not be any other file.
+  static bool isPng(const fs::path& file) {
+    if (file.extension() != ".png") return false;
+    std::ifstream in(file, std::ios::binary);
+    char begin[8] = {};
+    return in.read(begin, sizeof begin) && std::memcmp(begin, "\x89PNG\r\n\x1a\n", 8) == 0;
   }
 
   static bool decoded(CObservationImage& o) {
@@ -201,7 +221,7 @@ class EurocExporter : public Exporter {
     }
   }
 
-  std::string mav0_, companion_;
+  std::string target_, mav0_, companion_;
   FileSet files_;
   std::set<std::string> calibrated_;
 };

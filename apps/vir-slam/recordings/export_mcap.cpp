@@ -45,27 +45,26 @@ class McapExporter : public Exporter {
  public:
   explicit McapExporter(const std::string& file) : out_(file) {}
 
-  bool add(CObservation& o) override {
+  Added add(CObservation& o) override {
     const std::string topic = "/" + lower(o.sensorLabel);
     const TimeNs t = rawlog::fromMrptTime(o.timestamp);
-    if (auto* image = dynamic_cast<CObservationImage*>(&o)) return addImage(image, topic, t);
+    if (auto* image = dynamic_cast<CObservationImage*>(&o)) {
+      return addImage(image, topic, t) ? Added::written : Added::unusable;
+    }
     if (const auto sample = rawlog::imuSampleOf(o)) {
       out_.imu(topic, kBody, *sample);
-      return true;
-    }
-    if (const auto ranges = rawlog::rangesOf(o); !ranges.empty()) {
+    } else if (const auto ranges = rawlog::rangesOf(o); !ranges.empty()) {
       for (const Range& r : ranges) out_.range(topic, kBody, r);
-      return true;
-    }
-    if (const auto pose = rawlog::poseOf(o)) {
+    } else if (const auto pose = rawlog::poseOf(o)) {
       if (o.sensorLabel == rawlog::kOdometryLabel) {
         out_.odometry(topic, "odom", kBody, *pose);
       } else {
         out_.pose(topic, kWorld, *pose);
       }
-      return true;
+    } else {
+      return Added::no_place;
     }
-    return false;
+    return Added::written;
   }
   void finish() override { out_.finish(); }
 
@@ -77,17 +76,22 @@ class McapExporter : public Exporter {
     }
     out_.cameraInfo(topic + "/camera_info", frame, t, rawlog::fromMrptCamera(o->cameraParams));
     if (o->image.isExternallyStored()) {
-      const std::string file = o->image.getExternalStorageFileAbsolutePath();
-      const std::string ending = lower(fs::path(file).extension().string());
-      if (ending == "_png" || ending == "_jpg" || ending == "_jpeg") {
-        const std::string bytes = contentOf(file);
-        if (bytes.empty()) return false;
-        out_.compressedImage(topic + "/image_raw/compressed", frame, t,
-                             ending == "_png" ? "png" : "jpeg", bytes);
+      // By its first bytes: what goes out as it is must not be any other file.
+      const std::string bytes = contentOf(o->image.getExternalStorageFileAbsolutePath());
+      const bool png = bytes.rfind("\x89PNG\r\n\x1a\n", 0) == 0;
+      const bool jpeg = bytes.rfind("\xff\xd8\xff", 0) == 0;
+      if (bytes.empty()) return false;
+      if (png || jpeg) {
+        out_.compressedImage(topic + "/image_raw/compressed", frame, t, png ? "png" : "jpeg",
+                             bytes);
         return true;
       }
     }
-    o->load();
+    try {
+      o->load();
+    } catch (const std::exception&) {
+      return false;  // counted by the caller
+    }
     cv::Mat m = o->image.asCvMat<cv::Mat>(mrpt::img::SHALLOW_COPY);
     if (!m.isContinuous()) m = m.clone();
     if (m.empty() || m.depth() != CV_8U || (m.channels() != 1 && m.channels() != 3)) return false;

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <cctype>
 #include <charconv>
+#include <cstring>
 #include <filesystem>
 
 #include "recordings/exporter.h"
@@ -21,16 +22,18 @@ namespace {
 
 using namespace mrpt::obs;
 
+constexpr const char* kPart = ".part";
+
 class TumExporter : public Exporter {
  public:
   explicit TumExporter(const std::string& folder) : files_(folder) {}
-  bool add(CObservation& o) override {
+  Added add(CObservation& o) override {
     const auto* pose = dynamic_cast<const CObservationRobotPose*>(&o);
-    if (pose == nullptr) return false;
+    if (pose == nullptr) return Added::no_place;
     files_.at(fileName(o.sensorLabel) + ".tum", "")
         .line(evaluation::tumLine(
             {rawlog::fromMrptTime(o.timestamp), rawlog::fromMrptPose(pose->pose.mean)}));
-    return true;
+    return Added::written;
   }
   void finish() override { files_.close(); }
 
@@ -41,7 +44,7 @@ class TumExporter : public Exporter {
 class CsvExporter : public Exporter {
  public:
   explicit CsvExporter(const std::string& folder) : files_(folder) {}
-  bool add(CObservation& o) override {
+  Added add(CObservation& o) override {
     const std::string t = std::to_string(rawlog::fromMrptTime(o.timestamp));
     if (const auto* imu = dynamic_cast<const CObservationIMU*>(&o)) {
       std::string line = t;
@@ -64,12 +67,13 @@ class CsvExporter : public Exporter {
       file(o, "t_ns,width_px,height_px,file")
           .line(t + "," + std::to_string(image->cameraParams.ncols) + "," +
                 std::to_string(image->cameraParams.nrows) + "," +
-                (external ? fs::path(image->image.getExternalStorageFile()).filename().string()
-                          : ""));
+                (external
+                     ? cell(fs::path(image->image.getExternalStorageFile()).filename().string())
+                     : ""));
     } else {
-      return false;
+      return Added::no_place;
     }
-    return true;
+    return Added::written;
   }
   void finish() override { files_.close(); }
 
@@ -99,14 +103,24 @@ results::OutputFile& FileSet::at(const std::string& name, const std::string& hea
     const fs::path path = fs::path(folder_) / name;
     std::error_code error;
     fs::create_directories(path.parent_path(), error);
-    file = std::make_unique<results::OutputFile>(path.string());
+    file = std::make_unique<results::OutputFile>(path.string() + kPart);
     if (!header.empty()) file->line(header);
   }
   return *file;
 }
 
+FileSet::~FileSet() {
+  std::error_code ignored;
+  for (const auto& item : files_) fs::remove((fs::path(folder_) / item.first) += kPart, ignored);
+}
+
 void FileSet::close() {
   for (auto& item : files_) item.second->close();
+  for (const auto& item : files_) {
+    const fs::path path = fs::path(folder_) / item.first;
+    fs::rename(fs::path(path) += kPart, path);
+  }
+  files_.clear();
 }
 
 std::string fileName(const std::string& label) {
@@ -115,7 +129,22 @@ std::string fileName(const std::string& label) {
     const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '.';
     if (!plain) c = '_';
   }
+  for (char& c : name) {
+    if (c != '.') break;
+    c = '_';
+  }
   return name;
+}
+
+std::string cell(std::string name) {
+  for (char& c : name) {
+    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = '_';
+  }
+  if (!name.empty() && std::strchr("=+-@", name.front()) != nullptr) name.insert(0, "./");
+  if (name.find_first_of(",\";") == std::string::npos) return name;
+  std::string quoted = "\"";
+  for (const char c : name) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
 }
 
 std::string exact(double v) { return numberText(v); }

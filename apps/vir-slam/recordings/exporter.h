@@ -14,9 +14,11 @@ namespace vir::app {
 class Exporter {
  public:
   virtual ~Exporter() = default;
-  /// False if the format has no place for it. Throws std::runtime_error if it cannot be written.
-  virtual bool add(mrpt::obs::CObservation& observation) = 0;
-  /// Completes the files; throws std::runtime_error.
+  enum class Added { written, no_place, unusable };
+  /// `no_place`: the format has none for it. `unusable`: an image that is missing, was refused or
+  /// cannot be decoded. Throws std::runtime_error if it cannot be written.
+  virtual Added add(mrpt::obs::CObservation& observation) = 0;
+  /// Completes the files, which have their names only then; throws std::runtime_error.
   virtual void finish() = 0;
 };
 
@@ -36,10 +38,13 @@ std::unique_ptr<Exporter> makeMcapExporter(const std::string& file);
 /// Trajectories, anchors and landmarks of a run's folder, likewise.
 void exportRunToMcap(const std::string& run_folder, const std::string& file);
 
-/// Text files by name, created when first written to.
+/// Text files by name, created when first written to; `NAME.part` until close().
 class FileSet {
  public:
   explicit FileSet(std::string folder) : folder_(std::move(folder)) {}
+  ~FileSet();
+  FileSet(const FileSet&) = delete;
+  FileSet& operator=(const FileSet&) = delete;
   /// `header` is written when the file is new.
   results::OutputFile& at(const std::string& name, const std::string& header);
   void close();
@@ -49,8 +54,14 @@ class FileSet {
   std::map<std::string, std::unique_ptr<results::OutputFile>> files_;
 };
 
-/// A label as a file name: what is no letter, digit, `-` or `.` becomes `_`.
+/// A label as a file name: what is no letter, digit, `-` or `.` becomes `_`, as does a `.` at the
+/// begin.
 std::string fileName(const std::string& label);
+
+/// A name of a file as a cell of a table: no control characters, quoted where it has a comma or a
+/// quote, and nothing that a spreadsheet takes for a formula (`=1+1` becomes `./=1+1`, the same
+/// file).
+std::string cell(std::string name);
 
 /// A number that reads back as the same double, or float.
 std::string exact(double v);

@@ -78,14 +78,14 @@ std::string driverThatReads(const std::string& source) {
   return found;
 }
 
-void importRecording(const ImportJob& job) {
+bool importRecording(const ImportJob& job) {
   if (job.driver == "simulator") {
     throw UsageError("'simulator' has no recording to import; use `vir-slam simulate INI`");
   }
   requireRawlogName(job.out);
   if (!job.calibration.empty()) requireFile(job.calibration, "calibration");
   const OpenedSource opened = openSource(job);
-  recordToRawlog({opened.sensor.get(), opened.source, job.out, job.compression, "import"});
+  return recordToRawlog({opened.sensor.get(), opened.source, job.out, job.compression, "import"});
 }
 
 std::string listRecording(const ImportJob& job) {

@@ -32,8 +32,9 @@ OpenedSource openSource(const ImportJob& job);
 /// Throws UsageError if there are several.
 std::string driverThatReads(const std::string& source);
 
-/// Throws UsageError, SettingsError, std::runtime_error. Plugins must be loaded.
-void importRecording(const ImportJob& job);
+/// False if the source is damaged or was cut off. Throws UsageError, SettingsError,
+/// std::runtime_error. Plugins must be loaded.
+bool importRecording(const ImportJob& job);
 /// A table of what the source has.
 std::string listRecording(const ImportJob& job);
 

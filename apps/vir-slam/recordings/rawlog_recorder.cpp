@@ -11,8 +11,10 @@
 #include "output/console.h"
 #include "recordings/image_folder.h"
 #include "recordings/recording_check.h"
+#include "vir/core/text_file.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_writer.h"
+#include "vir/results/output_lock.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -76,7 +78,7 @@ std::string writeCompanion(const std::string& path, const std::string& mark,
   if (fs::exists(path)) {
     std::string first;
     std::ifstream old(path);
-    std::getline(old, first);
+    readLine(old, &first);
     if (first.rfind(mark, 0) != 0) {
       return text.empty() ? ""
                           : path +
@@ -140,8 +142,12 @@ void report(const roles::RecordedSource& source, const Statistics& statistics,
 
 void requireRawlogName(const std::string& rawlog) { stemOf(rawlog); }
 
-void recordToRawlog(const RecordingJob& job) {
+bool recordToRawlog(const RecordingJob& job) {
   const std::string stem = stemOf(job.out);
+  const fs::path folder = fs::path(job.out).parent_path();
+  std::error_code ignored;  // the writer says it
+  if (!folder.empty()) fs::create_directories(folder, ignored);
+  const results::OutputLock lock(job.out);
   ImageFolder images(rawlog::RawlogWriter::imageFolderOf(job.out));
   job.sensor->setPathForExternalImages(images.workingFolder());
   job.sensor->initialize();
@@ -158,6 +164,13 @@ void recordToRawlog(const RecordingJob& job) {
   const std::vector<std::string> doubts = briefLines(check);
   for (const std::string& line : doubts) std::printf("%s\n", line.c_str());
   if (!doubts.empty()) std::printf("more: vir-slam check %s\n", job.out.c_str());
+  for (const auto& [name, n] : job.source->counters()) {
+    if (name != roles::kDamageCounter || n == 0) continue;
+    std::fprintf(stderr, "vir-slam: the source is damaged or was cut off; %s ends early\n",
+                 job.out.c_str());
+    return false;
+  }
+  return true;
 }
 
 }  // namespace vir::app

@@ -22,7 +22,8 @@ struct RecordingJob {
 void requireRawlogName(const std::string& rawlog);
 
 /// Writes `x.rawlog`, its images, `x.ini` and `x_anchors_truth.csv`, and prints what went into
-/// them. All appear when they are complete. Throws std::runtime_error.
-void recordToRawlog(const RecordingJob& job);
+/// them. All appear when they are complete. False if the source is damaged or was cut off: then
+/// they hold what could be read. Throws std::runtime_error, also if another process writes them.
+bool recordToRawlog(const RecordingJob& job);
 
 }  // namespace vir::app

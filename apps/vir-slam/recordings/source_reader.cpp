@@ -16,7 +16,9 @@ std::vector<std::string> readRawlog(const std::string& path, const Visit& visit)
   rawlog::RawlogReader reader(path);
   while (const auto o = reader.next()) visit(*o, reader.progress());
   std::vector<std::string> out;
-  if (!reader.damage().empty()) out.push_back(reader.damage());
+  for (const std::string& problem : {reader.damage(), reader.refusals()}) {
+    if (!problem.empty()) out.push_back(problem);
+  }
   return out;
 }
 

@@ -19,6 +19,7 @@
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 
+#include "vir/core/text_file.h"
 #include "vir/rawlog/labels.h"
 
 namespace vir::app {
@@ -114,7 +115,7 @@ void addAnchorFile(const std::string& path, AnchorPositions* anchors) {
   const std::size_t before = anchors->size();
   int number = 0;
   bool first = true;
-  for (std::string line; std::getline(in, line);) {
+  for (std::string line; readLine(in, &line);) {
     ++number;
     const std::vector<std::string> fields = split(line);
     if (fields.empty() || fields[0].empty() || fields[0][0] == '#') continue;

@@ -15,6 +15,10 @@ void describe(OptionVisitor& v, RecordOptions& o) {
   v.value("pipelined", o.pipelined, "estimate with tracking and optimisation in a thread each");
   v.value("stream_port", o.stream_port, {0, 65535}, "TCP port for poses as JSON lines; 0 = none");
   v.value("stream_address", o.stream_address, "of the interface to listen on; 0.0.0.0 = all");
+  v.value("stream_clients", o.stream_clients, {1, 256}, "how many may be connected at a time");
+  v.value("stream_token", o.stream_token,
+          "what a client must send as its first line; empty: nothing. Set it with an address that "
+          "others can reach");
   v.value("view", o.view, "a window with path, anchors and tracks, where there is a display");
   describe(v, o.file);
 }

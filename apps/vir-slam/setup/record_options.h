@@ -18,7 +18,9 @@ struct RecordOptions {
   bool pipelined = true;  ///< tracking and optimisation in a thread each
   int stream_port = 0;    ///< poses as JSON lines; 0: none
   std::string stream_address = "127.0.0.1";
-  bool view = false;  ///< a window, where there is a display
+  int stream_clients = 16;
+  std::string stream_token;  ///< empty: none
+  bool view = false;         ///< a window, where there is a display
   rawlog::LiveRecordingOptions file;
 };
 

@@ -5,6 +5,7 @@
 #include "output/console.h"
 #include "recordings/import_job.h"
 #include "recordings/source_reader.h"
+#include "vir/core/text_file.h"
 #include "vir/results/results_folder.h"
 
 namespace vir::app {
@@ -23,7 +24,7 @@ void splitSettings(const std::string& driver, std::vector<std::string>* run,
 
 }  // namespace
 
-void resolveSource(const RunSource& source, const Common& common, RunArguments* arguments) {
+void resolveSource(const RunSource& source, Common& common, RunArguments* arguments) {
   if (isRawlog(source.what)) {
     if (!arguments->rawlog.empty()) {
       throw UsageError("two recordings: " + source.what + " and --rawlog " + arguments->rawlog);
@@ -31,6 +32,9 @@ void resolveSource(const RunSource& source, const Common& common, RunArguments* 
     requireFile(source.what, "rawlog");
     arguments->rawlog = source.what;
     return;
+  }
+  if (notAFile(source.what) == "a device") {
+    throw UsageError(source.what + " is a device, neither settings nor a recording");
   }
   std::string driver;
   if (fs::exists(source.what)) {
@@ -63,7 +67,7 @@ void resolveSource(const RunSource& source, const Common& common, RunArguments* 
   job.topics = source.topics;
   splitSettings(driver, &arguments->assignments, &job.set);
   catchInterrupt();
-  importRecording(job);
+  if (!importRecording(job)) common.exit_code = kRunFailed;
   arguments->rawlog = job.out;
 }
 

@@ -16,6 +16,6 @@ struct RunSource {
 /// Finds out which of the three it is and fills in `arguments` (ini, rawlog, out; its calibration
 /// goes into an import); a recording in another format is imported into the results folder first.
 /// Throws UsageError and what an import throws.
-void resolveSource(const RunSource& source, const Common& common, RunArguments* arguments);
+void resolveSource(const RunSource& source, Common& common, RunArguments* arguments);
 
 }  // namespace vir::app

@@ -3,13 +3,11 @@
 #include <mrpt/config/CConfigFileBase.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "ini_text.h"
+#include "vir/core/text_file.h"
 
 namespace vir {
 inline namespace core {
@@ -25,24 +23,25 @@ std::string message(const SettingOrigin& origin, const std::string& section, con
   return text + problem;
 }
 
+/// No ini is as large as this [byte].
+constexpr std::size_t kLargestIni = 16'000'000;
+
 std::string readWhole(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
     throw SettingsError({path, 0}, "", "", "there is no such settings file");
   }
-  if (std::filesystem::is_directory(status)) {
-    throw SettingsError({path, 0}, "", "", "this is a folder, not a settings file");
+  const std::string other = notAFile(path);
+  if (!other.empty()) {
+    throw SettingsError({path, 0}, "", "", "this is " + other + ", not a settings file");
   }
-  errno = 0;
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in || in.bad()) {
-    const std::string reason = errno != 0 ? std::strerror(errno) : "it is empty";
-    throw SettingsError({path, 0}, "", "", "cannot read the settings file: " + reason);
+  try {
+    return readTextFile(path, kLargestIni);
+  } catch (const std::runtime_error& e) {
+    throw SettingsError({path, 0}, "", "",
+                        std::string("cannot read the settings file: ") + e.what());
   }
-  return text.str();
 }
 
 bool same(const std::string& a, const std::string& b) { return ini::lower(a) == ini::lower(b); }

@@ -112,6 +112,17 @@ void absoluteErrors(EvaluationResult* result) {
   if (result->attitudes) result->ate_orientation_deg = statisticsOf(result->orientation_error_deg);
 }
 
+void requireNumbers(const EvaluationResult& result) {
+  const Statistics& s = result.ate_position_m;
+  if (std::isfinite(s.rmse) && std::isfinite(s.max) && result.transform.T_R_E.p.allFinite() &&
+      std::isfinite(result.transform.scale)) {
+    return;
+  }
+  throw EvaluationError(
+      "positions are so far away that their errors are no numbers: look into the estimate and the "
+      "reference for values that cannot be metres");
+}
+
 void endErrors(EvaluationResult* result) {
   result->end_error_m = result->position_error_m.back();
   const PosePair& first = result->association.pairs.front();
@@ -135,6 +146,7 @@ EvaluationResult evaluate(const Trajectory& reference, const Trajectory& estimat
   const AlignmentResult similar = align(result.association.pairs, Alignment::sim3);
   result.best_scale = similar.note.find("scale") == std::string::npos ? similar.scale : 0;
   absoluteErrors(&result);
+  requireNumbers(result);
   endErrors(&result);
   const std::vector<double> path = pathLengths(result.association.pairs);
   result.path_m = path.back();

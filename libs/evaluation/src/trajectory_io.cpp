@@ -7,6 +7,7 @@
 #include <map>
 #include <ostream>
 
+#include "vir/core/text_file.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/tables/layout.h"
 
@@ -220,7 +221,7 @@ Trajectory read(std::istream& in, ReadReport* report, const Habit* forced) {
   ReadReport local;
   std::vector<std::string> first;
   std::string line;
-  while (first.size() < kLook && std::getline(in, line)) first.push_back(line);
+  while (first.size() < kLook && readLine(in, &line)) first.push_back(line);
   std::string text;
   for (const std::string& l : first) text += l + '\n';
   Reader reader(forced != nullptr ? *forced : habitOf(text, &local), &local);
@@ -231,7 +232,7 @@ Trajectory read(std::istream& in, ReadReport* report, const Habit* forced) {
     if (!cleaned.empty()) reader.line(cleaned, number);
   };
   for (const std::string& l : first) take(l);
-  while (std::getline(in, line)) take(line);
+  while (readLine(in, &line)) take(line);
   Trajectory result = reader.finish();
   if (report != nullptr) *report = local;
   return result;
@@ -271,7 +272,7 @@ std::vector<TimeNs> readStamps(std::istream& in) {
   std::vector<TimeNs> stamps;
   std::vector<std::string_view> fields;
   std::string line;
-  while (std::getline(in, line)) {
+  while (readLine(in, &line)) {
     TimeNs t = 0;
     const std::string cleaned = clean(line);
     tables::splitLine(cleaned, ',', &fields);

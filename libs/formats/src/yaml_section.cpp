@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "vir/core/text_file.h"
 #include "vir/formats/calibration_file.h"
 
 namespace vir::formats {
@@ -38,7 +39,7 @@ std::string textOf(const std::string& path) {
   if (!file) throw CalibrationError(path + ": cannot be read (permissions?)");
   std::string text, line;
   int depth = 0, deepest = 0;
-  for (bool first = true; std::getline(file, line); first = false) {
+  for (bool first = true; readLine(file, &line); first = false) {
     if (first && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.compare(0, 5, "%YAML") == 0) continue;

@@ -220,6 +220,7 @@ class Acquisition::Sensor {
       arrivals.push_back({index_, observation, now});
     }
     if (arrivals.empty()) return;
+    if (auto note = owner_->clockNote(now)) arrivals.push_back({index_, note, now});
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       status_.observations += static_cast<long>(arrivals.size());
@@ -241,7 +242,13 @@ class Acquisition::Sensor {
 
   void putOnHostClock(mrpt::obs::CObservation* observation, TimeNs now) {
     if (section_.clock == "keep") return;
-    const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
+    TimeNs t = rawlog::fromMrptTime(observation->timestamp);
+    // A driver that takes the wall clock for its stamps went along when that was set.
+    const TimeNs step = hostClockStep();
+    if (step != 0 && std::abs(t - step - now) < std::abs(t - now)) {
+      t -= step;
+      observation->timestamp = rawlog::toMrptTime(t);
+    }
     if (!own_clock_) {
       own_clock_ =
           section_.clock == "device" || std::abs(t - now) > owner_->options_.own_clock_beyond;

@@ -3,17 +3,40 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 namespace vir::live {
 namespace {
 
 constexpr std::size_t kMostPending = 1 << 20;  // [byte]; about ten seconds of poses
+constexpr int kBacklog = 128, kAtOnce = 64;
+constexpr int kLookEveryMs = 1000, kHearEveryMs = 20;
+constexpr double kTokenWithinS = 5;
+constexpr std::size_t kLongestToken = 1024;  // [byte]
+constexpr std::chrono::milliseconds kPause{100};
+
+double steadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// In a time that does not tell where they differ.
+bool same(const std::string& a, const std::string& b) {
+  unsigned char differ = a.size() == b.size() ? 0 : 1;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    differ = static_cast<unsigned char>(differ | (a[i] ^ b[i]));
+  }
+  return differ == 0;
+}
 
 std::runtime_error cannotListen(const std::string& address, int port, const std::string& why) {
   return std::runtime_error("cannot listen on " + address + ":" + std::to_string(port) + ": " +
@@ -22,7 +45,8 @@ std::runtime_error cannotListen(const std::string& address, int port, const std:
 
 }  // namespace
 
-LineServer::LineServer(const std::string& address, int port) {
+LineServer::LineServer(const std::string& address, int port, LineServerOptions options)
+    : options_(std::move(options)) {
   sockaddr_in at{};
   at.sin_family = AF_INET;
   at.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -34,28 +58,102 @@ LineServer::LineServer(const std::string& address, int port) {
   setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   auto* raw = reinterpret_cast<sockaddr*>(&at);
   socklen_t size = sizeof at;
-  if (listening_ < 0 || bind(listening_, raw, size) != 0 || listen(listening_, 8) != 0 ||
+  if (listening_ < 0 || bind(listening_, raw, size) != 0 || listen(listening_, kBacklog) != 0 ||
       getsockname(listening_, raw, &size) != 0) {
     const std::string why = std::strerror(errno);
     if (listening_ >= 0) close(listening_);
     throw cannotListen(address, port, why);
   }
   port_ = ntohs(at.sin_port);
+  wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  thread_ = std::thread([this] { serve(); });
 }
 
 LineServer::~LineServer() {
-  for (const auto& [client, pending] : clients_) close(client);
+  stop_ = true;
+  const std::uint64_t one = 1;
+  if (write(wake_, &one, sizeof one) < 0) stop_ = true;  // it looks by itself now and then
+  thread_.join();
+  for (const auto& [handle, client] : clients_) close(handle);
+  close(wake_);
   close(listening_);
 }
 
-void LineServer::acceptWaiting() {
-  while (true) {
-    const int client = accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (client < 0) return;
-    const int yes = 1;
-    setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-    clients_[client];
+void LineServer::serve() {
+  while (!stop_) {
+    bool expecting = false;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      for (const auto& [handle, client] : clients_) expecting = expecting || !client.admitted;
+    }
+    pollfd ready[] = {{listening_, POLLIN, 0}, {wake_, POLLIN, 0}};
+    poll(ready, 2, expecting ? kHearEveryMs : kLookEveryMs);
+    if (stop_) return;
+    bool room = true;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      room = acceptWaiting();
+      hearNewcomers();
+    }
+    // Without descriptors the connections stay where they are: not to spin on them.
+    if (!room) std::this_thread::sleep_for(kPause);
   }
+}
+
+void LineServer::refuse(int handle, const char* why) {
+  const std::string line = std::string("{\"type\":\"refused\",\"why\":\"") + why + "\"}\n";
+  if (::send(handle, line.data(), line.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0) errno = 0;
+  close(handle);
+  ++refused_;
+}
+
+/// False if there is no descriptor left for another one.
+bool LineServer::acceptWaiting() {
+  for (int i = 0; i < kAtOnce; ++i) {
+    const int handle = accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (handle < 0) {
+      return errno != EMFILE && errno != ENFILE;
+    }
+    if (clients_.size() >= static_cast<std::size_t>(options_.max_clients)) {
+      refuse(handle, "too many clients (Recording.stream_clients)");
+      continue;
+    }
+    const int yes = 1;
+    setsockopt(handle, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+    Client& client = clients_[handle];
+    client.admitted = options_.token.empty();
+    client.since_s = steadySeconds();
+  }
+  return true;
+}
+
+void LineServer::hearNewcomers() {
+  for (auto it = clients_.begin(); it != clients_.end();) {
+    const Hearing heard = it->second.admitted ? Hearing::admitted : hear(it->first, &it->second);
+    it->second.admitted = heard == Hearing::admitted;
+    if (heard == Hearing::refused) {
+      refuse(it->first, "the first line must be the token (Recording.stream_token)");
+      it = clients_.erase(it);
+    } else {
+      ++it;
+    }
+  }
+}
+
+LineServer::Hearing LineServer::hear(int handle, Client* client) const {
+  char buffer[256];
+  const ssize_t n = recv(handle, buffer, sizeof buffer, MSG_DONTWAIT);
+  if (n == 0) return Hearing::refused;
+  if (n > 0) client->said.append(buffer, static_cast<std::size_t>(n));
+  const std::size_t end = client->said.find('\n');
+  if (end == std::string::npos) {
+    const bool late = steadySeconds() > client->since_s + kTokenWithinS;
+    return late || client->said.size() > kLongestToken ? Hearing::refused : Hearing::waiting;
+  }
+  std::string said = client->said.substr(0, end);
+  if (!said.empty() && said.back() == '\r') said.pop_back();
+  client->said.clear();
+  return same(said, options_.token) ? Hearing::admitted : Hearing::refused;
 }
 
 /// False when the connection is gone.
@@ -70,11 +168,16 @@ bool LineServer::push(int client, std::string* pending) {
 
 void LineServer::send(const std::string& line) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  acceptWaiting();
+  acceptWaiting();  // who has just connected need not wait for the thread
   for (auto it = clients_.begin(); it != clients_.end();) {
-    it->second += line + "\n";
-    const bool slow = it->second.size() > kMostPending;
-    if (!slow && push(it->first, &it->second)) {
+    Client& client = it->second;
+    if (!client.admitted) {
+      ++it;
+      continue;
+    }
+    client.to_send += line + "\n";
+    const bool slow = client.to_send.size() > kMostPending;
+    if (!slow && push(it->first, &client.to_send)) {
       ++it;
       continue;
     }
@@ -86,12 +189,18 @@ void LineServer::send(const std::string& line) {
 
 std::size_t LineServer::clients() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return clients_.size();
+  return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(),
+                                                [](const auto& c) { return c.second.admitted; }));
 }
 
 long LineServer::clientsCutOff() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return cut_off_;
+}
+
+long LineServer::refused() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return refused_;
 }
 
 }  // namespace vir::live

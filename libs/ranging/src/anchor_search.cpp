@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t kCoarse = 100, kProbe = 300, kStarts = 8;
 constexpr double kInlierSigma = 3;
+constexpr int kMostSteps = 200;
 /// Twice the cost between two optima below which they are one.
 constexpr double kSeparate = 4;
 /// An optimum so much worse on the few ranges looked at first is not followed up.
@@ -228,7 +229,7 @@ double AnchorSearch::profileSigma(const FitState& x, double cost, const Vec3& di
       return 2 * (there - cost);
     };
     double inside = 0, outside = std::min(guess, farthest);
-    while (outside < farthest && rise(outside) < 1) {
+    for (int k = 0; k < kMostSteps && outside < farthest && rise(outside) < 1; ++k) {
       inside = outside;
       outside *= 1.7;
     }

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "vir/core/text_file.h"
+
 namespace vir::ranging {
 namespace {
 
@@ -135,7 +137,7 @@ RangeBiasModel RangeBiasModel::fromText(const std::string& text, const std::stri
   double noise = 0;
   bool header = false;
   int at = 0;
-  for (std::string line; std::getline(in, line);) {
+  for (std::string line; readLine(in, &line);) {
     ++at;
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (at == 1 && line != kFirstLine) {

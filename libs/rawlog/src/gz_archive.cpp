@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <stdexcept>
 
@@ -18,6 +19,14 @@ constexpr unsigned kBufferBytes = 256 * 1024;
 // A recording is handed over by whole objects: the buffer must not run full in between.
 constexpr unsigned kRecordingBufferBytes = 16u << 20;
 constexpr std::int64_t kFlushBytes = 4 << 20;
+
+// Bounds on one object of a file that others wrote.
+constexpr std::uint32_t kSmallSize = 4096;   // cannot do harm, nor can its square
+constexpr std::uint64_t kMostPacked = 1032;  // times that deflate can pack anything
+constexpr std::uint64_t kInMemory = 4;       // a list's member in memory by that in the file
+constexpr std::uint64_t kAlwaysAllowed = 128 << 20;  // [byte]
+constexpr std::uint64_t kNeverAllowed = 1 << 30;     // [byte]
+constexpr std::int64_t kGrowth = 200;                // black images do not reach it
 
 std::string reasonOf(gzFile file) {
   int code = Z_OK;
@@ -40,7 +49,10 @@ gzFile openOrThrow(const std::string& path, const char* mode, const char* what) 
 }  // namespace
 
 std::unique_ptr<GzArchive> GzArchive::forReading(const std::string& path) {
-  return std::unique_ptr<GzArchive>(new GzArchive(openOrThrow(path, "rb", "open"), path));
+  std::unique_ptr<GzArchive> archive(new GzArchive(openOrThrow(path, "rb", "open"), path));
+  std::error_code ignored;
+  archive->file_bytes_ = static_cast<std::int64_t>(std::filesystem::file_size(path, ignored));
+  return archive;
 }
 
 std::unique_ptr<GzArchive> GzArchive::forWriting(const std::string& path, int level) {
@@ -116,6 +128,7 @@ void GzArchive::close() {
 }
 
 std::string GzArchive::streamError() const {
+  if (!problem_.empty()) return problem_;
   int code = Z_OK;
   gzerror(file_, &code);
   if (code == Z_OK || code == Z_STREAM_END) return {};
@@ -124,6 +137,34 @@ std::string GzArchive::streamError() const {
 }
 
 std::int64_t GzArchive::compressedPosition() const { return gzoffset(file_); }
+
+mrpt::serialization::CSerializable::Ptr GzArchive::readBounded() {
+  object_at_ = gztell(file_);
+  object_packed_at_ = gzoffset(file_);
+  bounding_ = true;
+  const auto done = [this](void*) {
+    bounding_ = false;
+    bound_.reset();
+  };
+  const std::unique_ptr<void, decltype(done)> guard(this, done);
+  return ReadObject();
+}
+
+std::uint64_t GzArchive::mostLeft() const {
+  const std::int64_t ahead = file_bytes_ - gzoffset(file_) + kBufferBytes;  // it reads by buffers
+  const auto left = static_cast<std::uint64_t>(
+      std::clamp<std::int64_t>(ahead, 0, std::max<std::int64_t>(file_bytes_, 0)));
+  return gzdirect(file_) != 0 ? left : left * kMostPacked;
+}
+
+void GzArchive::checkGrowth() {
+  const std::int64_t packed = gzoffset(file_) - object_packed_at_ + kBufferBytes;
+  if (gztell(file_) - object_at_ <= kGrowth * packed) return;
+  // MRPT puts words of its own before what is thrown through it.
+  problem_ =
+      "an object unpacks to more than " + std::to_string(kGrowth) + " times its size in the file";
+  throw std::runtime_error(problem_);
+}
 
 std::size_t GzArchive::write(const void* buf, std::size_t len) {
   if (file_ == nullptr) throw std::runtime_error(path_ + " is closed");
@@ -147,6 +188,16 @@ std::size_t GzArchive::read(void* buf, std::size_t len) {
     if (n < 0) throw std::runtime_error("cannot read " + path_ + ": " + reasonOf(file_));
     if (n == 0) break;
     done += static_cast<std::size_t>(n);
+    if (bounding_) checkGrowth();
+  }
+  // What may be the number of something that MRPT makes room for next.
+  if (bounding_ && !bound_ && len == sizeof(std::uint32_t) && done == len) {
+    std::uint32_t size = 0;
+    std::memcpy(&size, buf, sizeof size);
+    if (size > kSmallSize) {
+      bound_ = std::make_unique<MemoryBound>(
+          std::min(kAlwaysAllowed + kInMemory * mostLeft(), kNeverAllowed));
+    }
   }
   // MRPT's contract: nothing read at all is an error; it becomes CExceptionEOF between objects.
   if (done == 0 && len > 0) throw std::runtime_error("end of " + path_);

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "memory_bound.h"
+
 namespace vir::rawlog {
 
 class GzArchive : public mrpt::serialization::CArchive {
@@ -20,6 +22,11 @@ class GzArchive : public mrpt::serialization::CArchive {
   /// stores plain objects without gzip's frame.
   static std::unique_ptr<GzArchive> forRecording(const std::string& path, int level);
   ~GzArchive() override;
+
+  /// The next object of a file that others wrote. As ReadObject(), but what it says of its own size
+  /// is not believed: std::bad_alloc when it asks for more memory than the rest of the file can
+  /// fill, std::runtime_error when it unpacks to very much more than it is on the disk.
+  mrpt::serialization::CSerializable::Ptr readBounded();
 
   /// An object in one piece: if it cannot be written, the file is cut back to the object before and
   /// std::runtime_error thrown.
@@ -45,13 +52,19 @@ class GzArchive : public mrpt::serialization::CArchive {
 
  private:
   void cutBack();
+  std::uint64_t mostLeft() const;
+  void checkGrowth();
   GzArchive(gzFile file, std::string path) : file_(file), path_(std::move(path)) {}
   gzFile file_ = nullptr;
-  std::string path_;
+  std::string path_, problem_;
   int handle_ = -1;         // of a recording, to cut it back
   std::int64_t sound_ = 0;  // length of the file up to the last flush
   std::int64_t unflushed_ = 0;
   std::size_t objects_ = 0, sound_objects_ = 0, cut_off_ = 0;
+  std::int64_t file_bytes_ = 0;  // reading
+  std::int64_t object_at_ = 0, object_packed_at_ = 0;
+  bool bounding_ = false;
+  std::unique_ptr<MemoryBound> bound_;  // of the object that is being read
 };
 
 }  // namespace vir::rawlog

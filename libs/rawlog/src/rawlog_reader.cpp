@@ -5,10 +5,13 @@
 #include <mrpt/obs/CSensoryFrame.h>
 
 #include <filesystem>
+#include <new>
 #include <stdexcept>
 
 #include "gz_archive.h"
+#include "image_files.h"
 #include "vir/rawlog/mrpt_error.h"
+#include "vir/rawlog/plausible.h"
 #include "vir/rawlog/rawlog_writer.h"
 
 namespace vir::rawlog {
@@ -23,13 +26,6 @@ std::string findImageFolder(const std::string& rawlog) {
     if (fs::is_directory(folder, ignored)) return folder.string();
   }
   return {};
-}
-
-/// MRPT resolves a relative name against one folder for the whole process.
-void makeAbsolute(mrpt::img::CImage* image, const std::string& folder) {
-  if (folder.empty() || !image->isExternallyStored()) return;
-  const fs::path file = image->getExternalStorageFile();
-  if (file.is_relative()) image->setExternalStorage((fs::path(folder) / file).string());
 }
 
 }  // namespace
@@ -58,7 +54,7 @@ mrpt::obs::CObservation::Ptr RawlogReader::next() {
 
 void RawlogReader::readOne() {
   try {
-    const auto object = archive_->ReadObject();
+    const auto object = archive_->readBounded();
     ++objects_;
     if (auto observation = std::dynamic_pointer_cast<mrpt::obs::CObservation>(object)) {
       take(observation);
@@ -70,6 +66,10 @@ void RawlogReader::readOne() {
   } catch (const mrpt::serialization::CExceptionEOF&) {
     // A read error between two objects looks like the end to MRPT; zlib knows better.
     stop(archive_->streamError());
+  } catch (const std::bad_alloc&) {
+    stop("a size in it is larger than what the file can hold");
+  } catch (const std::length_error&) {
+    stop("a size in it is larger than what the file can hold");
   } catch (const std::exception& e) {
     const std::string stream = archive_->streamError();
     stop(stream.empty() ? shortReason(e) : stream);
@@ -80,13 +80,42 @@ void RawlogReader::take(const mrpt::obs::CObservation::Ptr& observation) {
   using mrpt::obs::CObservationImage;
   using mrpt::obs::CObservationStereoImages;
   if (!observation) return;
+  const std::string why = implausible(*observation);
+  if (!why.empty()) {
+    ++implausible_[observation->sensorLabel + ": " + why];
+    return;
+  }
   if (auto image = std::dynamic_pointer_cast<CObservationImage>(observation)) {
-    makeAbsolute(&image->image, image_folder_);
+    placeImage(&image->image);
   } else if (auto stereo = std::dynamic_pointer_cast<CObservationStereoImages>(observation)) {
-    makeAbsolute(&stereo->imageLeft, image_folder_);
-    makeAbsolute(&stereo->imageRight, image_folder_);
+    placeImage(&stereo->imageLeft);
+    placeImage(&stereo->imageRight);
   }
   queue_.push_back(observation);
+}
+
+void RawlogReader::placeImage(mrpt::img::CImage* image) {
+  if (!image->isExternallyStored()) return;
+  const std::string name = image->getExternalStorageFile();
+  const ImageFile file = imageFileOf(name, path_, image_folder_);
+  // MRPT resolves a relative name against one folder for the whole process.
+  if (file.refused.empty()) {
+    if (!file.path.empty()) image->setExternalStorage(file.path);
+    return;
+  }
+  if (refused_images_++ == 0) first_refused_ = file.refused;
+  image->setExternalStorage(refusedName(image_folder_));
+}
+
+std::string RawlogReader::refusals() const {
+  std::string text;
+  if (refused_images_ > 0) {
+    text = std::to_string(refused_images_) + " images were refused: " + first_refused_;
+  }
+  for (const auto& [why, count] : implausible_) {
+    text += (text.empty() ? "" : "; ") + std::to_string(count) + " observations left out of " + why;
+  }
+  return text.empty() ? text : path_ + ": " + text;
 }
 
 void RawlogReader::stop(const std::string& reason) {

@@ -24,7 +24,10 @@ bool oneAtATime(const mrpt::obs::CObservation& observation) {
 
 void TimeOrderer::push(const mrpt::obs::CObservation::Ptr& observation) {
   const TimeNs t = fromMrptTime(observation->timestamp);
-  const bool jump = started_ && t - newest_ > options_.max_jump;
+  // Stamps of a damaged file are anywhere: their difference need not fit.
+  TimeNs ahead = 0;
+  const bool far = __builtin_sub_overflow(t, newest_, &ahead) && t > newest_;
+  const bool jump = started_ && (far || ahead > options_.max_jump);
   if (jump) {
     suspects_.push_back(observation);
     if (suspects_.size() >= options_.jump_confirmations) acceptSuspects();

@@ -86,6 +86,7 @@ ResultsFolder::ResultsFolder(const std::string& out) {
     throw std::runtime_error("cannot create the results folder " + folder.string() + ": " +
                              (error ? error.message() : "it is a file"));
   }
+  lock_ = std::make_shared<const OutputLock>(folder.string());
   if (out.empty()) pointLatestTo(folder);
   path_ = folder.string();
   for (const char* name : kOurFiles) fs::remove(folder / name, error);

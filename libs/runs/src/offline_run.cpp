@@ -155,7 +155,10 @@ class OfflineRun {
   }
 
   void warnAboutInput() {
-    if (!reader_.damage().empty()) warn(reader_.damage());
+    summary_.damaged = !reader_.damage().empty();
+    for (const std::string& problem : {reader_.damage(), reader_.refusals()}) {
+      if (!problem.empty()) warn(problem);
+    }
     for (const TimeNs gap : orderer_.gaps()) {
       warn("the recording has a gap of " + evaluation::formatSeconds(gap) + " s");
     }

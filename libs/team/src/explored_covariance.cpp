@@ -12,6 +12,7 @@ constexpr double kMostRise = 10;     // what is less likely adds nothing
 constexpr double kFirstStep = 0.05;  // [m]
 constexpr double kGrowth = 0.6;      // of the way so far, a step
 constexpr int kIterations = 12;
+constexpr int kMostSteps = 200;  // each is 1.6 times the last, from a picometre to the farthest
 
 /// Second moments about `x` along one walk out and one back.
 Mat4 momentsOf(const EvidenceCost& cost, const Vec4& x, int coordinate, double sigma,
@@ -20,12 +21,14 @@ Mat4 momentsOf(const EvidenceCost& cost, const Vec4& x, int coordinate, double s
   const double unit = coordinate == 0 ? 1 / lever : 1;
   const double limit = coordinate == 0 ? M_PI : kFarthest;
   const double first = std::min(0.3 * sigma, kFirstStep * unit);
+  if (!(first > 0)) return Mat4::Zero();  // numbers beyond what can be solved for
   const double here = cost(x);
   Mat4 sum = Mat4::Zero();
   double weights = first;
   for (const double sign : {-1.0, 1.0}) {
     Vec4 moved = x;
-    for (double shift = 0; shift < limit;) {
+    double shift = 0;
+    for (int i = 0; i < kMostSteps && shift < limit; ++i) {
       const double step = std::max(first, kGrowth * shift);
       shift += step;
       if (coordinate == 0) {

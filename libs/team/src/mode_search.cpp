@@ -18,13 +18,25 @@ constexpr int kFirstIterations = 6;
 constexpr double kFirstChange = 1e-2;
 constexpr int kFewForPolish = 10;
 
+/// What is beyond is no position of a robot, and its square no number to compute with [m].
+constexpr double kFarthest = 1e8;
+constexpr double kFinest = 1e-9;  // [m], of a standard deviation
+
+/// False for what is not a number too.
+template <typename M>
+bool within(const M& m, double limit) {
+  return (m.array().abs() < limit).all();
+}
+
 bool usable(const MutualRange& m) {
-  return std::isfinite(m.range_m) && m.range_m > 0 && std::isfinite(m.sigma_m) && m.sigma_m > 0 &&
-         m.p_A.allFinite() && m.p_B.allFinite() && m.cov_A.allFinite() && m.cov_B.allFinite();
+  return m.range_m > 0 && m.range_m < kFarthest && m.sigma_m > kFinest && m.sigma_m < kFarthest &&
+         within(m.p_A, kFarthest) && within(m.p_B, kFarthest) &&
+         within(m.cov_A, kFarthest * kFarthest) && within(m.cov_B, kFarthest * kFarthest);
 }
 
 bool usable(const SharedAnchor& a) {
-  return a.p_A.allFinite() && a.p_B.allFinite() && a.cov_A.allFinite() && a.cov_B.allFinite();
+  return within(a.p_A, kFarthest) && within(a.p_B, kFarthest) &&
+         within(a.cov_A, kFarthest * kFarthest) && within(a.cov_B, kFarthest * kFarthest);
 }
 
 class Search {

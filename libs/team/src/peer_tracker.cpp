@@ -10,6 +10,7 @@ namespace {
 constexpr TimeNs kBroadcastDelay = 200000000;  // it may come later than its range
 constexpr TimeNs kLongestWait = 2000000000;    // for an own pose behind the range
 constexpr std::size_t kKept = 400;             // of the newest own poses, and broadcasts of a robot
+constexpr double kFarthest = 1e8;              // [m] no robot is farther from where it began
 constexpr std::size_t kMostPeers = 32, kMostAnchors = 256;
 // A robot that moves faster than this, and by more than its own uncertainty, began a new world.
 constexpr double kFastest = 30, kJump = 1;  // [m/s], [m]
@@ -76,7 +77,9 @@ void PeerTracker::addRange(const Range& peer_range) {
 
 void PeerTracker::hear(const PeerBroadcast& broadcast) {
   const SentPosition& sent = broadcast.sent;
-  if (!sent.p_W.allFinite() || !sent.covariance.allFinite()) {
+  const bool far = !(sent.p_W.cwiseAbs().maxCoeff() < kFarthest) ||
+                   !(sent.covariance.cwiseAbs().maxCoeff() < kFarthest * kFarthest);
+  if (far || !sent.p_W.allFinite() || !sent.covariance.allFinite()) {
     ++unusable_;
     return;
   }

@@ -154,6 +154,7 @@ bool BagRecording::next(Reading* reading) {
 
 void BagRecording::tellDamage() {
   for (const std::string& d : reader_->damage()) log_->note(d);
+  // roles::kDamageCounter: import then says that the recording ends early.
   if (!reader_->damage().empty())
     log_->count("damage", static_cast<long>(reader_->damage().size()));
   if (pairing_.dropped() > 0) {

@@ -51,8 +51,11 @@ std::unique_ptr<ChannelOpener> makeOpener(const ByteSourceOptions& o) {
     return tcpOpener(host, number);
   }
   if (port.rfind("udp://", 0) == 0) {
-    splitAddress(port, port.substr(6), &host, &number);
-    return udpOpener(host, number);
+    static const std::string kFrom = "?from=";
+    const std::size_t from = port.find(kFrom);
+    splitAddress(port, port.substr(6, from == std::string::npos ? from : from - 6), &host, &number);
+    return udpOpener(host, number,
+                     from == std::string::npos ? "" : port.substr(from + kFrom.size()));
   }
   if (port.find("://") != std::string::npos) {
     throw DeviceError("port = " + port + ": only tcp:// and udp:// are known, or a device file");

@@ -44,11 +44,15 @@ class ChannelOpener {
 std::unique_ptr<ChannelOpener> serialOpener(const std::string& path, int baud);
 /// Throws DeviceError if the host's name cannot be resolved (done once, as it may take long).
 std::unique_ptr<ChannelOpener> tcpOpener(const std::string& host, int port);
-/// Listens; `address` empty = on all interfaces.
-std::unique_ptr<ChannelOpener> udpOpener(const std::string& address, int port);
+/// Listens on the interface with this `address`; empty = on this machine only, 0.0.0.0 = on all.
+/// `from`: only datagrams of this host count; empty = anybody's.
+std::unique_ptr<ChannelOpener> udpOpener(const std::string& address, int port,
+                                         const std::string& from);
 
 struct ByteSourceOptions {
-  /// `/dev/ttyUSB0` (any path), `tcp://host:port`, `udp://:port` or `udp://address:port`.
+  /// `/dev/ttyUSB0` (any path), `tcp://host:port`, `udp://:port` (datagrams of this machine) or
+  /// `udp://address:port` (the interface to listen on, `0.0.0.0` = all), the latter two also with
+  /// `?from=host` behind.
   std::string port;
   int baud = 115200;                             ///< serial ports only
   double silence_s = 5;                          ///< no bytes for so long is reported; 0 = never

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "live_logger.h"
+#include "vir/core/host_clock.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/grabber_settings.h"
 
@@ -23,8 +24,6 @@ constexpr std::uint64_t kMuteBytes = 500;
 double steadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
-
-TimeNs hostTime() { return rawlog::fromMrptTime(mrpt::Clock::now()); }
 
 }  // namespace
 
@@ -60,7 +59,7 @@ void DeviceSensor::doProcess() {
   std::uint8_t buffer[4096];
   for (int i = 0; i < kMostReads; ++i) {
     const std::size_t n = source_->read(buffer, sizeof buffer, i == 0 ? kWaitMs : 0);
-    const TimeNs arrival = hostTime();
+    const TimeNs arrival = hostNow();
     noteReopening();
     if (n == 0) break;
     take(buffer, n, arrival);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "byte_fd.h"
@@ -40,6 +41,16 @@ Address resolve(const std::string& host, int port, int type, int flags) {
   a.family = found->ai_family;
   ::freeaddrinfo(found);
   return a;
+}
+
+bool sameHost(const sockaddr_storage& a, const sockaddr_storage& b) {
+  if (a.ss_family != b.ss_family) return false;
+  if (a.ss_family == AF_INET6) {
+    return std::memcmp(&reinterpret_cast<const sockaddr_in6&>(a).sin6_addr,
+                       &reinterpret_cast<const sockaddr_in6&>(b).sin6_addr, sizeof(in6_addr)) == 0;
+  }
+  return reinterpret_cast<const sockaddr_in&>(a).sin_addr.s_addr ==
+         reinterpret_cast<const sockaddr_in&>(b).sin_addr.s_addr;
 }
 
 bool wouldBlock(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
@@ -112,7 +123,7 @@ class TcpOpener : public ChannelOpener {
 
 class UdpChannel : public ByteChannel {
  public:
-  explicit UdpChannel(ByteFd fd) : fd_(std::move(fd)) {}
+  UdpChannel(ByteFd fd, const std::optional<Address>& only) : fd_(std::move(fd)), only_(only) {}
 
   long read(std::uint8_t* buffer, std::size_t size, std::string* why) override {
     if (size == 0) return 0;
@@ -142,6 +153,7 @@ class UdpChannel : public ByteChannel {
       *why = std::string("cannot receive (") + std::strerror(errno) + ")";
       return false;
     }
+    if (only_ && !sameHost(from, only_->bytes)) return false;
     filled_ = static_cast<std::size_t>(n);
     sender_ = from;
     sender_size_ = from_size;
@@ -149,6 +161,7 @@ class UdpChannel : public ByteChannel {
   }
 
   ByteFd fd_;
+  std::optional<Address> only_;
   std::uint8_t datagram_[65536];
   std::size_t at_ = 0, filled_ = 0;
   sockaddr_storage sender_{};
@@ -157,9 +170,11 @@ class UdpChannel : public ByteChannel {
 
 class UdpOpener : public ChannelOpener {
  public:
-  UdpOpener(const std::string& address, int port)
+  UdpOpener(const std::string& address, int port, const std::string& from)
       : name_("udp port " + std::to_string(port)),
-        address_(resolve(address.empty() ? "0.0.0.0" : address, port, SOCK_DGRAM, AI_PASSIVE)) {}
+        address_(resolve(address.empty() ? "127.0.0.1" : address, port, SOCK_DGRAM, AI_PASSIVE)) {
+    if (!from.empty()) only_ = resolve(from, port, SOCK_DGRAM, 0);
+  }
 
   std::unique_ptr<ByteChannel> open() override {
     ByteFd fd(::socket(address_.family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
@@ -167,12 +182,13 @@ class UdpOpener : public ChannelOpener {
       throw DeviceError(name_ + ": cannot listen: " + std::strerror(errno) +
                         (errno == EADDRINUSE ? " (another program listens there)" : ""));
     }
-    return std::make_unique<UdpChannel>(std::move(fd));
+    return std::make_unique<UdpChannel>(std::move(fd), only_);
   }
 
  private:
   std::string name_;
   Address address_;
+  std::optional<Address> only_;
 };
 
 }  // namespace
@@ -181,8 +197,9 @@ std::unique_ptr<ChannelOpener> tcpOpener(const std::string& host, int port) {
   return std::make_unique<TcpOpener>(host, port);
 }
 
-std::unique_ptr<ChannelOpener> udpOpener(const std::string& address, int port) {
-  return std::make_unique<UdpOpener>(address, port);
+std::unique_ptr<ChannelOpener> udpOpener(const std::string& address, int port,
+                                         const std::string& from) {
+  return std::make_unique<UdpOpener>(address, port, from);
 }
 
 }  // namespace vir

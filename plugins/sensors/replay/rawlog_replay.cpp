@@ -87,7 +87,9 @@ void RawlogReplay::readOn() {
   next_ = reader_->next();
   if (next_) return;
   finished_ = true;
-  if (!reader_->damage().empty()) warnings_.push_back(reader_->damage());
+  for (const std::string& problem : {reader_->damage(), reader_->refusals()}) {
+    if (!problem.empty()) warnings_.push_back(problem);
+  }
 }
 
 void RawlogReplay::doProcess() {

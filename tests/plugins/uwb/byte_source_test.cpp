@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <functional>
 
@@ -38,6 +39,39 @@ std::string readBytes(ByteSource* source, std::size_t size) {
 void readUntil(ByteSource* source, const std::function<bool()>& done) {
   std::uint8_t buffer[64];
   for (int i = 0; i < 500 && !done(); ++i) source->read(buffer, sizeof buffer, 20);
+}
+
+/// Sends `text` as a datagram from `from` to `port` of this machine's `to`.
+void sendDatagram(const std::string& from, const std::string& to, int port,
+                  const std::string& text) {
+  const ByteFd sender(::socket(AF_INET, SOCK_DGRAM, 0));
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  inet_pton(AF_INET, from.c_str(), &at.sin_addr);
+  ASSERT_EQ(::bind(sender.get(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+  at.sin_port = htons(static_cast<std::uint16_t>(port));
+  inet_pton(AF_INET, to.c_str(), &at.sin_addr);
+  ::sendto(sender.get(), text.data(), text.size(), 0, reinterpret_cast<sockaddr*>(&at), sizeof at);
+}
+
+/// Another address of this machine stands for another interface.
+TEST(ByteSource, UdpWithoutAnAddressHearsOneInterfaceOnly) {
+  const int port = 20000 + ::getpid() % 4000;
+  ByteSource source(optionsFor("udp://:" + std::to_string(port)));
+  source.open();
+  sendDatagram("127.0.0.1", "127.0.0.2", port, "stranger");
+  sendDatagram("127.0.0.1", "127.0.0.1", port, "friend");
+  EXPECT_EQ(readBytes(&source, 6), "friend");
+}
+
+TEST(ByteSource, UdpFromOneHostOnly) {
+  const int port = 20000 + ::getpid() % 4000;
+  ByteSource source(optionsFor("udp://0.0.0.0:" + std::to_string(port) + "?from=127.0.0.3"));
+  source.open();
+  sendDatagram("127.0.0.1", "127.0.0.1", port, "stranger");
+  sendDatagram("127.0.0.3", "127.0.0.1", port, "friend");
+  EXPECT_EQ(readBytes(&source, 6), "friend");
+  EXPECT_THROW(ByteSource(optionsFor("udp://:9?from=no.such.host.invalid")), DeviceError);
 }
 
 TEST(ByteSource, SerialPortUnpluggedAndBack) {

@@ -36,6 +36,21 @@ TEST(Statistics, ByHand) {
   EXPECT_EQ(statisticsOf({2}).p95, 2);
 }
 
+/// Their squares are no numbers: an error of inf, or a scale of NaN, would look like a result.
+TEST(Evaluate, PositionsBeyondNumbersAreAnError) {
+  for (const double far : {1e308, 1e200}) {
+    for (const Alignment alignment :
+         {Alignment::none, Alignment::posyaw, Alignment::se3, Alignment::sim3}) {
+      Trajectory estimate = line(3);
+      estimate[7].T_W_B.p.y() = far;
+      EvaluationOptions options;
+      options.alignment = alignment;
+      EXPECT_THROW(evaluate(line(3), estimate, options), EvaluationError) << far;
+      EXPECT_THROW(evaluate(estimate, line(3), options), EvaluationError) << far;
+    }
+  }
+}
+
 TEST(Evaluate, AteByHand) {
   const Trajectory ref = line(0.2);  // three poses
   Trajectory est = ref;

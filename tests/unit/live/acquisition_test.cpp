@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <mrpt/hwdrivers/CGenericSensor.h>
+#include <mrpt/obs/CObservationComment.h>
 #include <mrpt/obs/CObservationImage.h>
 
 #include <atomic>
@@ -15,6 +16,10 @@
 
 namespace vir::test {
 
+/// A wall clock that can be set.
+std::atomic<TimeNs> g_set_by{0};
+TimeNs wallNow() { return systemClocks().wall() + g_set_by; }
+
 /// Says "IMU0" at every call; fails as its settings tell.
 class MoodySensor : public mrpt::hwdrivers::CGenericSensor {
   DEFINE_GENERIC_SENSOR(MoodySensor)
@@ -26,7 +31,7 @@ class MoodySensor : public mrpt::hwdrivers::CGenericSensor {
   void doProcess() override {
     ++calls_;
     if (fail_at_ > 0 && calls_ == fail_at_) throw std::runtime_error("the cable is out");
-    const TimeNs t = hostNow() + fromSeconds(ahead_s_);
+    const TimeNs t = (wall_ ? wallNow() : hostNow()) + fromSeconds(ahead_s_);
     appendObservation(camera_ ? std::static_pointer_cast<mrpt::obs::CObservation>(imageAt(t))
                               : std::static_pointer_cast<mrpt::obs::CObservation>(imuAt(t)));
   }
@@ -38,6 +43,7 @@ class MoodySensor : public mrpt::hwdrivers::CGenericSensor {
       v.section("moody", "");
       v.value("fail_at", fail_at_, {0, 1000000}, "");
       v.value("missing", missing_, "");
+      v.value("wall", wall_, "");
       v.value("camera", camera_, "");
       v.value("ahead_s", ahead_s_, {-1e6, 1e6}, "");
     });
@@ -45,7 +51,7 @@ class MoodySensor : public mrpt::hwdrivers::CGenericSensor {
 
  private:
   int fail_at_ = 0, calls_ = 0;
-  bool missing_ = false, camera_ = false;
+  bool missing_ = false, camera_ = false, wall_ = false;
   double ahead_s_ = 0;
 };
 IMPLEMENTS_GENERIC_SENSOR(MoodySensor, vir::test)
@@ -103,6 +109,38 @@ TEST(Acquisition, ASensorThatFailsIsStartedAgainWhileTheOthersGoOn) {
   EXPECT_EQ(static_cast<long>(got.by_sensor.at(0).size()), got.status[0].observations);
   ASSERT_FALSE(got.log.empty());
   EXPECT_NE(got.log[0].find("bad: the cable is out"), std::string::npos) << got.log[0];
+}
+
+/// Set back by an hour, 1957 of 2784 readings were once stamped 100 ns apart.
+TEST(Acquisition, AClockThatIsSetChangesNoStamp) {
+  useHostClocks({wallNow, systemClocks().monotonic});
+  for (const double set_s : {-3600.0, -0.4, 5.0, 1e7}) {
+    pinHostClock();
+    std::thread ntp([set_s] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      g_set_by = fromSeconds(set_s);
+    });
+    const Collected got =
+        collectFor(kGood + "[wall]\ndriver = MoodySensor\nprocess_rate = 200\nwall = true\n", 0.6);
+    ntp.join();
+    int notes = 0;
+    for (const auto& [sensor, arrivals] : got.by_sensor) {
+      TimeNs last = 0;
+      for (const live::Arrival& a : arrivals) {
+        const TimeNs t = rawlog::fromMrptTime(a.observation->timestamp);
+        notes += dynamic_cast<const mrpt::obs::CObservationComment*>(a.observation.get()) ? 1 : 0;
+        EXPECT_LT(std::abs(t - a.arrival), 100 * kMs) << sensor << " after " << set_s;
+        EXPECT_LT(t - last, last == 0 ? INT64_MAX : 200 * kMs) << sensor << " after " << set_s;
+        last = t;
+      }
+      EXPECT_GT(arrivals.size(), 30u);
+    }
+    EXPECT_EQ(notes, 1) << set_s;
+    ASSERT_EQ(got.log.size(), 1u) << set_s;
+    EXPECT_NE(got.log[0].find("the host's clock was set by"), std::string::npos) << got.log[0];
+    g_set_by = 0;
+  }
+  useHostClocks(systemClocks());
 }
 
 TEST(Acquisition, WhoHearsTheLogMayAskForTheState) {

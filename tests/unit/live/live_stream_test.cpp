@@ -1,7 +1,9 @@
 /// Poses between estimates, and the socket they go over.
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -112,6 +114,63 @@ TEST(LineServer, DoesNotWaitForAClientThatDoesNotRead) {
   EXPECT_EQ(server.clientsCutOff(), 1);
   EXPECT_EQ(server.clients(), 0u);
   close(a);
+}
+
+std::string heardFrom(int handle) {
+  timeval wait{2, 0};
+  setsockopt(handle, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
+  char text[200] = {};
+  const ssize_t n = read(handle, text, sizeof text - 1);
+  return n > 0 ? std::string(text, static_cast<std::size_t>(n)) : "";
+}
+
+int openDescriptors() {
+  int n = 0;
+  for (int i = 0; i < 4096; ++i) n += fcntl(i, F_GETFD) >= 0 ? 1 : 0;
+  return n;
+}
+
+/// 1,300 of them once took all descriptors that the recording needed, and 200 got no data.
+TEST(LineServer, ACrowdCostsNoMoreThanItsLimit) {
+  LineServer server("127.0.0.1", 0, {4, ""});
+  std::vector<int> crowd;
+  const int before = openDescriptors();
+  for (int i = 0; i < 300; ++i) crowd.push_back(connectTo(server.port()));
+  for (int i = 0; i < 200 && server.refused() < 296; ++i) usleep(10000);
+  EXPECT_EQ(server.refused(), 296);
+  EXPECT_EQ(server.clients(), 4u);
+  EXPECT_LE(openDescriptors() - before, 304);
+  EXPECT_NE(heardFrom(crowd.back()).find("too many clients"), std::string::npos);
+  server.send("one");
+  EXPECT_EQ(heardFrom(crowd.front()), "one\n");
+  // Who leaves makes room.
+  close(crowd.front());
+  for (int i = 0; i < 3; ++i) {
+    server.send("two");
+    usleep(5000);
+  }
+  const int late = connectTo(server.port());
+  server.send("three");
+  EXPECT_EQ(heardFrom(late), "three\n");
+  close(late);
+  for (std::size_t i = 1; i < crowd.size(); ++i) close(crowd[i]);
+}
+
+TEST(LineServer, AsksForTheToken) {
+  LineServer server("127.0.0.1", 0, {4, "s3cret"});
+  const int friendly = connectTo(server.port()), stranger = connectTo(server.port()),
+            silent = connectTo(server.port());
+  ASSERT_EQ(write(friendly, "s3cret\r\n", 8), 8);
+  ASSERT_EQ(write(stranger, "s3cre\n", 6), 6);
+  for (int i = 0; i < 200 && server.refused() + static_cast<long>(server.clients()) < 2; ++i) {
+    usleep(10000);
+  }
+  EXPECT_EQ(server.clients(), 1u);
+  EXPECT_EQ(server.refused(), 1);
+  server.send("pose");
+  EXPECT_EQ(heardFrom(friendly), "pose\n");
+  EXPECT_NE(heardFrom(stranger).find("must be the token"), std::string::npos);
+  for (const int handle : {friendly, stranger, silent}) close(handle);
 }
 
 TEST(LineServer, SaysWhyItCannotListen) {

@@ -261,5 +261,16 @@ TEST_F(PeerTracking, TheEndUsesOrCountsWhatStillWaits) {
   EXPECT_EQ(peer().ranges, 3);
 }
 
+TEST_F(PeerTracking, APositionBeyondTheEarthIsNotHeard) {
+  for (int ms = 0; ms <= 1000; ms += 100) pose(ms);
+  for (const double far : {1e9, 1e308, -1e308}) {
+    range(500);
+    told(500, Vec3(far, 0, 0));
+  }
+  finish();
+  EXPECT_EQ(peer().without_broadcast, 3);
+  EXPECT_EQ(tracker_.unusableBroadcasts(), 3);
+}
+
 }  // namespace
 }  // namespace vir::team

@@ -71,9 +71,12 @@ class Acquisition {
 
  private:
   class Sensor;
+  /// A comment for the recording when the host's clock has been set; else empty.
+  mrpt::obs::CObservation::Ptr clockNote(TimeNs now);
   void deliver(std::vector<Arrival>* arrivals);
 
   AcquisitionOptions options_;
+  TimeNs clock_step_ = 0;
   mutable std::mutex log_mutex_;
   LogSink log_;
   std::vector<std::unique_ptr<Sensor>> sensors_;

@@ -1,14 +1,20 @@
 #pragma once
+#include <mrpt/img/CImage.h>
 #include <mrpt/obs/CObservation.h>
 
 #include <cstddef>
 #include <deque>
+#include <map>
 #include <memory>
 #include <string>
 
 namespace vir::rawlog {
 
 class GzArchive;
+
+/// Whether images may lie outside the folder of their recording, for all that is read from then on:
+/// no, unless the user says that the recording can be trusted.
+void allowImagesElsewhere(bool allowed);
 
 /// Reads a rawlog from front to back, one object at a time. Members of sensory frames come out one
 /// by one. External images are looked for in `<name>_Images` beside the rawlog (else `Images`);
@@ -26,6 +32,11 @@ class RawlogReader {
 
   /// Empty, or what is wrong with the file and how many objects were read before.
   const std::string& damage() const { return damage_; }
+  /// Empty, or how many images were refused and why the first one: its name leads out of the
+  /// recording's folder, or to something that is no file. Such an observation comes out all the
+  /// same; its image cannot be loaded. And how many observations were left out because they cannot
+  /// be true (plausible.h).
+  std::string refusals() const;
   /// Objects read from the file.
   std::size_t objects() const { return objects_; }
   /// Objects that are neither observations nor sensory frames.
@@ -37,14 +48,16 @@ class RawlogReader {
 
  private:
   void readOne();
+  void placeImage(mrpt::img::CImage* image);
   void take(const mrpt::obs::CObservation::Ptr& observation);
   void stop(const std::string& reason);
 
-  std::string path_, image_folder_, damage_;
+  std::map<std::string, std::size_t> implausible_;
+  std::string path_, image_folder_, damage_, first_refused_;
   std::unique_ptr<GzArchive> archive_;
   std::deque<mrpt::obs::CObservation::Ptr> queue_;
   double file_bytes_ = 0;
-  std::size_t objects_ = 0, skipped_ = 0;
+  std::size_t objects_ = 0, skipped_ = 0, refused_images_ = 0;
 };
 
 }  // namespace vir::rawlog

@@ -1,6 +1,9 @@
 #pragma once
 #include <fstream>
+#include <memory>
 #include <string>
+
+#include "vir/results/output_lock.h"
 
 namespace vir::results {
 
@@ -28,12 +31,14 @@ class ResultsFolder {
   /// `out`, or where it is empty `results/<date-time>` with `results/latest` pointing to it.
   /// Creates it; files of an earlier run in it that this program writes are removed, so that none
   /// can be taken for new. Throws std::runtime_error naming the folder and the reason.
+  /// Throws as well if another process has the folder, which stays locked while this lives.
   explicit ResultsFolder(const std::string& out);
   const std::string& path() const { return path_; }
   std::string file(const std::string& name) const { return path_ + "/" + name; }
 
  private:
   std::string path_;
+  std::shared_ptr<const OutputLock> lock_;
 };
 
 }  // namespace vir::results

@@ -58,6 +58,7 @@ struct RunSummary {
   std::vector<team::PeerResult> peers;  ///< other robots, ordered by id
   int resets = 0;
   bool interrupted = false;
+  bool damaged = false;  ///< the recording ends in damage or was cut off
   std::string longest_wait_reason;
   std::optional<Calibration> calibration;             ///< of camera and IMU, as used in the end
   std::optional<CalibrationSigma> calibration_sigma;  ///< if it was estimated

@@ -7,6 +7,10 @@
 
 namespace vir::roles {
 
+/// Among the counters of a source: places where it is damaged or was cut off, so that what comes of
+/// it is a part only.
+inline constexpr const char* kDamageCounter = "damage";
+
 /// Where an anchor truly is, in the world of the ground truth.
 struct TrueAnchor {
   int id = 0;

@@ -54,7 +54,8 @@ struct RobotRecord {
   bool sees = false;                    ///< images or feature tracks are recorded
   std::vector<Landmark> landmarks;
   std::vector<StampedPose> keyframes;
-  Trajectory truth;  ///< for evaluation only
+  Trajectory truth;      ///< for evaluation only
+  bool damaged = false;  ///< the recording ends in damage or was cut off
 
   std::optional<KnownPose> at(TimeNs t) const { return poseAt(poses, t); }
   /// The anchors as believed at `t`; none before the first snapshot.

@@ -1,0 +1,58 @@
+#include "vir/core/host_clock.h"
+
+#include <time.h>
+
+#include <cstdlib>
+#include <optional>
+#include <string>
+
+namespace vir {
+inline namespace core {
+namespace {
+
+/// Wall clock less monotonic clock when it was pinned. In the environment, since every plugin has
+/// this library of its own.
+constexpr const char* kPinned = "VIR_SLAM_CLOCK_OFFSET_NS";
+
+TimeNs read(clockid_t clock) {
+  timespec t{};
+  clock_gettime(clock, &t);
+  return static_cast<TimeNs>(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
+}
+
+HostClocks& clocks() {
+  static HostClocks used = systemClocks();
+  return used;
+}
+
+std::optional<TimeNs> pinned() {
+  const char* text = std::getenv(kPinned);
+  if (text == nullptr) return std::nullopt;
+  return std::strtoll(text, nullptr, 10);
+}
+
+}  // namespace
+
+HostClocks systemClocks() {
+  return {[] { return read(CLOCK_REALTIME); }, [] { return read(CLOCK_BOOTTIME); }};
+}
+
+void useHostClocks(const HostClocks& other) { clocks() = other; }
+
+void pinHostClock() {
+  const TimeNs offset = clocks().wall() - clocks().monotonic();
+  setenv(kPinned, std::to_string(offset).c_str(), 1);
+}
+
+TimeNs hostNow() {
+  const std::optional<TimeNs> offset = pinned();
+  return offset ? clocks().monotonic() + *offset : clocks().wall();
+}
+
+TimeNs hostClockStep() {
+  const std::optional<TimeNs> offset = pinned();
+  return offset ? clocks().wall() - clocks().monotonic() - *offset : 0;
+}
+
+}  // namespace core
+}  // namespace vir
