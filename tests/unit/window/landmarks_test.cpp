@@ -54,6 +54,67 @@ Vec2 residualIn(const WindowState& w, std::size_t sight) {
                                        Vec3(l.x[0], l.x[1], l.x[2]), w.cameraVector(), nullptr);
 }
 
+/// The same three frames with their velocities, their sights `noise_px` beside.
+WindowState sightsWithNoise(const Vec3& p_W, double noise_px) {
+  WindowState w = threeFrames(p_W, 0);
+  const Vec2 centre(Scene::kWidth / 2.0, Scene::kHeight / 2.0);
+  double sign = 1;
+  for (LandmarkSight& s : w.landmarks.at(7).sights) {
+    s.frame->rate = Vec3(0, 0, 1);
+    s.frame->speed_bias[0] = 0.4;
+    s.frame->speed_bias[1] = 0.1;
+    const Vec3 clean = s.sight.bearing;
+    const Vec2 px =
+        Scene::kFocal * clean.head<2>() / clean.z() + centre + noise_px * sign * Vec2(1, -1);
+    const vision::FeatureObservation o = Scene::observation(7, px);
+    s.sight.bearing = o.bearing;
+    s.sight.weight = o.dpx_dbearing;
+    s.off_centre = px - centre;
+    // What a track tells: its noise over the time between two images.
+    const Vec3 rate = -s.sight.by_camera.col(factors::kTimeOffset) + (o.bearing - clean) / 0.05;
+    s.sight.by_camera = factors::bearingByCamera(px, o.dpx_dbearing, rate, centre, 0);
+    sign = -sign;
+  }
+  w.landmarks.at(7).setHostRay();
+  return w;
+}
+
+/// Noise in a residual and in its own Jacobian pulls what is estimated to one side, however many
+/// sights there are.
+TEST(Landmarks, NoiseOfTheSightsIsNotInTheJacobiansOfTheCalibration) {
+  const Vec3 p_W(5, 1, 0.5);
+  WindowState clean = sightsWithNoise(p_W, 0), noisy = sightsWithNoise(p_W, 2);
+  const auto difference = [&](factors::CameraParameter p) {
+    double worst = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& a = clean.landmarks.at(7).sights[k].sight;
+      const auto& b = noisy.landmarks.at(7).sights[k].sight;
+      worst = std::max(worst, (a.weight * (a.by_camera.col(p) - b.by_camera.col(p))).norm());
+    }
+    return worst;  // [px/s] and [px]
+  };
+  EXPECT_GT(difference(factors::kTimeOffset), 20);
+  EXPECT_GT(difference(factors::kFocal), 1);
+  for (WindowState* w : {&clean, &noisy}) {
+    WindowLandmark& l = w->landmarks.at(7);
+    // As it is, whatever its host's noise says.
+    const Vec3 ray = (turning(0) * Scene::T_B_C()).inverse() * p_W;
+    const double along = ray.dot(l.ray.bearing);
+    const Vec2 uv = l.ray.basis.transpose() * (ray / along - l.ray.bearing);
+    l.x[0] = uv[0];
+    l.x[1] = uv[1];
+    l.x[2] = 1 / along;
+    updateCameraJacobians(*w, &l);
+  }
+  EXPECT_LT(difference(factors::kTimeOffset), 0.5);
+  EXPECT_LT(difference(factors::kFocal), 0.2);
+  // And where there is no noise, they are what the track tells: by hand, the image's motion.
+  const Vec3 rate = (bearingAt(p_W, 1e-4) - bearingAt(p_W, -1e-4)) / 2e-4;
+  const auto& first = clean.landmarks.at(7).sights.front().sight;
+  EXPECT_LT((first.by_camera.col(factors::kTimeOffset) + rate).norm(), 1e-6);
+  EXPECT_LT((clean.landmarks.at(7).ray.by_camera - first.by_camera).norm(), 1e-15);
+}
+
 TEST(Landmarks, StayWhereTheyAreWithANewHost) {
   const Vec3 p_W(5, 1, 0.5);
   for (const double td : {0.0, 0.005, -0.02}) {

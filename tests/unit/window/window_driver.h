@@ -28,7 +28,8 @@ struct WindowDriver {
 
   void feedImu() {
     for (; next_imu <= t + vir::fromSeconds(0.005); next_imu += vir::fromSeconds(0.005)) {
-      imu.add(scene.imu(next_imu));
+      const vir::ImuSample sample = scene.imu(next_imu);
+      imu.add(imu_error ? imu_error(sample) : sample);
     }
   }
 
@@ -43,7 +44,8 @@ struct WindowDriver {
     const vir::State from = window.newest();
     t += vir::fromSeconds(period_s);
     feedImu();
-    vir::imu::Preintegration link = imu.integrate(from.t, t, noise, from.bg, from.ba);
+    vir::imu::Preintegration link =
+        imu.integrate(from.t, t, noise, from.bg, from.ba, nullptr, window.imuIntrinsics());
     vir::State s = vir::window::predict(from, link, noise.gravity_mps2, t);
     if (disturb > 0) {
       s.T_W_B.p += scene.normal3(disturb);
@@ -87,6 +89,7 @@ struct WindowDriver {
   vir::imu::ImuBuffer imu;
   TimeNs t, next_imu;
   std::function<void(std::vector<vir::vision::FeatureObservation>*)> spoil;
+  std::function<vir::ImuSample(vir::ImuSample)> imu_error;  ///< what the IMU makes of a reading
   std::function<void()> pushed;  ///< after every image, before it is worked on
   double camera_late_s = 0;
   vir::window::SolveSummary last;

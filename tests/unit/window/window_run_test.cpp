@@ -234,5 +234,34 @@ TEST(WindowRun, TheCameraIsCalibratedOnTheWay) {
   EXPECT_GT(trusting.driver.positionError(), 2 * run.driver.positionError());
 }
 
+TEST(WindowRun, GainsAndAxesOfTheImuAreFound) {
+  WindowOptions o;
+  o.calibration.gyro_gain = o.calibration.gyro_axes_rad = o.calibration.acc_gain = 0.01;
+  o.calibration.focal = 1e-4;  // a gyro's gain and a focal length look alike
+  WindowDriver d(vir_test::flying, 1, o);
+  const Vec3 gain(0.01, -0.008, 0.012), axes(0.006, -0.009, 0.007);
+  d.imu_error = [&](ImuSample s) {
+    // What has to be read for (I + diag(gain) + [axes]x) reading to be right.
+    Mat3 M = hat(axes);
+    M.diagonal() += Vec3::Ones() + gain;
+    s.gyro = M.inverse() * s.gyro;
+    return s;
+  };
+  d.scene.noise_px = 0.1;
+  d.start(d.scene.truth(d.t), StartPrior());
+  for (int k = 0; k < 300; ++k) {
+    d.step(0.05);
+    ASSERT_TRUE(d.last.usable) << k;
+  }
+  const Calibration found = d.window.calibration();
+  const CalibrationSigma sigma = d.window.calibrationSigma();
+  EXPECT_LT((found.gyro_gain - gain).cwiseAbs().maxCoeff(), 0.003)
+      << found.gyro_gain.transpose() << " +- " << sigma.gyro_gain;
+  // Which way the camera is turned and which way the gyro is are told apart by gravity only.
+  EXPECT_LT((found.gyro_axes_rad - axes).cwiseAbs().maxCoeff(), 0.005)
+      << found.gyro_axes_rad.transpose() << " +- " << sigma.gyro_axes_rad;
+  EXPECT_LT(found.acc_gain.cwiseAbs().maxCoeff(), 0.01);
+}
+
 }  // namespace
 }  // namespace vir::window
