@@ -9,6 +9,7 @@
 #include "image_list.h"
 #include "input_error.h"
 #include "stream_setup.h"
+#include "vir/rawlog/labels.h"
 
 namespace vir::euroc {
 namespace fs = std::filesystem;
@@ -73,10 +74,12 @@ void Recording::openCalibration(const EurocOptions& o) {
     }
     CameraStream camera;
     camera.files = files;
-    camera.label = cameras_.empty() ? "CAM0" : labelOf(files.name, "CAM");
+    camera.label =
+        cameras_.empty() ? std::string(rawlog::kCameraLabel) : labelOf(files.name, "CAM");
     // The estimator's camera is CAM0, whichever it is.
-    if (!cameras_.empty() && camera.label == "CAM0")
+    if (!cameras_.empty() && camera.label == rawlog::kCameraLabel) {
       camera.label = labelOf(cameras_[0].files.name, "CAM");
+    }
     openCamera(o, &camera, cameras_.empty());
     cameras_.push_back(std::move(camera));
   }

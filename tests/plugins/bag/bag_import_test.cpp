@@ -70,7 +70,7 @@ TEST_F(BagImport, SaysWhatIsWrongAndLeavesNothing) {
   EXPECT_TRUE(contains(o.text, "--out")) << o.text;
   test::writeText(path("cut.bag"), test::readText(fixture("ros1_none.bag")).substr(0, 30'000));
   o = import(path("cut.bag"));
-  EXPECT_EQ(o.code, 0) << o.text;
+  EXPECT_EQ(o.code, 1) << o.text;
   EXPECT_TRUE(contains(o.text, "cut off")) << o.text;
 }
 
