@@ -56,6 +56,12 @@ void FrontEnd::addImage(WaitingImage image) {
 }
 
 void FrontEnd::addImu(const ImuSample& sample) {
+  for (const ImuSample& s : spikes_.add(sample)) takeImu(s);
+  counters_.imu_spikes = spikes_.spikes();
+  counters_.imu_impossible = spikes_.impossible();
+}
+
+void FrontEnd::takeImu(const ImuSample& sample) {
   if (imu_.add(sample)) {
     next_.readings.push_back(sample);
     counters_.imu_gaps = imu_.counters().holes;
@@ -75,6 +81,7 @@ void FrontEnd::clockSetBack(const ImuSample& sample) {
   waiting_.clear();
   sendOn(Packet::Kind::clock_set_back, 0);
   imu_.clear();
+  spikes_.restart();
   any_image_ = false;
   last_image_ = last_usable_ = 0;
   imu_.add(sample);

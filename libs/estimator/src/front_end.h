@@ -7,6 +7,7 @@
 
 #include "packet.h"
 #include "vir/estimator/visual_inertial_estimator.h"
+#include "vir/imu/spike_filter.h"
 
 namespace vir::estimator {
 
@@ -46,6 +47,8 @@ class FrontEnd {
   Mat3 rotationSince(TimeNs t0, TimeNs t);
   void follow(Feedback feedback);
   void retime(double time_offset_s);
+  /// One that is no spike.
+  void takeImu(const ImuSample& sample);
   void clockSetBack(const ImuSample& sample);
   void sendOn(Packet::Kind kind, TimeNs stamp);
   TimeNs onImuClock(TimeNs stamp) const;
@@ -55,6 +58,7 @@ class FrontEnd {
   std::function<void(Packet)> send_;
   std::unique_ptr<vision::FeatureTracker> tracker_;
   Pose T_B_C_;
+  imu::SpikeFilter spikes_;
   imu::ImuBuffer imu_;  // only for the rotation between images
   std::deque<WaitingImage> waiting_;
   Packet next_;

@@ -183,12 +183,20 @@ roles::EstimatorReport VirEstimator::report() const {
                 {"imu_readings", i.accepted},
                 {"imu_not_finite", i.not_finite},
                 {"imu_out_of_order", i.out_of_order},
+                {"imu_spikes", c.imu_spikes},
+                {"imu_impossible", c.imu_impossible},
                 {"imu_incomplete", imu_incomplete_},
                 {"imu_gaps", c.imu_gaps},
                 {"clock_steps", c.clock_steps}};
   for (const auto& counter : estimator_->rangeCounters()) r.counters.push_back(counter);
   r.warnings = warnings_;
   for (const std::string& w : estimator_->warnings()) r.warnings.push_back(w);
+  if (c.imu_spikes + c.imu_impossible > 0) {
+    r.warnings.push_back(std::to_string(c.imu_spikes + c.imu_impossible) +
+                         " IMU readings were left out: single ones far from their neighbours (" +
+                         std::to_string(c.imu_spikes) + ") or beyond what an IMU can read (" +
+                         std::to_string(c.imu_impossible) + "); check its wiring and its driver");
+  }
   r.resets = estimator_->resets();
   r.longest_wait_reason = estimator_->longestWaitReason();
   if (estimator_->hasCamera()) {

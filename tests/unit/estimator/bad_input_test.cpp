@@ -134,6 +134,23 @@ TEST(EstimatorBadInput, ReadingsThatAreNotFinite) {
   EXPECT_TRUE(out.back().valid);
 }
 
+TEST(EstimatorBadInput, SingleReadingsThatCannotBe) {
+  EstimatorDriver d;
+  d.run(kStart, kStart + 1000 * kMs);
+  d.estimator.addImu({kStart + 1002 * kMs, Vec3(20, 0, 0), Vec3(0, 200, 9.81)});
+  d.run(kStart + 1000 * kMs, kStart + 2000 * kMs);
+  d.estimator.addImu({kStart + 2002 * kMs, Vec3::Zero(), Vec3(0, 0, 1e18)});
+  d.run(kStart + 2000 * kMs, kStart + 3000 * kMs);
+  const auto out = expectSane(&d);
+  EXPECT_EQ(d.estimator.counters().imu_spikes, 1);
+  EXPECT_EQ(d.estimator.counters().imu_impossible, 1);
+  EXPECT_EQ(d.estimator.imuCounters().accepted, 600);
+  EXPECT_EQ(out.size(), 60u);
+  EXPECT_EQ(d.estimator.resets(), 0);
+  EXPECT_TRUE(out.back().valid);
+  EXPECT_LT(out.back().state.T_W_B.p.norm(), 0.01);
+}
+
 TEST(EstimatorBadInput, RepeatedAndLateReadings) {
   EstimatorDriver d;
   d.run(kStart, kStart + 1000 * kMs);
