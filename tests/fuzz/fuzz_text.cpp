@@ -25,8 +25,9 @@ std::string goodFile() {
     std::ifstream file(VIR_FUZZ_FILE, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
   }
-  std::string text = kind == "table" ? ",timestamp [ns],anchor_id,range (mm),ax,ay,az,gx_dps,gy,gz\n"
-                                     : "#timestamp,x,y,z,qw,qx,qy,qz\n";
+  std::string text = kind == "table"
+                         ? ",timestamp [ns],anchor_id,range (mm),ax,ay,az,gx_dps,gy,gz\n"
+                         : "#timestamp,x,y,z,qw,qx,qy,qz\n";
   for (int i = 0; i < 30; ++i) {
     text += kind == "table" ? std::to_string(i) + "," : "";
     text += "14036365797" + std::to_string(10 + i) + "000000,0x8" + std::to_string(i) +

@@ -193,9 +193,9 @@ TEST(ImportShared, TheMachineHallClip) {
   const Outcome o = call(
       "import euroc " + clip.string() + " --out " + (temp / "mh.rawlog").string(), temp / "log");
   ASSERT_EQ(o.code, 0) << o.text;
-  EXPECT_EQ(countByLabel(temp / "mh.rawlog"),
-            (std::map<std::string, int>{
-                {"CAM0", 600}, {"CAM1", 339}, {"GT", 6975}, {"IMU0", 7192}}));
+  EXPECT_EQ(
+      countByLabel(temp / "mh.rawlog"),
+      (std::map<std::string, int>{{"CAM0", 600}, {"CAM1", 339}, {"GT", 6975}, {"IMU0", 7192}}));
   EXPECT_EQ(std::distance(fs::directory_iterator(temp / "mh_Images"), fs::directory_iterator()),
             939);
 }
