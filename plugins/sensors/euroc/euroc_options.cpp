@@ -14,10 +14,9 @@ void describe(OptionVisitor& v, EurocOptions& o) {
   if (tables) {
     v.section("csv", "Folder of tables (csv, txt) and images, whatever they are called");
     v.value("source", o.source, "the folder");
-    v.value(
-        "topics", o.topics,
-        "ROLE=FILE[:column,...] with blanks between; roles: imu, accel, gyro, camera (a list or "
-        "a folder), range, truth; ROLE=none leaves one out; empty: found by headers and names");
+    v.value("topics", o.topics,
+            "ROLE=FILE with blanks between; roles: imu, accel, gyro, camera (a list or "
+            "a folder), range, truth; ROLE=none leaves one out; empty: found by headers and names");
   } else {
     v.section("euroc", "Recording in the EuRoC (ASL) folder layout, TUM-VI included");
     v.value("source", o.source, "folder that contains mav0, or mav0 itself");
