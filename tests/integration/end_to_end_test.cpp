@@ -53,6 +53,7 @@ void expectGood(const RunResult& r, const std::filesystem::path& recording, doub
   EXPECT_LE(r.summary["init_time_s"], 2.0);
   EXPECT_LE(r.summary["ate_posyaw_m"], ate_m);
   EXPECT_EQ(r.summary["resets"], 0);
+  EXPECT_EQ(r.summary["verdict"], "good") << r.summary["doubts"];
   EXPECT_TRUE(r.summary["warnings"].empty()) << r.summary["warnings"];
   EXPECT_LE(r.summary["peak_rss_mb"], 150);
   EXPECT_EQ(test::notFinite(r.folder), "");

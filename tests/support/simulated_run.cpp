@@ -32,7 +32,7 @@ class Feeder {
     std::size_t next = 0, next_range = 0;
     for (const TimeNs t : tracks_.times()) {
       for (; next < imu_.samples.size() && imu_.samples[next].t <= t; ++next) {
-        estimator_.addImu(imu_.samples[next]);
+        if (!silent(imu_.samples[next].t)) estimator_.addImu(imu_.samples[next]);
       }
       for (; next_range < ranges_.size() && ranges_[next_range].t <= t; ++next_range) {
         addRange(ranges_[next_range]);
@@ -51,6 +51,10 @@ class Feeder {
   long ranges() const { return static_cast<long>(ranges_.size()); }
 
  private:
+  bool silent(TimeNs t) const {
+    const double s = toSeconds(t - imu_.samples.front().t);
+    return s > settings_.silent_imu_s.first && s < settings_.silent_imu_s.second;
+  }
   void addRange(const simulation::SimulatedRange& r) {
     Range m;
     m.t = r.t;
@@ -133,6 +137,7 @@ RunResult simulateRun(const std::shared_ptr<const simulation::Motion>& motion, R
   feeder.run();
   RunResult out;
   out.seed = seed;
+  out.calibration = feeder.estimator().calibration();
   out.resets = feeder.estimator().resets();
   out.ranges = feeder.ranges();
   double ms = 0, tracks = 0;

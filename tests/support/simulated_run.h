@@ -24,6 +24,8 @@ struct RunSettings {
   CameraCalibration camera;
   Pose T_B_C;
   bool use_ranges = false;
+  /// Readings of the IMU from here to there after the begin are missing [s].
+  std::pair<double, double> silent_imu_s{0, 0};
   std::FILE* log = nullptr;  ///< what the estimator says goes there
 };
 
@@ -64,6 +66,7 @@ struct RunResult {
   double ms_per_frame = 0;
   double mean_tracks = 0;
   int resets = 0;
+  Calibration calibration;  ///< as it was found
   long ranges = 0;
   double smoothed_ate_m = -1;             ///< of the keyframes as last seen
   std::map<std::string, long> decisions;  ///< what became of the ranges

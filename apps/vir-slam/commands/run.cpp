@@ -72,6 +72,7 @@ void run(const RunArguments& arguments, Common& common) {
   options.estimator = prepared.options.driver;
   options.rawlog = prepared.options.rawlog;
   options.start_offset_s = prepared.options.start_offset_s;
+  options.inputs = prepared.inputs;
   const AnchorTable truth = anchorsTruthOf(options.rawlog);
   options.true_anchors = truth.anchors;
   if (truth.bad_lines > 0) {

@@ -236,12 +236,14 @@ team::RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robo
                                  const results::ResultsFolder& own,
                                  const runs::OfflineRunHooks& hooks) {
   team::RobotRecord record;
-  const auto estimator = configured(prepared, robot, nullptr)->create(hooks.log);
+  const auto settings = configured(prepared, robot, nullptr);
+  const auto estimator = settings->create(hooks.log);
   RobotRecorder recorder(&record);
   runs::OfflineRunOptions options;
   options.estimator = robot.driver;
   options.rawlog = robot.rawlog;
   options.start_offset_s = prepared.run.start_offset_s;
+  options.inputs = settings->inputs();
   options.true_anchors = anchorsTruthOf(robot.rawlog).anchors;
   results::writeTextFile(own.file("used.ini"), ownSettings(prepared, robot));
   runs::OfflineRunHooks observed = hooks;

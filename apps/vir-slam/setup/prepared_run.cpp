@@ -96,6 +96,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   estimator->describe(used);
   run.peers.describe(used);
   run.used_ini = used.text();
+  run.inputs = estimator->inputs();
   run.estimator = created(*estimator, run.log);
   return run;
 }

@@ -25,6 +25,7 @@ struct PreparedRun {
   /// Where the log goes once there is a folder for it.
   std::shared_ptr<LogSink> log = std::make_shared<LogSink>();
   std::unique_ptr<roles::Estimator> estimator;
+  std::vector<roles::EstimatorInput> inputs;  ///< of the estimator
   PeerRun peers;
   GivenCalibration calibration;
   std::string used_ini, note;

@@ -90,7 +90,7 @@ void checkOrder(const StreamSummary& s, std::vector<Finding>* out) {
   if (s.longest_gap_s > harmlessGap(s) && s.kind != StreamKind::poses) {
     out->push_back({Severity::doubtful, "gap", s.label, "has a gap",
                     "nothing for " + num(s.longest_gap_s) + " s at " + num(s.rate_hz) + " Hz",
-                    "what lies in it is lost; the estimator starts anew after long ones"});
+                    "the images bridge up to 4 s of an IMU; what lies in it is lost otherwise"});
   }
   const double period = s.rate_hz > 0 ? 1 / s.rate_hz : 0;
   if (s.kind == StreamKind::imu && period > 0 && s.jitter_s > 0.25 * period) {

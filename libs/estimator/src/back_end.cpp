@@ -12,11 +12,14 @@ namespace {
 
 /// Readings kept before the oldest time that may still be asked for [s].
 constexpr double kImuHistoryS = 2.0;
+/// The guess across a hole in the readings is a poor one.
+constexpr int kIterationsInHole = 8;
 constexpr const char* kClockSetBack = "the clock of the IMU was set back";
 
 }  // namespace
 
 void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrinsics) {
+  camera = calibration;
   T_B_C = extrinsics;
   const double focal = 0.5 * (calibration.fx + calibration.fy);
   startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focal);
@@ -152,6 +155,7 @@ void BackEnd::clockSetBack() {
   if (timing) timing->reset();
   imu.clear();
   last_image = last_usable = 0;
+  hole = {};
 }
 
 void BackEnd::dropOldReadings() {
@@ -209,8 +213,12 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   if (gap && !in_gap) {
     warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
   }
+  if (gap && !in_gap) hole = {previous.t, t};
+  if (gap) hole.to = t;
   in_gap = gap;
-  const State predicted = window::predict(previous, link, config.imu.gravity_mps2, t);
+  State predicted = window::predict(previous, link, config.imu.gravity_mps2, t);
+  if (gap) guessAcrossHole(previous, frame, &predicted);
+  rememberSights(frame);
   window->push(predicted, std::move(link), frame.features, rest.standing());
   attachRanges(previous, predicted);
   window::SolveSummary solve;
@@ -219,9 +227,10 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     out->keyframe = window->newestIsKeyframe();
     window->triangulate();
     const bool full = out->keyframe || window->newestEndsRestLink();
+    const int at_least = gap ? kIterationsInHole : 0;
     solve = full || config.window.full_every_image
-                ? window->optimise(config.window.iterations)
-                : window->optimiseNewest(config.window.iterations_newest);
+                ? window->optimise(std::max(at_least, config.window.iterations))
+                : window->optimiseNewest(std::max(at_least, config.window.iterations_newest));
     wrong_tracks.push_back({packets, window->rejectOutliers()});
     if (full && solve.usable) updateAnchors(t);
   }
@@ -248,6 +257,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   if (!doubts.current().empty()) {
     out->health = Health::doubtful;
     out->reason = doubts.current();
+    out->covariance *= doubts.inflation();
   }
   {
     StageTimer timer(&out->ms.marginalise);
@@ -281,6 +291,7 @@ std::string BackEnd::failure(const vision::TrackedFrame& frame, const window::So
   if (!solve.usable) return "the solver found no finite solution";
   const State s = window->newest();
   if (window->landmarksInNewest() >= 4 || rest.standing()) last_seen = t;
+  if (lostInHole(frame, t)) return "the images could not bridge the missing readings";
   if (toSeconds(t - last_seen) > config.failure.max_blind_s) {
     return frame.usable ? "no landmarks for too long" : "no usable image for too long";
   }

@@ -9,6 +9,7 @@
 #include "doubts.h"
 #include "packet.h"
 #include "vir/estimator/visual_inertial_estimator.h"
+#include "vir/initialization/inertial_alignment.h"
 
 namespace vir::estimator {
 
@@ -47,6 +48,12 @@ struct BackEnd {
   void dropOldReadings();
   void tryStart(const vision::TrackedFrame& frame, StateEstimate* out);
   void update(const vision::TrackedFrame& frame, StateEstimate* out);
+  /// What the tracks alone say, where readings are missing (imu_hole.cpp).
+  void guessAcrossHole(const State& previous, const vision::TrackedFrame& frame,
+                       State* predicted) const;
+  /// Is the last hole behind, and with it the hold on the landmarks? Told once.
+  bool lostInHole(const vision::TrackedFrame& frame, TimeNs t);
+  void rememberSights(const vision::TrackedFrame& frame);
   void updateRest(const vision::TrackedFrame& frame);
   std::string failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
                       TimeNs t);
@@ -79,10 +86,17 @@ struct BackEnd {
     std::vector<std::uint64_t> ids;
   };
 
+  /// Of the newest state's image.
+  struct Sights {
+    TimeNs t = 0;
+    std::vector<initialization::AlignmentSight> of;
+  };
+
   const EstimatorConfig& config;
   LogSink log_sink;
   std::unique_ptr<Startup> startup;
   std::unique_ptr<window::ShortWindow> window;
+  CameraCalibration camera;
   Pose T_B_C;
   imu::ImuBuffer imu;
   RestDetector rest;
@@ -105,9 +119,14 @@ struct BackEnd {
   bool running = false;
   int segment = 0;                      // grows with every restart
   std::vector<Eigen::Vector2f> pixels;  // of the features of the last image
-  bool in_gap = false;                  // warn once per stretch
-  TimeNs last_image = 0;                // on the IMU clock
+  Sights last_sights;
+  bool in_gap = false;    // warn once per stretch
+  TimeNs last_image = 0;  // on the IMU clock
   TimeNs last_usable = 0;
+  /// Images at the ends of the last stretch without readings; none once it has been judged.
+  struct Hole {
+    TimeNs from = 0, to = 0;
+  } hole;
   TimeNs last_seen = 0;  // last time landmarks held the pose
 };
 

@@ -10,6 +10,8 @@ namespace {
 /// Mean squares, whitened: good recordings stay below 0.5 (readings) and 1.3 (sights), whatever
 /// they were recorded with; those with a wrong calibration, unit or axis go beyond.
 constexpr double kInertial = 1.5, kReprojection = 2.6;
+constexpr double kGoodInertial = 0.5, kGoodReprojection = 1.3;
+constexpr double kLeastInflation = 4;
 /// A single bad solution, as when motion begins, is not a level: no more than this counts of it.
 constexpr double kMostOfOne = 9;
 /// Share of the tracks that are landmarks, while moving: good ones have more than 0.4.
@@ -88,6 +90,12 @@ void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
   raiseOrClear(t, "blind", blind && toSeconds(t - blind_since_) > kBlindS,
                "no landmarks for " + number(toSeconds(t - blind_since_)) + " s, IMU only");
   if (blind && current_.empty()) current_ = "no landmarks, IMU only";
+}
+
+double Doubts::inflation() const {
+  if (current_.empty()) return 1;
+  return std::max(
+      {kLeastInflation, inertial_.value / kGoodInertial, reprojection_.value / kGoodReprojection});
 }
 
 std::vector<std::string> Doubts::all() const { return texts_; }

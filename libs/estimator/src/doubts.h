@@ -26,6 +26,10 @@ class Doubts {
   void add(const std::string& kind, TimeNs t, const std::string& text);
   /// What speaks against the newest state; empty: nothing.
   const std::string& current() const { return current_; }
+  /// What the variances of the newest state are to be multiplied with while it is in doubt: by how
+  /// much the levels are above those of good recordings, and not less than 4 (twice the standard
+  /// deviation); 1 without a doubt.
+  double inflation() const;
   /// All kinds of the run, in the order they came.
   std::vector<std::string> all() const;
 

@@ -14,7 +14,7 @@ constexpr double kImageGapS = 0.5;
 constexpr std::size_t kMaxWaitingImages = 100;
 /// An interval between readings that counts as a gap, and the longest that can be bridged by
 /// interpolation: measured on the rendered flight, 1.0 s costs nothing, 1.5 s metres.
-constexpr double kImuGapS = 0.05, kImuBridgeS = 1.0;
+constexpr double kImuGapS = 0.05, kImuBridgeS = 4.0;
 /// This many readings in a row from the past: the clock was set back, not a late packet.
 constexpr long kClockStepReadings = 50;
 /// Readings kept before the last usable image [s].

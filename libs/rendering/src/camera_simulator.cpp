@@ -13,6 +13,9 @@ constexpr double kPi = 3.14159265358979323846;
 /// How far away the things are whose motion blur counts [m].
 constexpr double kBlurDistance_m = 2;
 constexpr int kWaves = 4;
+/// Rows of a rolling shutter that are drawn from one place: at 2 rad/s and 20 ms a fifth of a
+/// pixel.
+constexpr int kBand = 8;
 
 bool inside(const std::vector<double>& stretches, double s) {
   for (std::size_t k = 0; k + 1 < stretches.size(); k += 2) {
@@ -83,6 +86,8 @@ struct CameraSimulator::Impl {
 
   int blurSteps(const PoseAt& T_W_C) const;
   void expose(double s, const PoseAt& T_W_C);
+  void exposeRows(int from_row, int to_row, int steps, double contrast, double row_s,
+                  const PoseAt& T_W_C);
   void readOut(float gain, std::uint64_t number);
 
   CameraSimulationOptions options;
@@ -108,9 +113,23 @@ void CameraSimulator::Impl::expose(double s, const PoseAt& T_W_C) {
   std::fill(light.pixels.begin(), light.pixels.end(), 0.0F);
   const double contrast = inside(options.poor_texture_s, s) ? options.poor_contrast : 1.0;
   const int steps = blurSteps(T_W_C);
+  if (options.readout_s <= 0) {
+    exposeRows(0, light.height, steps, contrast, 0, T_W_C);
+    return;
+  }
+  for (int row = 0; row < light.height; row += kBand) {
+    const int to = std::min(light.height, row + kBand);
+    const double share = 0.5 * (row + to - 1) / light.height - 0.5;
+    exposeRows(row, to, steps, contrast, share * options.readout_s, T_W_C);
+  }
+}
+
+void CameraSimulator::Impl::exposeRows(int from_row, int to_row, int steps, double contrast,
+                                       double row_s, const PoseAt& T_W_C) {
   for (int k = 0; k < steps; ++k) {
-    const double dt = options.exposure_s * ((k + 0.5) / steps - 0.5);
-    renderer.add(T_W_C(dt), contrast, 1.0F / static_cast<float>(steps), &light);
+    const double dt = row_s + options.exposure_s * ((k + 0.5) / steps - 0.5);
+    renderer.addRows(T_W_C(dt), from_row, to_row, contrast, 1.0F / static_cast<float>(steps),
+                     &light);
   }
 }
 

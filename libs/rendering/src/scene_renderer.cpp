@@ -60,11 +60,15 @@ struct SceneRenderer::Impl {
   void makeRays();
   void makeTiles();
   Vec3 rayNear(double x, double y, bool* good) const;
-  void moveTo(const Pose& T_W_C);
+  /// Ready for tiles that hold any of the rows.
+  void moveTo(const Pose& T_W_C, int from_row, int to_row);
   void findCandidates(Tile* tile);
   void loadRow(const Tile& tile, int y, Row* r) const;
   void trace(const Tile& tile, Row* r) const;
   void drawTile(const Tile& tile, float contrast, float weight, FloatImage* sum);
+  static bool holds(const Tile& tile, int from_row, int to_row) {
+    return tile.y0 < to_row && tile.y1 > from_row;
+  }
   /// Grey levels of the first `n` rays.
   void shade(const Row& r, int n, const Tile& tile, float contrast, float* out) const;
   bool onEdge(int x, int y) const;
@@ -83,6 +87,7 @@ struct SceneRenderer::Impl {
   const std::array<std::array<float, 2>, kEdgeSamples> pattern = edgePattern();
 
   // Of the view being drawn.
+  int top = 0, bottom = 0;  ///< rows [top, bottom)
   Mat3 R_W_C = Mat3::Identity();
   std::array<F3, 3> R{};
   Vec3 eye = Vec3::Zero();
@@ -138,7 +143,9 @@ void SceneRenderer::Impl::makeTiles() {
   }
 }
 
-void SceneRenderer::Impl::moveTo(const Pose& T_W_C) {
+void SceneRenderer::Impl::moveTo(const Pose& T_W_C, int from_row, int to_row) {
+  top = from_row;
+  bottom = to_row;
   R_W_C = T_W_C.R();
   eye = T_W_C.p;
   for (int r = 0; r < 3; ++r) R[static_cast<std::size_t>(r)] = toF3(R_W_C.row(r));
@@ -155,7 +162,9 @@ void SceneRenderer::Impl::moveTo(const Pose& T_W_C) {
     return a.distance != b.distance ? a.distance < b.distance : a.index < b.index;
   });
   candidates.clear();
-  for (Tile& t : tiles) findCandidates(&t);
+  for (Tile& t : tiles) {
+    if (holds(t, top - 1, bottom + 1)) findCandidates(&t);
+  }
 }
 
 /// Boxes that are not wholly outside of one side of the tile's pyramid.
@@ -225,7 +234,10 @@ void SceneRenderer::Impl::drawTile(const Tile& tile, float contrast, float weigh
   Row r;
   float grey[kTile];
   const int n = tile.x1 - tile.x0;
-  for (int y = tile.y0; y < tile.y1; ++y) {
+  // The rows beside it only tell whose edges meet there.
+  const int from = std::max(tile.y0, top - 1), to = std::min(tile.y1, bottom + 1);
+  for (int y = from; y < to; ++y) {
+    const float w = y >= top && y < bottom ? weight : 0;
     loadRow(tile, y, &r);
     trace(tile, &r);
     shade(r, n, tile, contrast, grey);
@@ -236,7 +248,7 @@ void SceneRenderer::Impl::drawTile(const Tile& tile, float contrast, float weigh
       const bool ray = tile.whole || has_ray[pixel];
       faces[pixel] = ray ? static_cast<std::uint16_t>(r.face[k]) : kNothing;
       values[pixel] = ray ? grey[k] : 0;
-      sum->pixels[pixel] += weight * values[pixel];
+      sum->pixels[pixel] += w * values[pixel];
     }
   }
 }
@@ -293,7 +305,7 @@ float SceneRenderer::Impl::overPixel(const Tile& tile, std::size_t pixel, float 
 
 void SceneRenderer::Impl::smoothEdges(const Tile& tile, float contrast, float weight,
                                       FloatImage* sum) {
-  for (int y = tile.y0; y < tile.y1; ++y) {
+  for (int y = std::max(tile.y0, top); y < std::min(tile.y1, bottom); ++y) {
     for (int x = tile.x0; x < tile.x1; ++x) {
       if (!onEdge(x, y)) continue;
       const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
@@ -313,18 +325,27 @@ SceneRenderer::~SceneRenderer() = default;
 const camera::CameraModel& SceneRenderer::camera() const { return *impl_->camera; }
 
 void SceneRenderer::add(const Pose& T_W_C, double contrast, float weight, FloatImage* sum) {
+  addRows(T_W_C, 0, impl_->height, contrast, weight, sum);
+}
+
+void SceneRenderer::addRows(const Pose& T_W_C, int from_row, int to_row, double contrast,
+                            float weight, FloatImage* sum) {
   Impl& s = *impl_;
   if (sum->width != s.width || sum->height != s.height) {
     sum->width = s.width;
     sum->height = s.height;
     sum->pixels.assign(s.values.size(), 0.0F);
   }
-  s.moveTo(T_W_C);
+  s.moveTo(T_W_C, std::max(0, from_row), std::min(s.height, to_row));
   if (!s.scene->interior().holds(s.eye)) return;
   s.surfaces.lookFrom(s.eye);
   const auto c = static_cast<float>(contrast);
-  for (const Tile& t : s.tiles) s.drawTile(t, c, weight, sum);
-  for (const Tile& t : s.tiles) s.smoothEdges(t, c, weight, sum);
+  for (const Tile& t : s.tiles) {
+    if (s.holds(t, s.top - 1, s.bottom + 1)) s.drawTile(t, c, weight, sum);
+  }
+  for (const Tile& t : s.tiles) {
+    if (s.holds(t, s.top, s.bottom)) s.smoothEdges(t, c, weight, sum);
+  }
 }
 
 }  // namespace vir::rendering

@@ -98,6 +98,10 @@ class OfflineRun {
     const bool seen = rawlog::isImage(*observation);
     if ((seen || odometry) && !first_recorded_) first_recorded_ = t;
     if (beforeStart(t)) return;
+    if (seen && !options_.inputs.empty() && !roles::takes(options_.inputs, *observation)) {
+      ++counters_["images_of_other_cameras"];
+      return;
+    }
     if (image && !decode(*image)) return;
     if (hooks_.prepare) hooks_.prepare(observation.get());
     if (seen) images_.add(t);

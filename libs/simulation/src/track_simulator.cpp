@@ -73,15 +73,18 @@ struct TrackSimulator::Impl {
   /// Pixel of a point of the world; false when it is not in the image.
   Vec2 widestSlopes() const;
   bool see(std::size_t point, const View& view, Vec2* px) const;
+  /// The same from where the camera is at the time of the row in which the point shows: `px` comes
+  /// as seen from the place of the middle row.
+  bool seeInItsRow(std::size_t point, TimeNs t, Vec2* px) const;
   /// Does something stand before it?
   bool hidden(std::size_t point, const View& view) const;
   bool mayShow(const TrackWorld::Block& block, const View& view) const;
   bool observe(const Vec2& px, vision::FeatureObservation* out) const;
   /// Projects the points of all tracks; returns the median motion of the image [px].
-  double lookAgain(const View& view);
+  double lookAgain(TimeNs t, const View& view);
   void follow(TimeNs t, const View& view, double survival_power, vision::TrackedFrame* frame);
   void giveUpCrowded(vision::TrackedFrame* frame);
-  void start(const View& view, double wanted_share, vision::TrackedFrame* frame);
+  void start(TimeNs t, const View& view, double wanted_share, vision::TrackedFrame* frame);
   std::vector<std::pair<std::size_t, Vec2>> candidates(const View& view) const;
   Track born(std::size_t point);
 
@@ -133,6 +136,18 @@ bool TrackSimulator::Impl::see(std::size_t point, const View& view, Vec2* px) co
          px->y() < c.height - kRim_px;
 }
 
+bool TrackSimulator::Impl::seeInItsRow(std::size_t point, TimeNs t, Vec2* px) const {
+  if (options.readout_s <= 0) return true;
+  // The row moves by far less than the image in one more look.
+  for (int k = 0; k < 2; ++k) {
+    const double row = px->y() / camera->calibration().height - 0.5;
+    const TimeNs at =
+        std::clamp(t + fromSeconds(row * options.readout_s), motion->begin(), motion->end());
+    if (!see(point, View((motion->poseAt(at) * T_B_C).inverse()), px)) return false;
+  }
+  return true;
+}
+
 bool TrackSimulator::Impl::hidden(std::size_t point, const View& view) const {
   return scene && scene->hidden(view.eye(), world.points()[point]);
 }
@@ -167,11 +182,12 @@ Track TrackSimulator::Impl::born(std::size_t point) {
   return k;
 }
 
-double TrackSimulator::Impl::lookAgain(const View& view) {
+double TrackSimulator::Impl::lookAgain(TimeNs t, const View& view) {
   std::vector<double> flow;
   for (Track& k : tracks) {
     const Vec2 before = k.clean;
-    k.in_sight = see(k.point, view, &k.clean) && !hidden(k.point, view);
+    k.in_sight =
+        see(k.point, view, &k.clean) && !hidden(k.point, view) && seeInItsRow(k.point, t, &k.clean);
     if (k.in_sight) flow.push_back((k.clean - before).norm());
   }
   return median(flow);
@@ -180,7 +196,7 @@ double TrackSimulator::Impl::lookAgain(const View& view) {
 void TrackSimulator::Impl::follow(TimeNs t, const View& view, double survival_power,
                                   vision::TrackedFrame* frame) {
   const double dt = toSeconds(t - last_usable);
-  const double motion_px = lookAgain(view);
+  const double motion_px = lookAgain(t, view);
   const double white =
       options.noise_px *
       (options.rest_noise + (1 - options.rest_noise) * std::min(1.0, motion_px / kMoving_px));
@@ -267,7 +283,7 @@ std::vector<std::pair<std::size_t, Vec2>> TrackSimulator::Impl::candidates(const
   return out;
 }
 
-void TrackSimulator::Impl::start(const View& view, double wanted_share,
+void TrackSimulator::Impl::start(TimeNs t, const View& view, double wanted_share,
                                  vision::TrackedFrame* frame) {
   const auto wanted = static_cast<std::size_t>(wanted_share * options.max_tracks);
   if (tracks.size() >= wanted) return;
@@ -281,7 +297,7 @@ void TrackSimulator::Impl::start(const View& view, double wanted_share,
     }
     Track k = born(point);
     k.clean = px;
-    if (!observe(px + k.offset, &k.seen)) continue;
+    if (!seeInItsRow(point, t, &k.clean) || !observe(k.clean + k.offset, &k.seen)) continue;
     point_of[next_id++] = point;
     tracks.push_back(k);
     ++frame->detected;
@@ -339,7 +355,7 @@ vision::TrackedFrame TrackSimulator::at(TimeNs t) {
       s.giveUpCrowded(&frame);
     }
   }
-  s.start(view, blind ? kBlindShare : 1.0, &frame);
+  s.start(t, view, blind ? kBlindShare : 1.0, &frame);
   for (const Track& k : s.tracks) frame.features.push_back(k.seen);
   s.any = true;
   s.last_usable = t;

@@ -68,7 +68,7 @@ void updateCameraJacobians(const WindowState& w, WindowLandmark* l) {
   const Vec3 p_W = landmarkInWorld(w, *l);
   for (LandmarkSight& s : l->sights) {
     const Frame& f = *s.frame;
-    const Mat3 R_B_W = f.T_W_B().R().transpose();
+    const Mat3& R_B_W = f.R_B_W;
     const Vec3 v_W(f.speed_bias[0], f.speed_bias[1], f.speed_bias[2]);
     const Vec3 p_B = R_B_W * (p_W - Vec3(f.pose[0], f.pose[1], f.pose[2]));
     const Vec3 p_C = R_C_B * (p_B - T_B_C.p);
@@ -82,6 +82,10 @@ void updateCameraJacobians(const WindowState& w, WindowLandmark* l) {
     s.setPlace(s.off_centre + residual);
   }
   l->ray.by_camera = l->sights.front().sight.by_camera;
+}
+
+void noteRotations(WindowState& w) {
+  for (const auto& f : w.frames) f->R_B_W = f->T_W_B().R().transpose();
 }
 
 int triangulateLandmarks(WindowState& w) {

@@ -104,6 +104,7 @@ ShortWindow::ShortWindow(const WindowOptions& options, const imu::ImuNoise& nois
   impl_->noise = noise;
   impl_->calibration_sigma = options.calibration;
   impl_->camera_parameters[factors::kReadout] = options.readout_s;
+  impl_->shutter_decided = options.readout_s > 0;
   setCalibration(calibration);
 }
 
@@ -290,7 +291,10 @@ std::vector<HeldRange> ShortWindow::rangesAtFront() const {
   return out;
 }
 
-void ShortWindow::updateCovariance() { window::updateCovariance(*impl_); }
+void ShortWindow::updateCovariance() {
+  window::updateCovariance(*impl_);
+  decideShutter(*impl_);
+}
 
 Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {
   return impl_->covariance.newest;

@@ -76,6 +76,7 @@ void TermSet::addLandmark(WindowLandmark& l) {
 }
 
 void TermSet::addAll() {
+  if (w_.calibrating()) noteRotations(w_);
   addPrior();
   for (std::size_t k = 0; k < w_.frames.size(); ++k) {
     Frame* before = k ? w_.frames[k - 1].get() : nullptr;
@@ -164,6 +165,7 @@ void TermSet::addOldest(const std::vector<std::uint64_t>& ids) {
   addPrior();
   addRest(*w_.frames[0], nullptr);
   if (w_.frames.size() > 1) addLink(*w_.frames[0], *w_.frames[1]);
+  if (w_.calibrating()) noteRotations(w_);
   for (std::uint64_t id : ids) addLandmark(w_.landmarks.at(id));
 }
 

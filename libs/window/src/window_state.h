@@ -30,6 +30,8 @@ struct Frame {
   bool keyframe = false;
   bool standing = false;
   std::unique_ptr<imu::Preintegration> link;  ///< from the frame before it
+  /// Of the state as it was when the problem was set up; see noteRotations().
+  Mat3 R_B_W = Mat3::Identity();
   Vec3 rate = Vec3::Zero();                   ///< of its turning as measured then [rad/s], body
   std::vector<HeldRange> ranges;              ///< vectors in its body frame
 
@@ -106,7 +108,8 @@ struct WindowState {
   imu::ImuNoise noise;
   CameraCalibration camera;  ///< as given: sights are bearings by it
   CalibrationSigma calibration_sigma;
-  double stamp_offset_s = 0;  ///< time offset that new frames are stamped with
+  bool shutter_decided = false;  ///< see decideShutter()
+  double stamp_offset_s = 0;     ///< time offset that new frames are stamped with
   double extrinsic[7];
   double camera_parameters[factors::kCameraParameters] = {0, 0, 0, 0, 0, 0};
   double imu_intrinsics[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};
@@ -177,6 +180,8 @@ class TermSet {
 /// have the sight's own noise in them: as a Jacobian that would pull the parameters to one side
 /// (errors in variables; 0.5 ms and 0.4 % of the focal length at 0.3 px).
 void updateCameraJacobians(const WindowState& w, WindowLandmark* l);
+/// Once before updateCameraJacobians() is called for many landmarks.
+void noteRotations(WindowState& w);
 
 /// Blocks of frames (and calibration) in window order.
 std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count);
@@ -188,6 +193,9 @@ void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order);
 NormalEquations informationOf(WindowState& w);
 /// Fills in `w.covariance` and the joint covariance of front and anchors.
 void updateCovariance(WindowState& w);
+/// Most cameras have a global shutter, and the others one that takes milliseconds: once the sights
+/// tell which, what is next to nothing is held at nothing. Call after updateCovariance().
+void decideShutter(WindowState& w);
 /// The oldest frame, about to be marginalised, becomes a node of the long window.
 void handToLongWindow(WindowState& w);
 /// What NodeRangeFactor needs for a range of a frame with the short window taken as rigid: as if

@@ -25,6 +25,8 @@ void describeCamera(OptionVisitor& v, CameraOptions& o) {
   v.value("phase_s", o.phase_s, kNotNegative, "of the first image after the first IMU reading");
   v.value("time_offset_s", o.time_offset_s, {-1.0, 1.0},
           "stamp of an image + this = time on the IMU's clock");
+  v.value("readout_s", o.readout_s, {0.0, 0.2},
+          "rolling shutter: time from an image's first row to its last; 0 = all at once");
   v.value("width_px", o.width, {16, 10000}, "of the images");
   v.value("height_px", o.height, {16, 10000}, "of the images");
   v.value("fx_px", o.fx_px, kPixels, "focal length");

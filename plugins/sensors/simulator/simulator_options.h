@@ -30,6 +30,9 @@ struct CameraOptions {
   double rate_hz = 20;
   double phase_s = 0.0023;   ///< of the first image after the first IMU reading
   double time_offset_s = 0;  ///< stamp of an image + this = time on the IMU's clock
+  /// Rolling shutter: time from the first row to the last, the middle one is seen at the image's
+  /// time; 0 = all at once.
+  double readout_s = 0;
   int width = 752, height = 480;
   double fx_px = 458.654, fy_px = 457.296, cx_px = 367.215, cy_px = 248.375;
   std::string distortion = "radtan";

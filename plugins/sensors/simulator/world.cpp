@@ -195,6 +195,7 @@ void World::Impl::recordRanges() {
 
 void World::Impl::recordImages() {
   const TimeNs offset = fromSeconds(options.camera.time_offset_s);
+  options.track_errors.readout_s = options.camera_effects.readout_s = options.camera.readout_s;
   if (options.tracks) {
     tracks = std::make_unique<simulation::TrackSimulator>(options.track_errors, motion, camera,
                                                           true_T_B_C, scene);

@@ -180,7 +180,7 @@ TEST(EstimatorBadInput, ClockOfTheImuSetBack) {
 TEST(EstimatorBadInput, AHoleIsForgottenWhenTheClockIsSetBack) {
   EstimatorDriver d;
   d.run(kStart, kStart + 2000 * kMs);
-  d.run(kStart + 4000 * kMs, kStart + 6000 * kMs);
+  d.run(kStart + 7000 * kMs, kStart + 9000 * kMs);
   ASSERT_EQ(d.estimator.counters().images_without_imu, 0);
   ASSERT_EQ(d.estimator.counters().imu_gaps, 1 + 1) << "the hole, and the link across it";
   // Back into the hole, where readings are complete now.
@@ -194,15 +194,15 @@ TEST(EstimatorBadInput, AHoleIsForgottenWhenTheClockIsSetBack) {
 TEST(EstimatorBadInput, SeveralHolesAtOnce) {
   EstimatorDriver d;
   d.run(kStart, kStart + 2000 * kMs);
-  // Images that come late find two holes behind them, 20 and 25 images wide.
-  d.imu(kStart + 3000 * kMs + 50 * kMs, kStart + 3500 * kMs);
-  d.imu(kStart + 4750 * kMs, kStart + 6000 * kMs);
-  for (TimeNs t = kStart + 2050 * kMs; t <= kStart + 6000 * kMs; t += 50 * kMs) {
+  // Images that come late find two holes behind them, too long to be bridged.
+  d.imu(kStart + 7050 * kMs, kStart + 7500 * kMs);
+  d.imu(kStart + 12250 * kMs, kStart + 14000 * kMs);
+  for (TimeNs t = kStart + 2050 * kMs; t <= kStart + 14000 * kMs; t += 50 * kMs) {
     d.estimator.addImage(t, d.image);
   }
   const auto out = expectSane(&d);
-  EXPECT_EQ(out.size(), 120u);
-  EXPECT_EQ(d.estimator.counters().images_without_imu, 21 + 25);
+  EXPECT_EQ(out.size(), 280u);
+  EXPECT_EQ(d.estimator.counters().images_without_imu, 101 + 95);
   EXPECT_TRUE(out.back().valid) << healthText(out.back());
 }
 

@@ -40,13 +40,17 @@ std::vector<double> numbersOf(unsigned seed, bool pipelined = false,
     for (const StateEstimate& e : d.estimator.take()) estimates.push_back(e);
   };
   if (threads == Threads::two) d.estimator.workBehind(collect);
-  const TimeNs start = 1400000000000000000;
+  TimeNs start = 1400000000000000000;
   // Stands, then sees something slide by for a while, then stands again.
   d.run(start, start + 1000 * kMs);
   slideWithAnOutlier(seed, start + 1000 * kMs, &d);
   d.run(start + 2500 * kMs, start + 3500 * kMs);
-  // The IMU is silent for two seconds: a new segment, with images of the hole left out.
-  for (int k = 1; k <= 40; ++k) d.estimator.addImage(start + (3500 + 50 * k) * kMs, d.image);
+  // The IMU is silent for a second: the images go across.
+  for (int k = 1; k <= 20; ++k) d.estimator.addImage(start + (3500 + 50 * k) * kMs, d.image);
+  d.run(start + 4500 * kMs, start + 5500 * kMs);
+  // And for five: a new segment, with images of the hole left out.
+  start += 5000 * kMs;
+  for (int k = 1; k <= 100; ++k) d.estimator.addImage(start + (500 + 50 * k) * kMs, d.image);
   d.run(start + 5500 * kMs, start + 7000 * kMs);
   // Light fails for so long that it is given up, in the middle of images.
   const cv::Mat light = d.image;

@@ -147,6 +147,32 @@ TEST(CameraSimulator, BlursAlongTheMotionOnly) {
   EXPECT_EQ(resting.pixels, taken(o).pixels);
 }
 
+/// Every row of a rolling shutter is that of an image taken at the row's own time.
+TEST(CameraSimulator, RowsOfARollingShutterAreSeenOneAfterTheOther) {
+  vir::rendering::CameraSimulationOptions o = perfect();
+  o.readout_s = 0.03;
+  o.exposure_s = 0.005;
+  const vir::rendering::GrayImage rolling = taken(o, 1, 0, turning);
+  o.readout_s = 0;
+  const int h = rolling.height, w = rolling.width, band = 8;
+  int moved = 0;
+  for (int first = 0; first + band <= h; first += band) {
+    const double dt = 0.03 * ((first + 0.5 * (band - 1)) / h - 0.5);
+    const vir::rendering::GrayImage then =
+        taken(o, 1, 0, [dt](double s) { return turning(dt + s); });
+    for (int k = first * w; k < (first + band) * w; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      ASSERT_EQ(rolling.pixels[at], then.pixels[at]) << "row " << k / w << ", column " << k % w;
+    }
+    const vir::rendering::GrayImage middle = first == 0 ? taken(o, 1, 0, turning) : then;
+    for (int k = 0; first == 0 && k < band * w; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      moved += std::abs(rolling.pixels[at] - middle.pixels[at]) > 2;
+    }
+  }
+  EXPECT_GT(moved, w) << "the first rows are seen 15 ms, or 7 px, earlier";
+}
+
 TEST(CameraSimulator, RefusesHalfAPair) {
   vir::rendering::CameraSimulationOptions o;
   o.dark_s = {1};

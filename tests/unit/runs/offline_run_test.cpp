@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "vir/core/settings.h"
+#include "vir/rawlog/labels.h"
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/plugin_loader.h"
 #include "vir_test_paths.h"
@@ -40,6 +41,7 @@ class OfflineRunTest : public testing::Test {
     OfflineRunOptions options;
     options.rawlog = rawlog_;
     options.start_offset_s = start_offset_s;
+    options.inputs = inputs_;
     return runOffline(*estimator->create(hooks.log), options, results, hooks);
   }
 
@@ -55,8 +57,22 @@ class OfflineRunTest : public testing::Test {
   test::TempFolder folder_;
   std::string rawlog_, log_;
   std::vector<results::RunObserver*> observers_;
+  std::vector<roles::EstimatorInput> inputs_;
   long stop_after_ = -1, polls_ = 0;
 };
+
+TEST_F(OfflineRunTest, ImagesOfOtherCamerasArePassedOverAndCounted) {
+  test::writeRecording(rawlog_, 30);
+  inputs_ = {{roles::InputKind::image, rawlog::kCameraLabel, 1}};
+  const results::RunSummary own = run();
+  EXPECT_EQ(own.frames, 30);
+  EXPECT_EQ(counter(own, "images_of_other_cameras"), 0);
+  inputs_ = {{roles::InputKind::image, "CAM7", 1}};
+  const results::RunSummary other = run();
+  EXPECT_EQ(other.frames, 0);
+  EXPECT_EQ(other.poses, 0);
+  EXPECT_EQ(counter(other, "images_of_other_cameras"), 30);
+}
 
 TEST_F(OfflineRunTest, WholeRecording) {
   test::writeRecording(rawlog_, 30);

@@ -90,6 +90,30 @@ TEST(SimulatedTracks, WithoutErrorsAreProjectionsOfTheirPoints) {
   }
 }
 
+TEST(SimulatedTracks, OfARollingShutterAreSeenAtTheTimesOfTheirRows) {
+  const auto motion = vir_test::briskFlight();
+  vir::simulation::TrackSimulationOptions o = perfect();
+  o.readout_s = 0.02;
+  vir::simulation::TrackSimulator s = simulator(o, motion);
+  const auto camera = camera::makeCamera(calibration());
+  double moved = 0;
+  for (const TimeNs t : s.times()) {
+    for (const vision::FeatureObservation& f : s.at(t).features) {
+      Vec3 p_W;
+      ASSERT_TRUE(s.pointOf(f.id, &p_W));
+      const TimeNs of_row = std::clamp(t + fromSeconds(0.02 * (f.px.y() / 480 - 0.5)),
+                                       motion->begin(), motion->end());
+      Vec2 px, all_at_once;
+      ASSERT_TRUE(camera->project((motion->poseAt(of_row) * forward()).inverse() * p_W, &px));
+      EXPECT_LT((px - f.px).norm(), 0.02);
+      if (camera->project((motion->poseAt(t) * forward()).inverse() * p_W, &all_at_once)) {
+        moved = std::max(moved, (all_at_once - f.px).norm());
+      }
+    }
+  }
+  EXPECT_GT(moved, 1) << "the flight is brisk enough for that to matter";
+}
+
 TEST(SimulatedTracks, ThereAreEnoughAllAlongEveryFlight) {
   for (const char* name : {"corridor", "route", "eight"}) {
     vir::simulation::FlightOptions flight_options;

@@ -29,6 +29,9 @@ class SceneRenderer {
   /// has another). `contrast` 1: surfaces as they are, 0: plain ones. Pixels that no ray belongs to
   /// and rays from outside the room see black. Not for two threads at a time.
   void add(const Pose& T_W_C, double contrast, float weight, FloatImage* sum);
+  /// The same for the rows from `from_row` to before `to_row` alone.
+  void addRows(const Pose& T_W_C, int from_row, int to_row, double contrast, float weight,
+               FloatImage* sum);
 
   const camera::CameraModel& camera() const;
 

@@ -16,6 +16,9 @@ struct OfflineRunOptions {
   std::string rawlog;
   /// Observations before the first image (or odometry pose) + this are left out.
   double start_offset_s = 0;
+  /// What the estimator takes: images of other cameras are passed over, undecoded and counted.
+  /// Empty: all images are taken.
+  std::vector<roles::EstimatorInput> inputs;
   /// In the ground truth's world; for the summary only, no estimator sees them.
   std::map<std::uint64_t, Vec3> true_anchors;
 };

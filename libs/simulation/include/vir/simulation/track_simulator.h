@@ -32,6 +32,7 @@ struct TrackSimulationOptions {
   double wall_density = 30;     ///< points per m^2 of walls, floor and ceiling
   double free_share = 0.4;      ///< points standing free near the path, per point of the walls
   double min_depth_m = 0.3, max_distance_m = 25;
+  double readout_s = 0;            ///< rolling shutter: first row to last; the middle is seen at t
   std::vector<double> blackout_s;  ///< from to, from to ...: images are dark
   std::vector<double> blind_s;     ///< from to ...: images without any texture, few tracks
   int seed = 1;

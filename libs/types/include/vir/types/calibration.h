@@ -27,7 +27,9 @@ struct Calibration {
   CameraCalibration camera;
   Pose T_B_C;                ///< camera in the body (= IMU)
   double time_offset_s = 0;  ///< stamp of an image + offset = its time on the IMU's clock
-  double readout_s = 0;      ///< rolling shutter: first row to last; 0 = all at once
+  /// Rolling shutter: time from the first row to the last, the middle one being seen at the image's
+  /// time; 0 = all at once.
+  double readout_s = 0;
   /// Of the IMU, beside its biases; rate = (I + diag(gyro_gain) + [gyro_axes]x) (reading - bias),
   /// acceleration = (I + diag(acc_gain)) (reading - bias).
   Vec3 gyro_gain = Vec3::Zero();      ///< relative, per axis
@@ -40,7 +42,7 @@ struct CalibrationSigma {
   double position_m = 0.01;
   double rotation_rad = 0.02;
   double time_offset_s = 0.005;
-  double readout_s = 1e-4;
+  double readout_s = 0.02;
   double focal = 0.01;    ///< relative, of both focal lengths
   double aspect = 0.002;  ///< relative, of one against the other
   double centre_px = 4;
