@@ -3,10 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <new>
 
 #include "commands/commands.h"
 #include "vir/core/settings.h"
 #include "vir/core/text_file.h"
+#include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/roles/plugin_loader.h"
 
@@ -56,8 +58,10 @@ int dispatch(int argc, char** argv) {
     return fail(kUsage, e.what());
   } catch (const roles::PluginError& e) {
     return fail(kUsage, e.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kRunFailed, "out of memory");
   } catch (const std::exception& e) {
-    return fail(kRunFailed, e.what());
+    return fail(kRunFailed, rawlog::withoutStackTrace(e));
   }
   return common.exit_code;
 }

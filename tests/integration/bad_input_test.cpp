@@ -162,6 +162,24 @@ TEST_F(BadInput, ImuCutOffGivesNoWrongPoses) {
   EXPECT_GT(r.counter("images_without_imu"), 30) << r.summary;
 }
 
+TEST_F(BadInput, ReadingsAtTheEndOfTheSensorsRangeAreSaid) {
+  auto& imu = recording_->imu;
+  const auto first = std::find_if(imu.begin(), imu.end(), [&](const auto& r) {
+    return recording_->between(r.t, kFrom, kFrom + 1);
+  });
+  for (int i = 0; i < 4; ++i) {
+    auto& row = first[i];  // t, rates, accelerations
+    const std::size_t last = row.text.rfind(',');
+    row.text = row.text.substr(0, last + 1) + "19.6133";
+  }
+  const RunResult r = importAndRun();
+  EXPECT_EQ(r.counter("imu_saturated"), 4);
+  EXPECT_TRUE(
+      r.warns("4 IMU readings are at the end of the sensor's range, longest for 0.015 s "
+              "(accelerometer z at 19.61 m/s^2)"))
+      << r.summary["warnings"];
+}
+
 TEST_F(BadInput, ImagesOfAnotherSize) {
   int other = 0;
   for (auto& image : recording_->images) {

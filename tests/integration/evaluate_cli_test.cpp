@@ -95,6 +95,24 @@ TEST_F(EvaluateCli, TableJsonAndPlots) {
   EXPECT_EQ(content("o.png").compare(1, 3, "PNG"), 0);
 }
 
+/// Words for what is no number, and numbers that no double holds: the line is left out and said.
+TEST_F(EvaluateCli, InfiniteNumbersAreLeftOutAndSaid) {
+  for (const char* word : {"inf", "-inf", "nan", "1e400", "INFINITY"}) {
+    std::string text = line(180, 0.1);
+    const std::size_t third = text.find('\n', text.find('\n') + 1) + 1;
+    const std::size_t x = text.find(' ', third) + 1;
+    text.replace(x, text.find(' ', x) - x, word);
+    write("bad.tum", text);
+    const Outcome o = call("--reference " + path("ref.tum") + " " + path("bad.tum") + " --json " +
+                           path("o.json"));
+    EXPECT_EQ(o.code, 0) << word << o.text;
+    EXPECT_NE(o.text.find("1 lines skipped"), std::string::npos) << word << o.text;
+    const auto json = nlohmann::json::parse(content("o.json"));
+    EXPECT_EQ(json["estimates"][0]["matched"], 179) << word;
+    EXPECT_LT(json["estimates"][0]["ate_position_m"]["max"].get<double>(), 0.5) << word;
+  }
+}
+
 TEST_F(EvaluateCli, SeveralReferences) {
   const Outcome o = call("--reference " + path("ref.tum") + " --reference " + path("est.tum") +
                          " " + path("est.tum") + " --json " + path("o.json"));

@@ -53,9 +53,7 @@ void mark(const Job& job, const ChildExit& exit, double seconds) {
   if (!exit.ok) json["problem"] = exit.problem;
   json["seconds"] = seconds;
   // Complete or not there at all, even if this process is killed.
-  const std::string partial = job.marker + ".partial";
-  results::writeTextFile(partial, json.dump(2) + "\n");
-  fs::rename(partial, job.marker);
+  results::writeTextFile(job.marker, json.dump(2) + "\n");
 }
 
 class BatchRunner {

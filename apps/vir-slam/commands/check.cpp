@@ -1,5 +1,6 @@
 /// vir-slam check SOURCE|FILE.rawlog: what is wrong with a recording, before it is run.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -65,6 +66,26 @@ void printFindings(const std::vector<check::Finding>& findings) {
   }
 }
 
+/// So many lines or messages that cannot be read are more than a slip.
+constexpr long kManyUnreadable = 5;
+
+/// What is wrong with the file itself, before what is wrong with what is in it.
+void addFindings(const SourceReport& source, std::vector<check::Finding>* findings) {
+  if (source.damaged) {
+    findings->push_back({check::Severity::doubtful, "damaged", "file",
+                         "it is damaged or was cut off: there should be more", "",
+                         "record it anew, or copy it again; what is there can be used"});
+  }
+  for (const auto& [counter, n] : source.unreadable) {
+    if (n < kManyUnreadable) continue;
+    findings->push_back({check::Severity::doubtful, "unreadable", "file",
+                         std::to_string(n) + " lines or messages are no readings and are left out",
+                         counter + " " + std::to_string(n), "see the notes above"});
+  }
+  std::stable_sort(findings->begin(), findings->end(),
+                   [](const auto& a, const auto& b) { return a.severity > b.severity; });
+}
+
 const char* verdictName(check::Severity worst) {
   return worst == check::Severity::note ? "fine" : check::name(worst);
 }
@@ -108,15 +129,16 @@ void run(const Arguments& a, Common& common) {
   setGiven(a.source, calibration, &recording);
   const bool rawlog = isRawlog(a.source);
   ProgressBar bar;
-  const std::vector<std::string> problems =
+  const SourceReport source =
       readSource({a.source, a.set, a.calibration}, [&](mrpt::obs::CObservation& o, double part) {
         if (rawlog) calibration.apply(&o);  // a source has it from its driver
         recording.add(o);
         bar.show(part);
       });
   bar.clear();
-  for (const std::string& p : problems) std::printf("note: %s\n", p.c_str());
-  const std::vector<check::Finding> findings = recording.findings();
+  for (const std::string& p : source.notes) std::printf("note: %s\n", p.c_str());
+  std::vector<check::Finding> findings = recording.findings();
+  addFindings(source, &findings);
   printStreams(recording.streams());
   printFindings(findings);
   const check::Severity worst = check::worst(findings);

@@ -54,14 +54,19 @@ std::string shown(std::string label) {
   return label;
 }
 
+void makeFolderOf(const std::string& file) {
+  const fs::path parent = fs::path(file).parent_path();
+  if (!parent.empty()) fs::create_directories(parent);
+}
+
 /// Returns false if not all is there that should be.
 bool convert(const Arguments& a) {
   rawlog::RawlogReader reader(a.rawlog);
   rawlog::TimeOrderer orderer;
   if (a.format != "mcap") {
     fs::create_directories(a.out);
-  } else if (const fs::path parent = fs::path(a.out).parent_path(); !parent.empty()) {
-    fs::create_directories(parent);
+  } else {
+    makeFolderOf(a.out);
   }
   const results::OutputLock lock(a.out);
   const auto exporter = makeExporter(a);
@@ -85,8 +90,9 @@ bool convert(const Arguments& a) {
     }
     bar.show(reader.progress());
   }
-  exporter->finish();
   bar.clear();
+  if (interrupted()) throw std::runtime_error("interrupted; nothing was exported");
+  exporter->finish();
   std::printf("%-16s %10s %10s\n", "label", "written", "left out");
   for (const auto& [label, count] : counts) {
     std::printf("%-16s %10ld %10ld\n", shown(label).c_str(), count.written, count.left_out);
@@ -94,8 +100,6 @@ bool convert(const Arguments& a) {
   for (const auto& [name, count] : orderer.counters()) {
     std::printf("left out for its stamp: %s %ld\n", name.c_str(), count);
   }
-  if (interrupted())
-    std::fprintf(stderr, "vir-slam: interrupted; %s is not complete\n", a.out.c_str());
   for (const std::string& problem : {reader.damage(), reader.refusals()}) {
     if (!problem.empty()) std::fprintf(stderr, "vir-slam: %s\n", problem.c_str());
   }
@@ -104,7 +108,7 @@ bool convert(const Arguments& a) {
                  unusable);
   }
   std::printf("Written to %s\n", a.out.c_str());
-  return reader.damage().empty() && unusable == 0 && !interrupted();
+  return reader.damage().empty() && unusable == 0;
 }
 
 }  // namespace
@@ -126,6 +130,8 @@ void addExport(CLI::App& app, Common& common) {
         throw UsageError(arguments->rawlog + " is a folder; runs are exported with --format mcap");
       }
       requireFile(arguments->rawlog + "/trajectory.tum", "trajectory");
+      makeFolderOf(arguments->out);
+      const results::OutputLock lock(arguments->out);
       exportRunToMcap(arguments->rawlog, arguments->out);
       std::printf("Written to %s\n", arguments->out.c_str());
       return;

@@ -55,7 +55,7 @@ void run(const Arguments& arguments, Common& common) {
   const Prepared prepared = prepareRobots(arguments, common);
   const results::ResultsFolder folder(arguments.out);
   results::writeTextFile(folder.file("used.ini"), prepared.used_ini);
-  results::OutputFile log_file(folder.file("run.log"));
+  results::OutputFile log_file(folder.file("run.log"), results::OutputFile::Named::at_once);
   ProgressBar bar;
   const Log log = [&](LogLevel level, const std::string& text) {
     static const char* const kLevels[] = {"debug", "info", "warning", "error"};
@@ -65,7 +65,6 @@ void run(const Arguments& arguments, Common& common) {
     bar.clear();
     std::fprintf(stderr, "%s: %s\n", word, text.c_str());
   };
-  catchInterrupt();
   const auto create_solver = [&](const Log& sink) { return prepared.createSolver(sink); };
   const team::Meeting meeting =
       team::meet(runAll(prepared, folder, log, &bar), meetingOptions(prepared), create_solver, log);
@@ -108,7 +107,10 @@ void addRendezvous(CLI::App& app, Common& common) {
       ->add_option("--set", arguments->assignments, "Section.key=value, before what the ini says")
       ->allow_extra_args(false);
   command->add_flag("--verbose,-v", arguments->verbose, "Show the whole log, not only warnings");
-  command->callback([arguments, &common] { run(*arguments, common); });
+  command->callback([arguments, &common] {
+    catchInterrupt();
+    run(*arguments, common);
+  });
 }
 
 }  // namespace vir::app

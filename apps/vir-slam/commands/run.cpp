@@ -44,7 +44,7 @@ void run(const RunArguments& arguments, Common& common) {
   PreparedRun prepared = prepareRun(arguments, common);
   const results::ResultsFolder folder(arguments.out);
   results::writeTextFile(folder.file("used.ini"), prepared.used_ini);
-  results::OutputFile log_file(folder.file("run.log"));
+  results::OutputFile log_file(folder.file("run.log"), results::OutputFile::Named::at_once);
   ProgressBar bar;
   runs::OfflineRunHooks hooks;
   hooks.log = [&](LogLevel level, const std::string& text) {
@@ -67,7 +67,6 @@ void run(const RunArguments& arguments, Common& common) {
   };
   if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
 
-  catchInterrupt();
   runs::OfflineRunOptions options;
   options.estimator = prepared.options.driver;
   options.rawlog = prepared.options.rawlog;
@@ -121,6 +120,7 @@ void addRun(CLI::App& app, Common& common) {
       ->allow_extra_args(false);
   command->add_flag("--verbose,-v", arguments->verbose, "Show the whole log, not only warnings");
   command->callback([arguments, source, &common] {
+    catchInterrupt();
     resolveSource(*source, common, arguments.get());
     run(*arguments, common);
   });

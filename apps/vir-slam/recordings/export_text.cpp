@@ -103,7 +103,8 @@ results::OutputFile& FileSet::at(const std::string& name, const std::string& hea
     const fs::path path = fs::path(folder_) / name;
     std::error_code error;
     fs::create_directories(path.parent_path(), error);
-    file = std::make_unique<results::OutputFile>(path.string() + kPart);
+    file = std::make_unique<results::OutputFile>(path.string() + kPart,
+                                                 results::OutputFile::Named::at_once);
     if (!header.empty()) file->line(header);
   }
   return *file;

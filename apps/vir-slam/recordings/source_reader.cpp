@@ -12,12 +12,28 @@ namespace {
 
 using Visit = std::function<void(mrpt::obs::CObservation&, double)>;
 
-std::vector<std::string> readRawlog(const std::string& path, const Visit& visit) {
+SourceReport readRawlog(const std::string& path, const Visit& visit) {
   rawlog::RawlogReader reader(path);
   while (const auto o = reader.next()) visit(*o, reader.progress());
-  std::vector<std::string> out;
+  SourceReport out;
   for (const std::string& problem : {reader.damage(), reader.refusals()}) {
-    if (!problem.empty()) out.push_back(problem);
+    if (!problem.empty()) out.notes.push_back(problem);
+  }
+  out.damaged = !reader.damage().empty();
+  return out;
+}
+
+SourceReport reportOf(const roles::RecordedSource& source) {
+  SourceReport out;
+  out.notes = source.warnings();
+  const auto names = [](const std::string& counter, const std::string& part) {
+    return counter.find(part) != std::string::npos;
+  };
+  for (const auto& [name, n] : source.counters()) {
+    if (n == 0) continue;
+    if (name == roles::kDamageCounter) out.damaged = true;
+    if (names(name, "_malformed") || names(name, "undecodable_"))
+      out.unreadable.push_back({name, n});
   }
   return out;
 }
@@ -30,7 +46,7 @@ bool isRawlog(const std::string& source) {
          (path.extension() == ".gz" && path.stem().extension() == ".rawlog");
 }
 
-std::vector<std::string> readSource(const SourceToRead& what, const Visit& visit) {
+SourceReport readSource(const SourceToRead& what, const Visit& visit) {
   if (isRawlog(what.source) && fs::exists(what.source)) return readRawlog(what.source, visit);
   ImportJob job;
   job.source = what.source;
@@ -49,7 +65,7 @@ std::vector<std::string> readSource(const SourceToRead& what, const Visit& visit
       }
     }
   }
-  return source->warnings();
+  return reportOf(*source);
 }
 
 }  // namespace vir::app

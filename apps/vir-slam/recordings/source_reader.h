@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace vir::app {
@@ -17,9 +18,17 @@ struct SourceToRead {
   std::string calibration;       ///< file; empty: none
 };
 
-/// Calls `visit` for every observation with the part read (0..1). Returns what the reader has to
-/// say. Throws UsageError, SettingsError, std::runtime_error. Plugins must be loaded.
-std::vector<std::string> readSource(
+/// What the reader has to say.
+struct SourceReport {
+  std::vector<std::string> notes;
+  bool damaged = false;  ///< or cut off: there should be more
+  /// Lines and messages that are no readings: name of the counter and how many, none with 0.
+  std::vector<std::pair<std::string, long>> unreadable;
+};
+
+/// Calls `visit` for every observation with the part read (0..1). Throws UsageError, SettingsError,
+/// std::runtime_error. Plugins must be loaded.
+SourceReport readSource(
     const SourceToRead& what,
     const std::function<void(mrpt::obs::CObservation& observation, double part)>& visit);
 

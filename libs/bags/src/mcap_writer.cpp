@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 
 #include "vir/bags/bag_reader.h"
 #include "vir/bags/message_definition.h"
@@ -106,12 +107,18 @@ std::string fullDefinition(const std::string& type, const std::map<std::string, 
   return out;
 }
 
-McapWriter::McapWriter(const std::string& path) : path_(path), file_(path, std::ios::binary) {
+McapWriter::McapWriter(const std::string& path)
+    : path_(path), part_(path + ".part"), file_(part_, std::ios::binary) {
   if (!file_) throw BagError(path + ": cannot be written");
   std::string header;
   addText(&header, "ros2");
   addText(&header, "vir-slam");
   put(std::string(kMagic, 8) + record(kHeader, header));
+}
+
+McapWriter::~McapWriter() {
+  std::error_code ignored;
+  if (!part_.empty()) std::filesystem::remove(part_, ignored);
 }
 
 void McapWriter::put(const std::string& bytes) {
@@ -300,6 +307,10 @@ void McapWriter::finish() {
   put(record(kFooter, footer) + std::string(kMagic, 8));
   file_.close();
   if (!file_) throw BagError(path_ + ": cannot be written further; is the disk full?");
+  std::error_code error;
+  std::filesystem::rename(part_, path_, error);
+  if (error) throw BagError("cannot rename " + part_ + " to " + path_ + ": " + error.message());
+  part_.clear();
 }
 
 }  // namespace vir::bags

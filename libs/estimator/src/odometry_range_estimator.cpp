@@ -12,6 +12,8 @@ namespace {
 
 /// Standard deviations that say "we do not know" when the odometry jumped.
 constexpr double kJumpPosition = 1.0, kJumpYaw = 0.3;
+/// Stamps jitter: a step up to this is no jump, however short the time [m].
+constexpr double kStepAlways = 0.2;
 /// Solver iterations when an anchor has just been found or changed.
 constexpr int kIterationsOnChange = 15;
 /// Ranges of one anchor that the front holds before neighbours are averaged.
@@ -42,6 +44,7 @@ void describe(OptionVisitor& v, OdometryOptions& o) {
   v.value("node_interval_s", o.node_interval_s, {0.05, 1e4}, "longest time between nodes");
   describe(v, o.noise);
   v.value("max_step_m", o.max_step_m, {0.01, 1e4}, "a longer step between two poses is a jump");
+  v.value("max_speed_mps", o.max_speed_mps, {0.1, 1e4}, "and a step that takes more speed");
   v.value("max_gap_s", o.max_gap_s, {0.01, 1e4}, "a longer time between two poses is a gap");
 }
 
@@ -219,7 +222,8 @@ void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
       out.keyframe = true;
     } else {
       const double step = (T_O_B.p - last.p).norm(), seconds = toSeconds(t - last_t);
-      if (step > config.odometry.max_step_m) {
+      const double fastest = kStepAlways + config.odometry.max_speed_mps * seconds;
+      if (step > std::min(config.odometry.max_step_m, fastest)) {
         ++jumps;
         jumped = true;
         ++segment;

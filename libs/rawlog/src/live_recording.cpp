@@ -218,6 +218,8 @@ void LiveRecording::writeTo(File& file, const mrpt::obs::CObservation& observati
   } else {
     name = stem + "." + options_.images;
     if (!image->image.saveToFile(file.images + "/" + name, options_.jpeg_quality)) {
+      std::error_code ignored;
+      fs::remove(fs::path(file.images) / name, ignored);  // what there is of it
       throw std::runtime_error("cannot write " + file.images + "/" + name);
     }
   }

@@ -10,7 +10,10 @@ namespace vir::results {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr const char* kPart = ".part";
+
 constexpr const char* kOurFiles[] = {"trajectory.tum",
+                                     "calibration.yaml",
                                      "trajectory_covariance.csv",
                                      "trajectory_smoothed.tum",
                                      "frames.csv",
@@ -53,9 +56,15 @@ void pointLatestTo(const fs::path& folder) {
 
 }  // namespace
 
-OutputFile::OutputFile(const std::string& path) : path_(path) {
+OutputFile::OutputFile(const std::string& path, Named named) : path_(path) {
+  std::error_code ignored;
+  if (fs::is_symlink(fs::symlink_status(path, ignored)) && fs::is_regular_file(path, ignored)) {
+    path_ = fs::canonical(path, ignored).string();  // the link stays one
+  }
+  const bool replaceable = !fs::exists(path_, ignored) || fs::is_regular_file(path_, ignored);
+  written_to_ = named == Named::when_complete && replaceable ? path_ + kPart : path_;
   errno = 0;
-  out_.open(path, std::ios::binary | std::ios::trunc);
+  out_.open(written_to_, std::ios::binary | std::ios::trunc);
   if (!out_) {
     throw std::runtime_error("cannot write " + path + ": " +
                              (errno != 0 ? std::strerror(errno) : "unknown reason"));
@@ -68,6 +77,13 @@ void OutputFile::close() {
   if (out_.fail()) {
     throw std::runtime_error("cannot finish writing " + path_ + ": " +
                              (errno != 0 ? std::strerror(errno) : "is the disk full?"));
+  }
+  if (written_to_ == path_) return;
+  std::error_code error;
+  fs::rename(written_to_, path_, error);
+  if (error) {
+    throw std::runtime_error("cannot rename " + written_to_ + " to " + path_ + ": " +
+                             error.message());
   }
 }
 
@@ -89,7 +105,10 @@ ResultsFolder::ResultsFolder(const std::string& out) {
   lock_ = std::make_shared<const OutputLock>(folder.string());
   if (out.empty()) pointLatestTo(folder);
   path_ = folder.string();
-  for (const char* name : kOurFiles) fs::remove(folder / name, error);
+  for (const std::string name : kOurFiles) {
+    fs::remove(folder / name, error);
+    fs::remove(folder / (name + kPart), error);
+  }
 }
 
 }  // namespace vir::results

@@ -137,13 +137,17 @@ void writeScene(const std::string& file, const std::vector<SceneRobot>& robots) 
     grid->setColor(0.4F, 0.4F, 0.4F);
     scene.insert(grid);
   }
+  const std::string part = file + ".part";
   bool written = false;
   try {
-    written = scene.saveToFile(file);
+    // Read back, since MRPT does not notice a disk that becomes full with the last bytes.
+    written = scene.saveToFile(part) && COpenGLScene().loadFromFile(part);
   } catch (const std::exception&) {  // its text is a backtrace
   }
   std::error_code error;
-  if (!written || std::filesystem::file_size(file, error) == 0 || error) {
+  if (written) std::filesystem::rename(part, file, error);
+  if (!written || error) {
+    std::filesystem::remove(part, error);
     throw std::runtime_error("cannot write " + file);
   }
 }

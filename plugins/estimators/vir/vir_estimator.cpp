@@ -8,6 +8,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cstdio>
 
 #include "bias_model_file.h"
 #include "vir/rawlog/convert.h"
@@ -96,6 +97,7 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
 
 void VirEstimator::addImu(const mrpt::obs::CObservationIMU& o) {
   if (const auto sample = rawlog::imuSampleOf(o)) {
+    imu_saturation_.add(*sample);
     estimator_->addImu(*sample);
     return;
   }
@@ -185,6 +187,7 @@ roles::EstimatorReport VirEstimator::report() const {
                 {"imu_out_of_order", i.out_of_order},
                 {"imu_spikes", c.imu_spikes},
                 {"imu_impossible", c.imu_impossible},
+                {"imu_saturated", imu_saturation_.readings()},
                 {"imu_incomplete", imu_incomplete_},
                 {"imu_gaps", c.imu_gaps},
                 {"clock_steps", c.clock_steps}};
@@ -196,6 +199,15 @@ roles::EstimatorReport VirEstimator::report() const {
                          " IMU readings were left out: single ones far from their neighbours (" +
                          std::to_string(c.imu_spikes) + ") or beyond what an IMU can read (" +
                          std::to_string(c.imu_impossible) + "); check its wiring and its driver");
+  }
+  if (imu_saturation_.readings() > 0) {
+    char longest[32];
+    std::snprintf(longest, sizeof longest, "%.3f", imu_saturation_.longestS());
+    r.warnings.push_back(std::to_string(imu_saturation_.readings()) +
+                         " IMU readings are at the end of the sensor's range, longest for " +
+                         longest + " s (" + imu_saturation_.where() +
+                         "): the motion beyond it is missing from the path; set the sensor to a "
+                         "greater range, or damp its mounting");
   }
   r.resets = estimator_->resets();
   r.longest_wait_reason = estimator_->longestWaitReason();

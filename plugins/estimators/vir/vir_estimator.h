@@ -2,6 +2,7 @@
 /// Estimator plugin `vir`: MRPT observations to the visual-inertial estimator and back.
 #include "tracks_of.h"
 #include "vir/estimator/visual_inertial_estimator.h"
+#include "vir/imu/saturation.h"
 #include "vir/rawlog/labels.h"
 #include "vir/roles/estimator.h"
 
@@ -66,6 +67,7 @@ class VirEstimator final : public roles::Estimator {
   bool any_image_ = false;
   std::vector<std::string> warned_;
   std::vector<std::string> warnings_;
+  imu::SaturationCounter imu_saturation_;
   long images_undecodable_ = 0, images_without_calibration_ = 0, imu_incomplete_ = 0;
 };
 

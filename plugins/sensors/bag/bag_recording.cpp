@@ -24,12 +24,15 @@ int rankOf(const Reading& r) {
   return std::holds_alternative<StampedPose>(r.what) ? 2 : 3;
 }
 
+/// `path` empty: in the message itself.
 Vec3 vectorAt(const MessageView& m, const std::string& path) {
-  return {m.number(path + ".x"), m.number(path + ".y"), m.number(path + ".z")};
+  const std::string at = path.empty() ? "" : path + ".";
+  return {m.number(at + "x"), m.number(at + "y"), m.number(at + "z")};
 }
 
-/// Where a type of message has the vector that a role wants.
-const char* vectorPath(const std::string& type, Role role) {
+/// Where a message of a type has the vector that a role wants.
+const char* vectorPath(const MessageView& m, const std::string& type, Role role) {
+  if (m.has("x") && m.has("y") && m.has("z")) return "";
   if (type == "geometry_msgs/Vector3Stamped") return "vector";
   if (type == "geometry_msgs/AccelStamped") return "accel.linear";
   if (type == "geometry_msgs/TwistStamped") return "twist.angular";
@@ -242,7 +245,7 @@ void BagRecording::takeImu(const MessageView& m, const Stream& s, TimeNs t, Time
     if (finite(sample.gyro) && finite(sample.acc)) hold({t, index, sample}, received, 0);
     return;
   }
-  const TimedVector v{t, vectorAt(m, vectorPath(s.type, s.role))};
+  const TimedVector v{t, vectorAt(m, vectorPath(m, s.type, s.role))};
   if (!finite(v.v)) return;
   if (s.role == Role::accelerometer) {
     pairing_.addAccelerometer(v);

@@ -87,6 +87,15 @@ bool mayHoldRanges(const TopicInfo& info) {
   return false;
 }
 
+bool hasBareVector(const bags::MessageType& type) {
+  int found = 0;
+  for (const bags::Field& f : type.fields) {
+    const bool number = f.kind == bags::Kind::float32 || f.kind == bags::Kind::float64;
+    found += number && !f.array && (f.name == "x" || f.name == "y" || f.name == "z");
+  }
+  return found == 3;
+}
+
 bool worthLooking(const TopicInfo& info) {
   if (info.count <= kLooked || isImage(info.type)) return true;
   return info.topic.find("tf_static") != std::string::npos;
@@ -154,6 +163,7 @@ Survey survey(const std::string& source, double seconds, const std::vector<std::
     if (!worthLooking(info)) continue;
     const bags::Definition* definition = definitions.of(*message.channel);
     if (definition == nullptr) continue;
+    if (info.count == 1) info.bare_vector = hasBareVector(definition->root());
     if (info.count == 1 && mayHoldRanges(info)) {
       info.range_guess = guessRangeFields(definition->root());
     }

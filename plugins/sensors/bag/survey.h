@@ -46,6 +46,7 @@ struct TopicInfo {
   std::string frame;           ///< of the first message that has one
   std::string child_frame;     ///< of odometry and transforms
   std::string problem;         ///< why its messages cannot be read; empty: they can
+  bool bare_vector = false;    ///< x, y, z right in the message, as programs on phones write it
   bool camera = false;         ///< images of a kind that a camera gives
   int width = 0, height = 0;   ///< [px]
   bool stamped = false;

@@ -26,21 +26,23 @@ bool isPose(const std::string& type) {
          type == "geometry_msgs/PoseWithCovarianceStamped" ||
          type == "geometry_msgs/PointStamped" || type == "nav_msgs/Odometry";
 }
-bool isVector(const std::string& type) {
-  return isImu(type) || type == "geometry_msgs/Vector3Stamped" ||
+bool isVector(const TopicInfo& t) {
+  const std::string& type = t.type;
+  return t.bare_vector || isImu(type) || type == "geometry_msgs/Vector3Stamped" ||
          type == "geometry_msgs/AccelStamped" || type == "geometry_msgs/TwistStamped";
 }
 bool isAccelerometer(const TopicInfo& t) {
-  return isVector(t.type) && contains(lower(t.topic), {"accel", "/acc"});
+  return isVector(t) && contains(lower(t.topic), {"accel", "/acc"});
 }
-bool isGyro(const TopicInfo& t) { return isVector(t.type) && contains(lower(t.topic), {"gyro"}); }
+bool isGyro(const TopicInfo& t) { return isVector(t) && contains(lower(t.topic), {"gyro"}); }
 bool isTruth(const TopicInfo& t) {
   return isPose(t.type) && contains(lower(t.topic), {"truth", "/gt", "_gt", "vicon", "mocap",
                                                      "vrpn", "optitrack", "qualisys", "leica"});
 }
 
-/// Whether messages of a type can play a role.
-bool fits(Role role, const std::string& type) {
+/// Whether messages of a topic can play a role.
+bool fits(Role role, const TopicInfo& info) {
+  const std::string& type = info.type;
   switch (role) {
     case Role::camera:
       return isImage(type);
@@ -48,7 +50,7 @@ bool fits(Role role, const std::string& type) {
       return isImu(type);
     case Role::accelerometer:
     case Role::gyro:
-      return isVector(type);
+      return isVector(info);
     case Role::truth:
     case Role::odometry:
       return isPose(type);
@@ -77,7 +79,7 @@ class Chooser {
       if (info == nullptr) {
         throw InputError("topic " + w.topic + " is not in the recording; it has" + all());
       }
-      if (!fits(w.role, info->type)) {
+      if (!fits(w.role, *info)) {
         throw InputError("topic " + w.topic + ": messages of type " + info->type +
                          " cannot be taken as " + name(w.role));
       }

@@ -51,7 +51,13 @@ const std::string_view& at(const Fields& f, int column) {
 
 bool stamp(const Fields& f, const Stamps& stamps, TimeNs* t, RowFault* fault) {
   const std::string_view text = at(f, stamps.column);
-  if (tables::parseStamp(text, stamps.unit, t) && *t >= 0) return true;
+  const bool is_time = tables::parseStamp(text, stamps.unit, t);
+  if (is_time && *t >= 0) return true;
+  if (is_time) {
+    *fault = {"malformed", "`" + std::string(text.substr(0, 40)) +
+                               "` is a time before 0; add the same to all stamps of all tables"};
+    return false;
+  }
   const bool ns = stamps.unit == tables::StampUnit::nanoseconds;
   *fault = {"malformed", "`" + std::string(text.substr(0, 40)) +
                              (ns ? "` is not a whole number of nanoseconds"

@@ -184,7 +184,7 @@ void Recording::openRangeStreams(const EurocOptions& o) {
       s.sigma_m = uwb.sigma_m.value_or(o.range_sigma_m);
     } else {
       log_->note((section_ == "csv"
-                      ? files.file + ":"
+                      ? files.file + ": tells neither antenna nor noise"
                       : fs::path(files.file).parent_path().string() + "/sensor.yaml: missing") +
                  "; lever_arm_m and range_sigma_m of the settings are used");
     }

@@ -74,6 +74,37 @@ TEST_F(BagImport, SaysWhatIsWrongAndLeavesNothing) {
   EXPECT_TRUE(contains(o.text, "cut off")) << o.text;
 }
 
+/// `check` reads every kind of bag as `import` does, and says if one of them is not whole.
+TEST_F(BagImport, CheckReadsBagsAndSaysIfTheyAreCutOff) {
+  for (const char* name : {"ros1_none.bag", "ros1_lz4.bag", "ros2_none.mcap", "ros2_split"}) {
+    const Outcome o =
+        virSlam("check " + quoted(fixture(name)) + " --json " + quoted(path("c.json")));
+    EXPECT_EQ(o.code, 0) << name << o.text;
+    EXPECT_TRUE(contains(o.text, "fine")) << name << o.text;
+    const std::string json = test::readText(path("c.json"));
+    EXPECT_TRUE(contains(json, "\"verdict\": \"fine\"")) << json;
+    for (const char* label : {"CAM0", "IMU0", "UWB0", "GT"}) {
+      EXPECT_TRUE(contains(json, "\"label\": \"" + std::string(label) + "\"")) << name << json;
+    }
+  }
+  for (const char* name : {"ros1_none.bag", "ros2_none.mcap", "ros2_foxy.db3"}) {
+    const std::string cut = path("cut" + fs::path(name).extension().string());
+    test::writeText(cut, test::readText(fixture(name)).substr(0, 30000));
+    const Outcome o = virSlam("check " + quoted(cut) + " --json " + quoted(path("c.json")));
+    EXPECT_EQ(o.code, 3) << name << o.text;
+    EXPECT_TRUE(contains(o.text, "damaged or was cut off")) << name << o.text;
+    EXPECT_TRUE(contains(test::readText(path("c.json")), "\"kind\": \"damaged\"")) << name;
+  }
+}
+
+/// Its ranges have a type that this kind of bag does not describe: none of them is read.
+TEST_F(BagImport, CheckSaysIfAStreamCannotBeRead) {
+  const Outcome o = virSlam("check " + quoted(fixture("ros2_foxy.db3")));
+  EXPECT_EQ(o.code, 3) << o.text;
+  EXPECT_TRUE(contains(o.text, "lines or messages are no readings")) << o.text;
+  EXPECT_TRUE(contains(o.text, "undecodable_UWB0 10")) << o.text;
+}
+
 TEST_F(BagImport, RunImportsFirst) {
   const Outcome o =
       virSlam("run " + quoted(fixture("ros2_split")) + " --out " + quoted(path("out")));

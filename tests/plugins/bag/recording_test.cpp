@@ -226,6 +226,31 @@ TEST_F(Recording, TwoStreamsOfAnImuAreOne) {
   }
 }
 
+/// As programs on phones write it: a type of their own with x, y, z and nothing around them.
+TEST_F(Recording, BareVectorsOfAPhoneAreAnImu) {
+  {
+    test::Ros1Writer bag(path());
+    bag.define("phone/Sample", "Header header\nfloat64 x\nfloat64 y\nfloat64 z\n");
+    bag.define("phone/Bare", "float32 x\nfloat32 y\nfloat32 z\n");
+    for (int i = 0; i < 100; ++i) {
+      const TimeNs t = kStart + i * 5 * kMs;
+      test::WireBytes gyro = bag.message();
+      gyro.put(0.5F).put(0.25F).put(-1.0F);
+      bag.write("/phone/gyroscope", "phone/Bare", gyro.bytes(), t);
+      test::WireBytes acc = bag.message();
+      acc.header(t, "phone").doubles(0.1, 0.2, 9.81);
+      bag.write("/phone/accelerometer", "phone/Sample", acc.bytes(), t);
+    }
+  }
+  for (const char* topics : {"", "accel=/phone/accelerometer gyro=/phone/gyroscope"}) {
+    options.topics.clear();
+    const auto imu = only<ImuSample>(readAll(topics));
+    ASSERT_GT(imu.size(), 95u) << topics;
+    EXPECT_EQ(imu[5].gyro, Vec3(0.5, 0.25, -1)) << topics;
+    EXPECT_NEAR((imu[5].acc - Vec3(0.1, 0.2, 9.81)).norm(), 0, 1e-12) << topics;
+  }
+}
+
 TEST_F(Recording, WhatIsWrongWithTheTopicsIsSaid) {
   {
     test::Ros1Writer bag(path());

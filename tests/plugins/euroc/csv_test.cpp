@@ -179,6 +179,19 @@ TEST_F(CsvFolder, WhatCannotBeToldIsAskedFor) {
   EXPECT_THROW(read("camera=pictures"), InputError);  // no calibration, and no times
 }
 
+/// Before a clock's zero there is nothing that a rawlog could hold; the rest is read.
+TEST_F(CsvFolder, TimesBeforeZeroAreLeftOutAndSaid) {
+  std::string text = "t,ax,ay,az,gx,gy,gz\n";
+  for (int i = -100; i < 100; ++i) text += std::to_string(0.005 * i) + ",0.1,0.2,9.8,0.01,0,0\n";
+  test::writeText(root() / "imu.csv", text);
+  const Content c = read();
+  ASSERT_EQ(c.imu.size(), 100u) << c.notes;
+  EXPECT_EQ(c.imu.front().t, 0);
+  EXPECT_NE(c.notes.find("imu.csv:2: `-0.500000` is a time before 0; add the same to all stamps"),
+            std::string::npos)
+      << c.notes;
+}
+
 TEST_F(CsvFolder, AGyroAloneIsNoImu) {
   table("gyro.csv", "t,gyro_x,gyro_y,gyro_z\n", [](TimeNs t) { return seconds(t) + ",0,0,0"; });
   EXPECT_THROW(read(), InputError);

@@ -269,5 +269,18 @@ TEST(OdometryRange, AJumpOfTheOdometryIsSurvived) {
   EXPECT_GT(after.trace(), 4 * before.trace());
 }
 
+/// Shorter than max_step_m, but faster than anything goes.
+TEST(OdometryRange, AStepThatNothingIsFastEnoughForIsAJump) {
+  RangeWorld world(simulation::flight("eight", flightOf(40)), drifting(), rangesTo({kAnchor}));
+  for (std::size_t k = world.odometry.size() / 2; k < world.odometry.size(); ++k) {
+    world.odometry[k].T_W_B.p += Vec3(1.5, 0, 0);
+  }
+  OdometryRangeConfig config;
+  config.odometry.max_speed_mps = 5;
+  EXPECT_EQ(fly(world, config).count("odometry_jumps"), 1);
+  config.odometry.max_speed_mps = 1000;
+  EXPECT_EQ(fly(world, config).count("odometry_jumps"), 0);
+}
+
 }  // namespace
 }  // namespace vir::estimator

@@ -45,6 +45,43 @@ TEST(OutputFile, FullDiskIsAnError) {
   EXPECT_THROW(OutputFile("/nowhere/x"), std::runtime_error);
 }
 
+TEST(OutputFile, HasItsNameOnlyWhenItIsComplete) {
+  const test::TempFolder folder;
+  const std::string path = (folder / "a.csv").string();
+  test::writeText(path, "old");
+  {
+    OutputFile file(path);
+    file.line("new");
+    EXPECT_EQ(test::readText(path), "old");
+    file.close();
+  }
+  EXPECT_EQ(test::readText(path), "new\n");
+  EXPECT_FALSE(fs::exists(path + ".part"));
+  { OutputFile(path).line("never closed"); }
+  EXPECT_EQ(test::readText(path), "new\n");
+  OutputFile log((folder / "run.log").string(), OutputFile::Named::at_once);
+  EXPECT_TRUE(fs::exists(folder / "run.log"));
+}
+
+TEST(OutputFile, WritesThroughALinkToWhatItLeadsTo) {
+  const test::TempFolder folder;
+  test::writeText(folder / "real.json", "old");
+  fs::create_symlink("real.json", folder / "link.json");
+  writeTextFile((folder / "link.json").string(), "new");
+  EXPECT_TRUE(fs::is_symlink(folder / "link.json"));
+  EXPECT_EQ(test::readText(folder / "real.json"), "new");
+}
+
+/// What an earlier run that was killed left behind, and what it made with other settings.
+TEST(ResultsFolder, LeavesNothingOfAnEarlierRun) {
+  const test::TempFolder folder;
+  for (const char* name : {"calibration.yaml", "trajectory.tum.part", "summary.json.part"}) {
+    test::writeText(folder / "r" / name, "old");
+  }
+  const ResultsFolder results((folder / "r").string());
+  EXPECT_TRUE(fs::is_empty(folder / "r"));
+}
+
 TEST(Summary, HasTheFixedKeysAndNoNan) {
   RunSummary s;
   s.frames = 3;

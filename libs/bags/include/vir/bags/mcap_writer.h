@@ -41,16 +41,19 @@ class CdrWriter {
 /// that are no standard ones, with their text. Throws BagError for a type that is not known.
 std::string fullDefinition(const std::string& type, const std::map<std::string, std::string>& own);
 
-/// In chunks with an index, so that readers can jump to a time. Throws BagError when the file
-/// cannot be written.
+/// In chunks with an index, so that readers can jump to a time; `PATH.part` until finish(), and gone
+/// without it. Throws BagError when the file cannot be written.
 class McapWriter {
  public:
   explicit McapWriter(const std::string& path);
+  ~McapWriter();
+  McapWriter(const McapWriter&) = delete;
+  McapWriter& operator=(const McapWriter&) = delete;
   /// `type` is package/Type; one topic has one type.
   std::uint16_t channel(const std::string& topic, const std::string& type,
                         const std::string& definition);
   void write(std::uint16_t channel, TimeNs t, const Bytes& cdr);
-  /// Index and end of the file.
+  /// Index and end of the file, and its name.
   void finish();
 
  private:
@@ -77,7 +80,7 @@ class McapWriter {
   std::string channelRecord(const Channel& c) const;
   std::string summary(std::uint64_t at, std::uint64_t* groups_at) const;
 
-  std::string path_;
+  std::string path_, part_;
   std::ofstream file_;
   std::uint64_t at_ = 0;
   std::vector<Channel> channels_;

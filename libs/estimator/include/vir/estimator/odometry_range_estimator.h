@@ -21,6 +21,7 @@ struct OdometryOptions {
   double node_interval_s = 5.0;
   OdometryNoise noise = odometryNoiseDefaults();
   double max_step_m = 2.0;
+  double max_speed_mps = 50;
   double max_gap_s = 2.0;
 
   /// Throws std::invalid_argument for a value that is not allowed.

@@ -11,14 +11,18 @@ namespace vir::results {
 /// std::runtime_error naming the file if the disk is full.
 class OutputFile {
  public:
+  /// `when_complete`: NAME.part until close(), so that half a file is never taken for a whole one.
+  /// `at_once`: for logs, which are read while they grow. Devices and pipes have no `.part`.
+  enum class Named { when_complete, at_once };
   /// Throws std::runtime_error naming file and reason if it cannot be created.
-  explicit OutputFile(const std::string& path);
+  explicit OutputFile(const std::string& path, Named named = Named::when_complete);
   std::ostream& stream() { return out_; }
   void line(const std::string& text) { out_ << text << '\n'; }
   void close();
 
  private:
   std::string path_;
+  std::string written_to_;  // path_, or its .part
   std::ofstream out_;
 };
 
