@@ -87,6 +87,8 @@ class OfflineRun {
 
   void handle(const CObservation::Ptr& observation) {
     const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
+    const auto as = options_.labels.find(observation->sensorLabel);
+    if (as != options_.labels.end()) observation->sensorLabel = as->second;
     if (observation->sensorLabel == rawlog::kGroundTruthLabel) {
       if (const auto pose = rawlog::poseOf(*observation)) {
         recorder_.addGroundTruth(pose->t, pose->T_W_B);

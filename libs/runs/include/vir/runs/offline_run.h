@@ -19,6 +19,8 @@ struct OfflineRunOptions {
   /// What the estimator takes: images of other cameras are passed over, undecoded and counted.
   /// Empty: all images are taken.
   std::vector<roles::EstimatorInput> inputs;
+  /// Labels of the recording that stand for others (input_labels.h).
+  std::map<std::string, std::string> labels;
   /// In the ground truth's world; for the summary only, no estimator sees them.
   std::map<std::uint64_t, Vec3> true_anchors;
 };

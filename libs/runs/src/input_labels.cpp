@@ -1,0 +1,91 @@
+#include "vir/runs/input_labels.h"
+
+#include <algorithm>
+#include <set>
+
+#include "vir/rawlog/labels.h"
+#include "vir/rawlog/rawlog_reader.h"
+
+namespace vir::runs {
+namespace {
+
+/// What is not there by then may be missing; whether it is needed decides about reading on.
+constexpr std::size_t kObservationsAtLeast = 3000;
+
+/// Labels with a meaning that no input of an estimator has.
+bool spokenFor(const std::string& label) {
+  return label == rawlog::kGroundTruthLabel || label == rawlog::kPeerLabel ||
+         rawlog::isBroadcastLabel(label) || rawlog::isDroppedAnchorLabel(label);
+}
+
+class Survey {
+ public:
+  explicit Survey(const std::vector<roles::EstimatorInput>& inputs)
+      : inputs_(inputs), others_(inputs.size()) {
+    for (const roles::EstimatorInput& i : inputs) {
+      if (i.group > 0) missing_.insert(i.group);
+    }
+  }
+  void add(const mrpt::obs::CObservation& o) {
+    bool taken = false;
+    for (std::size_t k = 0; k < inputs_.size(); ++k) {
+      if (!roles::matches(inputs_[k], o)) continue;
+      taken = true;
+      seen_.insert(k);
+      missing_.erase(inputs_[k].group);
+    }
+    if (taken || spokenFor(o.sensorLabel)) return;
+    for (std::size_t k = 0; k < inputs_.size(); ++k) {
+      roles::EstimatorInput as_here = inputs_[k];
+      as_here.label = o.sensorLabel;
+      if (roles::matches(as_here, o)) others_[k].insert(o.sensorLabel);
+    }
+  }
+  bool hasAllNeeded() const { return missing_.empty(); }
+
+  InputLabels result() const {
+    InputLabels out;
+    for (std::size_t k = 0; k < inputs_.size(); ++k) {
+      const roles::EstimatorInput& input = inputs_[k];
+      if (others_[k].empty() || seen_.count(k) > 0) continue;
+      const std::string what = name(input.kind), wanted = what + " under the label " + input.label;
+      std::string labels;
+      for (const std::string& l : others_[k]) labels += (labels.empty() ? "" : ", ") + l;
+      if (input.group == 0) {
+        out.notes.push_back("no " + wanted + ": those under " + labels +
+                            " are not used; the label is a setting of the estimator");
+      } else if (missing_.count(input.group) == 0) {
+        continue;  // another input does for it
+      } else if (others_[k].size() > 1) {
+        out.notes.push_back("no " + wanted + "; there are " + labels +
+                            ": name one in the settings of the estimator");
+      } else {
+        out.as[labels] = input.label;
+        out.notes.push_back("no " + wanted + ": the only ones, under " + labels + ", are taken");
+      }
+    }
+    return out;
+  }
+
+ private:
+  const std::vector<roles::EstimatorInput>& inputs_;
+  std::vector<std::set<std::string>> others_;  // labels that would do, per input
+  std::set<std::size_t> seen_;
+  std::set<int> missing_;
+};
+
+}  // namespace
+
+InputLabels matchLabels(const std::vector<roles::EstimatorInput>& inputs,
+                        const std::string& rawlog) {
+  rawlog::RawlogReader reader(rawlog);
+  Survey survey(inputs);
+  for (std::size_t n = 0; n < kObservationsAtLeast || !survey.hasAllNeeded(); ++n) {
+    const auto o = reader.next();
+    if (!o) break;
+    survey.add(*o);
+  }
+  return survey.result();
+}
+
+}  // namespace vir::runs

@@ -1,0 +1,60 @@
+/// Recordings under labels of their own.
+#include "vir/runs/input_labels.h"
+
+#include <gtest/gtest.h>
+
+#include "vir/rawlog/labels.h"
+#include "vir_test_rawlog.h"
+#include "vir_test_temp_folder.h"
+
+namespace vir::runs {
+namespace {
+
+using roles::EstimatorInput;
+using roles::InputKind;
+
+class MatchLabels : public testing::Test {
+ protected:
+  void SetUp() override { test::writeRecording(rawlog_, 10); }
+  InputLabels match(const std::vector<EstimatorInput>& inputs) {
+    return matchLabels(inputs, rawlog_);
+  }
+  test::TempFolder folder_;
+  const std::string rawlog_ = (folder_ / "a.rawlog").string();
+};
+
+TEST_F(MatchLabels, NothingToDoWhereLabelsAreAsAsked) {
+  const InputLabels l = match({{InputKind::image, rawlog::kCameraLabel, 1},
+                               {InputKind::tracks, rawlog::kTracksLabel, 1},
+                               {InputKind::imu, rawlog::kImuLabel, 2}});
+  EXPECT_TRUE(l.as.empty());
+  EXPECT_TRUE(l.notes.empty()) << l.notes.front();
+}
+
+TEST_F(MatchLabels, TakesTheOnlyOnesOfTheirKindAndSaysSo) {
+  const InputLabels l = match({{InputKind::image, "front", 1}, {InputKind::imu, "body_imu", 2}});
+  EXPECT_EQ(l.as, (std::map<std::string, std::string>{{rawlog::kCameraLabel, "front"},
+                                                      {rawlog::kImuLabel, "body_imu"}}));
+  ASSERT_EQ(l.notes.size(), 2u);
+  EXPECT_EQ(l.notes[0], "no images under the label front: the only ones, under CAM0, are taken");
+}
+
+TEST_F(MatchLabels, TakesNothingThatIsNotNeeded) {
+  // The ground truth is a pose too, and never an input.
+  const InputLabels l = match({{InputKind::imu, rawlog::kImuLabel, 1},
+                               {InputKind::image, "front", 0},
+                               {InputKind::pose, "wheels", 0}});
+  EXPECT_TRUE(l.as.empty());
+  ASSERT_EQ(l.notes.size(), 1u);
+  EXPECT_NE(l.notes[0].find("those under CAM0 are not used"), std::string::npos) << l.notes[0];
+}
+
+TEST_F(MatchLabels, AnotherInputOfTheGroupDoes) {
+  const InputLabels l =
+      match({{InputKind::image, "front", 1}, {InputKind::imu, rawlog::kImuLabel, 1}});
+  EXPECT_TRUE(l.as.empty());
+  EXPECT_TRUE(l.notes.empty());
+}
+
+}  // namespace
+}  // namespace vir::runs
