@@ -84,6 +84,7 @@ struct BackEnd {
   std::unique_ptr<Startup> startup;
   std::unique_ptr<window::ShortWindow> window;
   Pose T_B_C;
+  Calibration given;
   imu::ImuBuffer imu;
   RestDetector rest;
   window::LongWindow long_window;
