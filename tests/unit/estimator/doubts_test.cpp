@@ -143,7 +143,7 @@ TEST(Doubts, ReadingsAloneForLong) {
   const Doubts brief = blind(20, Health::ok);
   EXPECT_TRUE(brief.all().empty()) << "short blindness is no doubt of the run";
   EXPECT_EQ(brief.current(), "no landmarks, IMU only") << "but of the frame";
-  EXPECT_TRUE(names(blind(60, Health::ok), "no landmarks for 1.5 s, IMU only"));
+  EXPECT_TRUE(names(blind(60, Health::ok), "no landmarks for 1.6 s, IMU only"));
   EXPECT_EQ(blind(60, Health::standing).current(), "") << "at rest the images hold it";
 }
 

@@ -120,7 +120,7 @@ class RunRecorder final : public RunObserver {
   std::vector<double> position_sigma_m_;                    // per pose of it
   std::vector<Mat3> position_covariance_;                   // the same
   std::vector<std::pair<TimeNs, double>> cpu_ms_;           // per frame
-  std::vector<CalibrationPoint> calibrations_;              // per frame where it was estimated
+  std::vector<roles::CalibrationPoint> calibrations_;       // where it was estimated
   double path_m_ = 0;
   int segment_ = 0;
   long not_finite_ = 0, out_of_order_ = 0;
