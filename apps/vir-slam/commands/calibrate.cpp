@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "calibration/camera_calibration.h"
 #include "commands/commands.h"
 #include "output/calibration_report.h"
 #include "output/png_canvas.h"
@@ -13,8 +14,9 @@ namespace vir::app {
 namespace {
 
 constexpr const char* kExamples =
-    "What a sensor measures beside the truth, from recordings with ground truth\n"
+    "What sensors measure beside the truth: a camera with its IMU, or ranges\n"
     "Examples:\n"
+    "  vir-slam calibrate camera a.rawlog b.rawlog --out calibration.yaml\n"
     "  vir-slam calibrate uwb hall.rawlog --anchor 0,2.1,0.4,1.8 --out bias.csv";
 
 constexpr const char* kUwbExamples =
@@ -94,6 +96,7 @@ void addCalibrate(CLI::App& app, Common& common) {
   const auto args = std::make_shared<Arguments>();
   CLI::App* calibrate = app.add_subcommand("calibrate", kExamples);
   calibrate->require_subcommand(1);
+  addCalibrateCamera(calibrate, common);
   CLI::App* command = calibrate->add_subcommand("uwb", kUwbExamples);
   command->add_option("RECORDING", args->recordings, "Rawlogs with ground truth and ranges")
       ->required();

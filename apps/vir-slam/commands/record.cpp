@@ -93,9 +93,7 @@ void run(const Arguments& a, Common& common) {
   pinHostClock();
   requireFile(a.ini, "ini");
   Settings settings = Settings::fromFile(a.ini);
-  GivenCalibration calibration(a.calibration);
-  for (const std::string& assignment : calibration.assignments()) settings.set(assignment);
-  for (const std::string& assignment : a.set) settings.set(assignment);
+  const GivenCalibration calibration = takeCalibration(a.calibration, a.set, &settings);
   loadPlugins(common);
   const std::vector<std::string> sensors = live::sensorSections(settings);
   resolvePaths(&settings, sensors);

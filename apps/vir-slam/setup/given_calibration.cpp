@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
+#include <filesystem>
 
 #include "commands/commands.h"
 #include "vir/rawlog/mrpt_camera.h"
@@ -14,10 +14,11 @@
 namespace vir::app {
 namespace {
 
-std::string assignment(const char* key, double value) {
-  char text[96];
-  std::snprintf(text, sizeof text, "%s=%.17g", key, value);
-  return text;
+constexpr const char* kSection = "Estimator";
+constexpr const char* kKey = "calibration";
+
+std::string absolutePath(const std::string& path) {
+  return std::filesystem::absolute(path).lexically_normal().string();
 }
 
 /// Throws when the pixels at hand do not fit.
@@ -80,19 +81,7 @@ void GivenCalibration::apply(mrpt::obs::CObservation* observation) {
 }
 
 std::vector<std::string> GivenCalibration::assignments() const {
-  std::vector<std::string> out;
-  if (!file_) return out;
-  if (file_->imu_noise) {
-    const imu::ImuNoise& n = *file_->imu_noise;
-    out = {assignment("Imu.gyro_noise_density", n.gyro_noise_density),
-           assignment("Imu.gyro_random_walk", n.gyro_random_walk),
-           assignment("Imu.acc_noise_density", n.acc_noise_density),
-           assignment("Imu.acc_random_walk", n.acc_random_walk)};
-  }
-  if (!file_->cameras.empty() && file_->cameras.front().time_offset_s) {
-    out.push_back(assignment("Camera.time_offset_s", *file_->cameras.front().time_offset_s));
-  }
-  return out;
+  return file_ ? formats::settingsOf(*file_) : std::vector<std::string>();
 }
 
 std::vector<std::string> GivenCalibration::said() const {
@@ -104,12 +93,36 @@ std::vector<std::string> GivenCalibration::said() const {
     add("intrinsics of " + c.label);
     if (c.T_B_C) add("its pose on the IMU");
     if (c.time_offset_s) add("its time offset");
+    if (c.readout_s) add("its readout");
   }
   if (file_->imu_noise) add("noise of the IMU");
+  if (file_->imu_correction) add("gains and axes of the IMU");
   out.push_back("calibration from " + file_->path + " (" + file_->format + "): " + what +
                 " go before what the recording says");
   for (const std::string& note : file_->notes) out.push_back(file_->path + ": " + note);
   return out;
+}
+
+GivenCalibration takeCalibration(const std::string& path, const std::vector<std::string>& set,
+                                 Settings* settings) {
+  const std::string key = std::string(kSection) + "." + kKey + "=";
+  const GivenCalibration given(path);
+  for (const std::string& assignment : given.assignments()) settings->set(assignment);
+  if (!path.empty()) settings->set(key + absolutePath(path));
+  for (const std::string& assignment : set) settings->set(assignment);
+  const Setting* named = settings->find(kSection, kKey);
+  if (named == nullptr || named->value.empty() || !path.empty()) return given;
+
+  std::filesystem::path file = named->value;
+  if (named->origin.line > 0 && file.is_relative()) {
+    file = std::filesystem::path(settings->name()).parent_path() / file;
+  }
+  const GivenCalibration of_ini(file.string());
+  Settings rest;
+  for (const std::string& assignment : of_ini.assignments()) rest.set(assignment);
+  settings->mergeDefaults(rest);
+  settings->set(key + absolutePath(file.string()));
+  return of_ini;
 }
 
 }  // namespace vir::app

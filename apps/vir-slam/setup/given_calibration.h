@@ -1,11 +1,13 @@
 #pragma once
-/// What --calibration FILE says, laid over what a recording says of itself.
+/// What --calibration FILE, or `calibration` in [Estimator], says, laid over what a recording says
+/// of itself.
 #include <mrpt/obs/CObservation.h>
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "vir/core/settings.h"
 #include "vir/formats/calibration_file.h"
 #include "vir/rawlog/labels.h"
 
@@ -26,7 +28,7 @@ class GivenCalibration {
   /// std::runtime_error when an image has another size than the file says.
   void apply(mrpt::obs::CObservation* observation);
 
-  /// `Section.key=value` of the IMU's noise and the camera's time offset.
+  /// `Section.key=value`: all but the camera itself (formats::settingsOf()).
   std::vector<std::string> assignments() const;
   /// What is taken from the file and what it lacks, for the terminal.
   std::vector<std::string> said() const;
@@ -38,5 +40,12 @@ class GivenCalibration {
   std::optional<formats::CalibrationFile> file_;
   std::string camera_label_ = rawlog::kCameraLabel;
 };
+
+/// Puts the calibration `path` of the command line (empty: none) and `set`, in this order, over the
+/// settings. Without a path the file that [Estimator] `calibration` names, relative to the ini,
+/// gives what the ini itself does not. The settings then name the file by its absolute path.
+/// Throws UsageError, SettingsError.
+GivenCalibration takeCalibration(const std::string& path, const std::vector<std::string>& set,
+                                 Settings* settings);
 
 }  // namespace vir::app

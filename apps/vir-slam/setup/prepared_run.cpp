@@ -27,6 +27,15 @@ std::string rawlogPath(const Settings& settings, const RunOptions& options) {
   return (fs::path(settings.name()).parent_path() / options.rawlog).string();
 }
 
+/// A run must not write over what it was given: `used.ini` would then name something else.
+void refuseOwnCalibration(const std::string& calibration, const std::string& out) {
+  if (calibration.empty() || out.empty()) return;
+  const fs::path written = fs::absolute(fs::path(out) / "calibration.yaml").lexically_normal();
+  if (written != fs::path(calibration)) return;
+  throw UsageError("the calibration " + calibration +
+                   " would be written over by this run: give another folder (--out)");
+}
+
 /// Under which label it reads its images.
 std::string imageLabel(const roles::EstimatorSettings& estimator) {
   for (const roles::EstimatorInput& input : estimator.inputs()) {
@@ -53,9 +62,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   PreparedRun run;
   Settings settings;
   if (!arguments.ini.empty()) settings = Settings::fromFile(arguments.ini);
-  run.calibration = GivenCalibration(arguments.calibration);
-  for (const std::string& assignment : run.calibration.assignments()) settings.set(assignment);
-  for (const std::string& assignment : arguments.assignments) settings.set(assignment);
+  run.calibration = takeCalibration(arguments.calibration, arguments.assignments, &settings);
   if (!arguments.rawlog.empty()) settings.set("Estimator.rawlog=" + arguments.rawlog);
   const std::vector<std::string> of_sensors = sectionsOfSensors(settings);
   settings.eraseKey(kGrabberIgnore);
@@ -63,6 +70,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   describe(own, run.options);
   run.options.rawlog = rawlogPath(settings, run.options);
   requireFile(run.options.rawlog, "rawlog");
+  refuseOwnCalibration(run.options.calibration, arguments.out);
   const std::string companion = companionOf(run.options.rawlog);
   if (!companion.empty()) {
     const std::size_t taken = settings.mergeDefaults(Settings::fromFile(companion));

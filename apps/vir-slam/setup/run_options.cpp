@@ -9,6 +9,10 @@ void describe(OptionVisitor& v, RunOptions& o) {
       "Estimator plugin; `vir-slam plugins` lists them; auto: the one that finds all it needs in "
       "the recording");
   v.value("rawlog", o.rawlog, "Recording, relative to this file; --rawlog goes before it");
+  v.value(
+      "calibration", o.calibration,
+      "Calibration that goes before the recording's, relative to this file; what is set here of "
+      "IMU and camera goes before it; --calibration goes before all");
   v.value("start_offset_s", o.start_offset_s, {0, 1e9},
           "Leave out everything before the first image plus this");
 }

@@ -9,6 +9,7 @@ namespace vir::app {
 struct RunOptions {
   std::string driver = "auto";
   std::string rawlog;
+  std::string calibration;  ///< file; empty: none
   double start_offset_s = 0;
 };
 

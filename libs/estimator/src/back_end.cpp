@@ -23,8 +23,15 @@ void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrin
   T_B_C = extrinsics;
   const double focal = 0.5 * (calibration.fx + calibration.fy);
   startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focal);
-  window = std::make_unique<window::ShortWindow>(
-      config.window, config.imu, Calibration{calibration, T_B_C, config.camera_time_offset_s});
+  const auto three = [](const std::vector<double>& v) { return Vec3(v[0], v[1], v[2]); };
+  given = {calibration,
+           T_B_C,
+           config.camera_time_offset_s,
+           config.window.readout_s,
+           three(config.gyro_gain),
+           three(config.gyro_axes_rad),
+           three(config.acc_gain)};
+  window = std::make_unique<window::ShortWindow>(config.window, config.imu, given);
   window->attach(&long_window);
   if (config.window.calibrate) timing = std::make_unique<CameraTiming>(focal);
 }

@@ -98,6 +98,7 @@ struct BackEnd {
   std::unique_ptr<window::ShortWindow> window;
   CameraCalibration camera;
   Pose T_B_C;
+  Calibration given;
   imu::ImuBuffer imu;
   RestDetector rest;
   window::LongWindow long_window;

@@ -52,6 +52,7 @@ void Doubts::add(const std::string& kind, TimeNs t, const std::string& text) {
 void Doubts::restarted(TimeNs t, const std::string& why) {
   add("restart", t, "started anew on the way (" + why + "): what came before is not tied to it");
   inertial_ = reprojection_ = seen_ = Level();
+  blind_since_ = 0;
 }
 
 void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
@@ -86,7 +87,7 @@ void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
                "a gyro bias of " + number(e.state.bg.norm()) +
                    " rad/s is not plausible: units, axes or calibration may be wrong");
   const bool blind = evidence.blind && moving;
-  if (!blind) blind_since_ = t;
+  if (!blind || blind_since_ == 0) blind_since_ = t;
   raiseOrClear(t, "blind", blind && toSeconds(t - blind_since_) > kBlindS,
                "no landmarks for " + number(toSeconds(t - blind_since_)) + " s, IMU only");
   if (blind && current_.empty()) current_ = "no landmarks, IMU only";

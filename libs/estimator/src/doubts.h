@@ -41,7 +41,7 @@ class Doubts {
   };
   void raiseOrClear(TimeNs t, const std::string& kind, bool bad, const std::string& text);
   Level inertial_, reprojection_, seen_;
-  TimeNs blind_since_ = 0;
+  TimeNs blind_since_ = 0;  // 0: nothing was looked at yet
   std::map<std::string, std::size_t> known_;
   std::vector<std::string> texts_;
   std::string current_;

@@ -65,6 +65,17 @@ void checkScale(const window::LongWindowOptions& o) {
   }
 }
 
+/// Three numbers of the IMU, each small: what is larger is a wrong unit or axis.
+void checkThree(const char* key, const std::vector<double>& list) {
+  bool good = list.size() == 3;
+  std::string text;
+  for (const double x : list) {
+    good = good && std::abs(x) <= 0.5;
+    text += (text.empty() ? "" : " ") + numberText(x);
+  }
+  if (!good) refuseSetting("Imu", key, text, "allowed: three numbers from -0.5 to 0.5");
+}
+
 }  // namespace
 
 void RangeOptions::validate() const {
@@ -111,6 +122,9 @@ void EstimatorConfig::validate() const {
   atMost("Startup", "sigma_bias_acc", startup.sigma_bias_acc, "[Failure] max_bias_acc",
          failure.max_bias_acc, "a start as it expects them would count as a failure");
   checkScale(long_window);
+  checkThree("gyro_gain", gyro_gain);
+  checkThree("gyro_axes_rad", gyro_axes_rad);
+  checkThree("acc_gain", acc_gain);
 }
 
 void OdometryRangeConfig::validate() const {

@@ -7,8 +7,13 @@
 namespace vir::estimator {
 namespace {
 
-EstimatorConfig withOffset(EstimatorConfig config, const Calibration& calibration) {
+EstimatorConfig withCalibration(EstimatorConfig config, const Calibration& calibration) {
+  const auto list = [](const Vec3& v) { return std::vector<double>{v.x(), v.y(), v.z()}; };
   config.camera_time_offset_s = calibration.time_offset_s;
+  if (calibration.readout_s != 0) config.window.readout_s = calibration.readout_s;
+  if (!calibration.gyro_gain.isZero()) config.gyro_gain = list(calibration.gyro_gain);
+  if (!calibration.gyro_axes_rad.isZero()) config.gyro_axes_rad = list(calibration.gyro_axes_rad);
+  if (!calibration.acc_gain.isZero()) config.acc_gain = list(calibration.acc_gain);
   return config;
 }
 
@@ -16,7 +21,7 @@ EstimatorConfig withOffset(EstimatorConfig config, const Calibration& calibratio
 
 Vio::Vio(const Calibration& calibration, const EstimatorConfig& config, LogSink log)
     : given_(calibration),
-      estimator_(std::make_unique<VisualInertialEstimator>(withOffset(config, calibration),
+      estimator_(std::make_unique<VisualInertialEstimator>(withCalibration(config, calibration),
                                                            std::move(log))) {
   estimator_->setCamera(calibration.camera, calibration.T_B_C);
 }

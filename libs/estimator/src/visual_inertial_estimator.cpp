@@ -28,6 +28,12 @@ void describe(OptionVisitor& v, EstimatorConfig& o) {
   v.section("Camera", "What the recording does not say about the camera");
   v.value("time_offset_s", o.camera_time_offset_s, {-10.0, 10.0},
           "image stamp + offset = IMU clock");
+  v.section("Imu", "");
+  v.value("gyro_gain", o.gyro_gain, 3, "the gyro's gain is off by this much per axis (relative)");
+  v.value("gyro_axes_rad", o.gyro_axes_rad, 3,
+          "turn of the gyro's axes against the accelerometer's");
+  v.value("acc_gain", o.acc_gain, 3,
+          "the accelerometer's gain is off by this much per axis (relative)");
 }
 
 struct VisualInertialEstimator::Impl {
@@ -138,10 +144,17 @@ Calibration VisualInertialEstimator::calibration() const {
   if (!back.window) return {{}, back.T_B_C, back.time_offset_s, 0};
   return back.window->calibration();
 }
+Calibration VisualInertialEstimator::givenCalibration() const { return impl_->back_end.given; }
 std::optional<CalibrationSigma> VisualInertialEstimator::calibrationSigma() const {
   const BackEnd& back = impl_->back_end;
   if (!back.window || !impl_->config.window.calibrate) return std::nullopt;
   return back.window->calibrationSigma();
+}
+
+std::optional<CalibrationCovariance> VisualInertialEstimator::calibrationCovariance() const {
+  const BackEnd& back = impl_->back_end;
+  if (!back.window || !impl_->config.window.calibrate) return std::nullopt;
+  return back.window->calibrationCovariance();
 }
 
 std::vector<std::string> VisualInertialEstimator::doubts() const {

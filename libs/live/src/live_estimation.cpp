@@ -190,6 +190,7 @@ results::RunSummary LiveEstimation::finish() {
   summary_.calibration_sigma = report.calibration_sigma;
   summary_.longest_wait_reason = report.longest_wait_reason;
   summary_.calibration = report.calibration;
+  summary_.calibration_given = report.calibration_given;
   summary_.counters = report.counters;
   summary_.warnings = report.warnings;
   summary_.counters.emplace_back("images_dropped_late", imagesDropped());

@@ -1,4 +1,4 @@
-#include "calibration_yaml.h"
+#include "vir/results/calibration_yaml.h"
 
 #include "csv_text.h"
 #include "vir/formats/lens_names.h"
@@ -28,8 +28,9 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationSig
   out += "  camera_model: " + lens.camera_model + "\n  intrinsics: [";
   for (const double v : lens.before_focal) out += format("%.9g, ", v);
   out += format("%.6f, %.6f, %.6f, %.6f]\n", c.fx, c.fy, c.cx, c.cy);
-  out += format("  focal_and_centre_sigma: [%.6f, %.6f, %.6f, %.6f]\n", c.fx * sigma.focal,
+  out += format("  focal_and_centre_sigma: [%.6g, %.6g, %.6g, %.6g]\n", c.fx * sigma.focal,
                 c.fy * sigma.focal, sigma.centre_px, sigma.centre_px);
+  out += format("  aspect_sigma: %.6g\n", sigma.aspect);
   out += "  distortion_model: " + lens.distortion_model + "\n";
   out += "  distortion_coeffs: " + list(lens.coefficients.data(), lens.coefficients.size()) + "\n";
   out += format("  resolution: [%d, %d]\n", c.width, c.height) + "  T_cam_imu:\n";
@@ -37,18 +38,19 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationSig
     out += format("  - [%.12g, %.12g, %.12g, %.12g]\n", R(r, 0), R(r, 1), R(r, 2), T_C_B.p[r]);
   }
   out += "  - [0, 0, 0, 1]\n";
-  out += format("  T_cam_imu_sigma: {position_m: %.6f, rotation_rad: %.6f}\n", sigma.position_m,
+  out += format("  T_cam_imu_sigma: {position_m: %.6g, rotation_rad: %.6g}\n", sigma.position_m,
                 sigma.rotation_rad);
-  out += format("  timeshift_cam_imu: %.9f\n  timeshift_cam_imu_sigma: %.9f\n",
+  out += format("  timeshift_cam_imu: %.9f\n  timeshift_cam_imu_sigma: %.6g\n",
                 calibration.time_offset_s, sigma.time_offset_s);
-  out += format("  readout_s: %.9f\n", calibration.readout_s);
+  out += format("  readout_s: %.9f\n  readout_sigma_s: %.6g\n", calibration.readout_s,
+                sigma.readout_s);
   // A camchain holds cameras only; these stand beside them.
   out += "inertial:\n  gyro_gain: " + list(calibration.gyro_gain.data(), 3);
-  out += format("\n  gyro_gain_sigma: %.6f\n  gyro_axes_rad: ", sigma.gyro_gain);
+  out += format("\n  gyro_gain_sigma: %.6g\n  gyro_axes_rad: ", sigma.gyro_gain);
   out += list(calibration.gyro_axes_rad.data(), 3);
-  out += format("\n  gyro_axes_sigma_rad: %.6f\n  acc_gain: ", sigma.gyro_axes_rad);
+  out += format("\n  gyro_axes_sigma_rad: %.6g\n  acc_gain: ", sigma.gyro_axes_rad);
   out += list(calibration.acc_gain.data(), 3);
-  out += format("\n  acc_gain_sigma: %.6f\n", sigma.acc_gain);
+  out += format("\n  acc_gain_sigma: %.6g\n", sigma.acc_gain);
   return out;
 }
 

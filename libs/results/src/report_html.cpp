@@ -148,7 +148,7 @@ std::string reportHtml(const RunSummary& s, const RunPictures& pictures) {
   page += "<h2>Pictures</h2>\n";
   if (s.poses > 0) page += picture(mapFigure(pictures));
   page += picture(rangesFigure(pictures)) + picture(errorFigure(pictures)) +
-          picture(cpuFigure(pictures));
+          picture(calibrationFigure(pictures)) + picture(cpuFigure(pictures));
   if (!s.warnings.empty()) page += "<h2>Warnings</h2>\n" + list(s.warnings);
   if (!s.counters.empty()) {
     page += "<h2>Counted</h2>\n<table>\n";

@@ -26,6 +26,9 @@ struct RunPictures {
   const std::vector<Anchor>& anchors;
   const std::map<std::uint64_t, Vec3>& true_anchors;  ///< in the truth's world
   const std::vector<RangeRecord>& ranges;
+  /// Per frame; empty where it was not estimated.
+  const std::vector<roles::CalibrationPoint>& calibrations;
+  const std::optional<Calibration>& calibration_given;
 };
 
 /// Paths from above and from the side, anchors with their 2 sigma ellipses, mirror positions and,
@@ -38,6 +41,10 @@ evaluation::Figure rangesFigure(const RunPictures& run);
 
 /// Position error over time within three standard deviations. No panels without ground truth.
 evaluation::Figure errorFigure(const RunPictures& run);
+
+/// Time offset, focal length, rotation and position of the camera over time, less what was given,
+/// each within one standard deviation. No panels where it was not estimated.
+evaluation::Figure calibrationFigure(const RunPictures& run);
 
 /// CPU time per frame. No panels if no time was reported.
 evaluation::Figure cpuFigure(const RunPictures& run);

@@ -3,13 +3,13 @@
 #include <cmath>
 #include <utility>
 
-#include "calibration_yaml.h"
 #include "csv_text.h"
 #include "range_recorder.h"
 #include "report_html.h"
 #include "run_figures.h"
 #include "vir/evaluation/figure_parts.h"
 #include "vir/evaluation/nees.h"
+#include "vir/results/calibration_yaml.h"
 #include "vir/results/scene_file.h"
 
 namespace vir::results {
@@ -109,6 +109,7 @@ void RunRecorder::onOutput(const roles::EstimatorOutput& output,
   for (const StateEstimate& estimate : output.states) add(estimate);
   for (const RangeRecord& range : output.ranges) ranges_->add(range);
   for (const Revision& revision : output.revisions) add(revision);
+  calibrations_.insert(calibrations_.end(), output.calibrations.begin(), output.calibrations.end());
 }
 
 void RunRecorder::add(const Revision& revision) {
@@ -263,9 +264,10 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
 
 void RunRecorder::writePictures(const std::vector<Anchor>& anchors,
                                 const RunSummary& summary) const {
-  const RunPictures pictures{first_frame_,  trajectory_,       smoothed_, truth_,
-                             evaluation_,   position_sigma_m_, cpu_ms_,   anchors,
-                             true_anchors_, ranges_->sample()};
+  const RunPictures pictures{
+      first_frame_,  trajectory_,       smoothed_,     truth_,
+      evaluation_,   position_sigma_m_, cpu_ms_,       anchors,
+      true_anchors_, ranges_->sample(), calibrations_, summary.calibration_given};
   if (!trajectory_.empty())
     writeTextFile(folder_.file("map.svg"), evaluation::toSvg(mapFigure(pictures)));
   const evaluation::Figure ranges = rangesFigure(pictures);

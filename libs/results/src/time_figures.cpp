@@ -138,6 +138,48 @@ evaluation::Panel residualPanel(const RunPictures& run, const std::vector<RangeR
   return panel;
 }
 
+/// `value(point)`: what is drawn, and its standard deviation. Points that are not finite are left
+/// out.
+template <typename Value>
+void addCalibrationCurve(const RunPictures& run, TimeNs hole, evaluation::Color color, Value value,
+                         evaluation::Panel* panel) {
+  std::vector<TimeNs> stamps;
+  std::vector<Vec2> values, middle;  // (value, sigma); (time, value)
+  const std::size_t step = run.calibrations.size() / kMaxPoints + 1;
+  for (std::size_t i = 0; i < run.calibrations.size(); i += step) {
+    const Vec2 v = value(run.calibrations[i]);
+    if (!v.allFinite()) continue;
+    stamps.push_back(run.calibrations[i].t);
+    values.push_back(v);
+    middle.emplace_back(seconds(run, stamps.back()), v.x());
+  }
+  evaluation::Curve curve{color, 1.5, {}};
+  const auto stamp = [&](std::size_t i) { return stamps[i]; };
+  const TimeNs widened = hole * static_cast<TimeNs>(step);
+  curve.strokes = evaluation::cutAtHoles(middle.size(), widened, stamp,
+                                         [&](std::size_t i) { return middle[i]; });
+  for (const auto& band : evaluation::cutAtHoles(middle.size(), widened, stamp, [&](std::size_t i) {
+         return Vec2(static_cast<double>(i), 0.0);
+       })) {
+    std::vector<Vec2> outline;
+    for (const Vec2& at : band) {
+      const auto i = static_cast<std::size_t>(at.x());
+      outline.emplace_back(middle[i].x(), values[i].x() + values[i].y());
+    }
+    for (auto at = band.rbegin(); at != band.rend(); ++at) {
+      const auto i = static_cast<std::size_t>(at->x());
+      outline.emplace_back(middle[i].x(), values[i].x() - values[i].y());
+    }
+    panel->areas.push_back({color, 0.15, outline});
+  }
+  panel->curves.push_back(curve);
+  if (middle.empty()) return;
+  // Room for the band at its end, where it is narrow.
+  for (const double side : {-1.0, 1.0}) {
+    panel->extent.emplace_back(middle.back().x(), values.back().x() + side * values.back().y());
+  }
+}
+
 }  // namespace
 
 evaluation::Figure rangesFigure(const RunPictures& run) {
@@ -199,6 +241,56 @@ evaluation::Figure errorFigure(const RunPictures& run) {
     panel.extent = {{seconds(run, pairs.front().t), std::min(highest, 3 * largest)}};
   }
   append(std::move(panel), 200, &figure);
+  return figure;
+}
+
+evaluation::Figure calibrationFigure(const RunPictures& run) {
+  evaluation::Figure figure = emptyFigure(
+      "Calibration over time", "less what was given, within one standard deviation (shaded)");
+  if (run.calibrations.size() < 2) return figure;
+  const Calibration given = run.calibration_given.value_or(run.calibrations.front().calibration);
+  // Holes as wide as those of a trajectory are.
+  Trajectory stamps;
+  for (const roles::CalibrationPoint& p : run.calibrations) stamps.push_back({p.t, Pose()});
+  const TimeNs hole = evaluation::holeOf(stamps);
+  const auto panel = [&](const char* y_label, int count, auto value, auto sigma) {
+    evaluation::Panel out;
+    out.y_label = y_label;
+    for (int axis = 0; axis < count; ++axis) {
+      addCalibrationCurve(
+          run, hole, evaluation::figureColor(static_cast<std::size_t>(axis)),
+          [&](const roles::CalibrationPoint& p) { return Vec2(value(p)[axis], sigma(p)); }, &out);
+    }
+    append(std::move(out), 130, &figure);
+  };
+  figure.entries = {{"x; or the only one", evaluation::figureColor(0)},
+                    {"y", evaluation::figureColor(1)},
+                    {"z", evaluation::figureColor(2)}};
+  constexpr double kDeg = 180 / M_PI;
+  panel(
+      "time offset [ms]", 1,
+      [&](const roles::CalibrationPoint& p) {
+        return Vec3(1e3 * (p.calibration.time_offset_s - given.time_offset_s), 0, 0);
+      },
+      [](const roles::CalibrationPoint& p) { return 1e3 * p.sigma.time_offset_s; });
+  panel(
+      "fx [px]", 1,
+      [&](const roles::CalibrationPoint& p) {
+        return Vec3(p.calibration.camera.fx - given.camera.fx, 0, 0);
+      },
+      [](const roles::CalibrationPoint& p) { return p.calibration.camera.fx * p.sigma.focal; });
+  panel(
+      "rotation [deg]", 3,
+      [&](const roles::CalibrationPoint& p) {
+        return Vec3(kDeg * logQuat(given.T_B_C.q.conjugate() * p.calibration.T_B_C.q));
+      },
+      [](const roles::CalibrationPoint& p) { return kDeg * p.sigma.rotation_rad; });
+  panel(
+      "position [mm]", 3,
+      [&](const roles::CalibrationPoint& p) {
+        return Vec3(1e3 * (p.calibration.T_B_C.p - given.T_B_C.p));
+      },
+      [](const roles::CalibrationPoint& p) { return 1e3 * p.sigma.position_m; });
   return figure;
 }
 

@@ -189,6 +189,9 @@ class OfflineRun {
     summary_.resets = report.resets;
     summary_.doubts = report.doubts;
     summary_.calibration_sigma = report.calibration_sigma;
+    summary_.calibration_covariance = report.calibration_covariance;
+    summary_.calibration_given = report.calibration_given;
+    summary_.calibration_assumed = report.calibration_assumed;
     summary_.longest_wait_reason = report.longest_wait_reason;
     summary_.calibration = report.calibration;
     counters_["objects_read"] = static_cast<long>(reader_.objects());

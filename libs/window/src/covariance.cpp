@@ -64,9 +64,6 @@ Eigen::Matrix4d edgeByGrowth(const Eigen::Matrix4d& edge, const Eigen::Matrix4d&
   return V * l.asDiagonal() * V.transpose();
 }
 
-/// The camera's pose and parameters, and the IMU's.
-constexpr int kCalibrationSize = 6 + factors::kCameraParameters + 9;
-
 /// Covariance columns of chosen frames' poses out of the information of all frames.
 class PoseCovariance {
  public:
@@ -91,25 +88,11 @@ class PoseCovariance {
     cov_ = E.transpose() * E;
   }
   bool ok() const { return ok_; }
-  /// Standard deviations times the root of `factor`; nothing if it was held.
-  std::optional<CalibrationSigma> calibration(double factor) const {
+  /// Of the calibration, the blocks behind all frames; nothing if it was held.
+  std::optional<CalibrationCovariance> calibration() const {
+    static_assert(kCalibrationSize == 6 + factors::kCameraParameters + 9);
     if (!calibrated_) return std::nullopt;
-    const Eigen::Matrix<double, kCalibrationSize, 1> s =
-        (factor * cov_.diagonal().tail<kCalibrationSize>()).cwiseMax(0).cwiseSqrt();
-    const auto camera = s.segment<factors::kCameraParameters>(6);
-    const auto imu = s.tail<9>();
-    CalibrationSigma out;
-    out.position_m = s.head<3>().maxCoeff();
-    out.rotation_rad = s.segment<3>(3).maxCoeff();
-    out.time_offset_s = camera[factors::kTimeOffset];
-    out.readout_s = camera[factors::kReadout];
-    out.focal = camera[factors::kFocal];
-    out.aspect = camera[factors::kAspect];
-    out.centre_px = std::max(camera[factors::kCx], camera[factors::kCy]);
-    out.gyro_gain = imu.segment<3>(imu::kGyroGain).maxCoeff();
-    out.gyro_axes_rad = imu.segment<3>(imu::kGyroAxes).maxCoeff();
-    out.acc_gain = imu.segment<3>(imu::kAccGain).maxCoeff();
-    return out;
+    return cov_.bottomRightCorner<kCalibrationSize, kCalibrationSize>();
   }
   Mat6 block(std::size_t a, std::size_t b) const {
     return cov_.block<6, 6>(6 * static_cast<int>(a), 6 * static_cast<int>(b));
@@ -210,7 +193,8 @@ void updateCovariance(WindowState& w) {
                      newest.T_W_B().p - second.T_W_B().p);
   }
   const double factor = varianceFactor(w);
-  w.covariance.calibration = cov.calibration(std::max(1.0, factor));
+  w.covariance.calibration = cov.calibration();
+  if (w.covariance.calibration) *w.covariance.calibration *= std::max(1.0, factor);
   w.covariance.newest *= factor;
   w.covariance.edge *= factor;
   w.covariance.claim *= factor;

@@ -37,7 +37,7 @@ void describe(OptionVisitor& v, WindowOptions& o) {
           "how far the given camera rotation may be off");
   v.value("time_offset_sigma_s", o.calibration.time_offset_s, {1e-7, 1.0},
           "how far the time offset may be off once the start has found it");
-  v.value("readout_s", o.readout_s, {0.0, 0.2},
+  v.value("readout_s", o.readout_s, {-0.2, 0.2},
           "rolling shutter: time from the first row of an image to the last");
   v.value("readout_sigma_s", o.calibration.readout_s, {1e-7, 0.2}, "how far readout_s may be off");
   v.value("focal_sigma", o.calibration.focal, {1e-6, 0.5},

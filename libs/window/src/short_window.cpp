@@ -323,7 +323,12 @@ void ShortWindow::setCalibration(const Calibration& calibration) {
 }
 
 CalibrationSigma ShortWindow::calibrationSigma() const {
-  return impl_->covariance.calibration.value_or(impl_->calibration_sigma);
+  if (!impl_->covariance.calibration) return impl_->calibration_sigma;
+  return sigmaOf(impl_->covariance.calibration->diagonal().cwiseMax(0).cwiseSqrt());
+}
+
+std::optional<CalibrationCovariance> ShortWindow::calibrationCovariance() const {
+  return impl_->covariance.calibration;
 }
 
 void ShortWindow::stampWith(double time_offset_s) { impl_->stamp_offset_s = time_offset_s; }

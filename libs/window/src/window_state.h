@@ -90,7 +90,7 @@ struct WindowLandmark {
 struct WindowCovariance {
   /// Newest frame relative to the oldest: position, rotation on the right.
   Eigen::Matrix<double, 6, 6> newest = Eigen::Matrix<double, 6, 6>::Zero();
-  std::optional<CalibrationSigma> calibration;
+  std::optional<CalibrationCovariance> calibration;
   Eigen::Matrix4d edge = Eigen::Matrix4d::Identity();   ///< second frame relative to the oldest
   Eigen::Matrix4d claim = Eigen::Matrix4d::Identity();  ///< oldest frame in O: position, yaw
 };

@@ -153,7 +153,12 @@ void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& 
 void VirEstimator::finish() { estimator_->finish(); }
 
 roles::EstimatorOutput VirEstimator::take() {
-  return {estimator_->take(), estimator_->takeRanges(), {}};
+  roles::EstimatorOutput out{estimator_->take(), estimator_->takeRanges(), {}, {}};
+  const auto sigma = estimator_->calibrationSigma();
+  if (sigma && !out.states.empty() && out.states.back().valid) {
+    out.calibrations.push_back({out.states.back().state.t, estimator_->calibration(), *sigma});
+  }
+  return out;
 }
 
 std::vector<Landmark> VirEstimator::landmarks() const { return estimator_->landmarks(); }
@@ -214,7 +219,12 @@ roles::EstimatorReport VirEstimator::report() const {
   if (estimator_->hasCamera()) {
     r.doubts = estimator_->doubts();
     r.calibration = estimator_->calibration();
+    r.calibration_given = estimator_->givenCalibration();
+    if (settings_.config.window.calibrate) {
+      r.calibration_assumed = settings_.config.window.calibration;
+    }
     r.calibration_sigma = estimator_->calibrationSigma();
+    r.calibration_covariance = estimator_->calibrationCovariance();
   }
   return r;
 }

@@ -59,7 +59,7 @@ class Report : public testing::Test {
       e.state.T_W_B.p = path(s) + 0.004 * s * Vec3(1, -0.5, 0.1);
       e.covariance.diagonal().head<3>().setConstant(1e-4 * (1 + 0.2 * s));
       e.ms.total = 8 + 4 * std::sin(s) + (i % 100 == 0 ? 30 : 0);
-      recorder_->onOutput({{e}, {}, {}}, estimator_);
+      recorder_->onOutput({{e}, {}, {}, {}}, estimator_);
       const Pose T_R_W(expQuat(Vec3(0, 0, 1)), Vec3(5, 6, 7));
       if (truth) recorder_->addGroundTruth(t, T_R_W * Pose(Quat::Identity(), path(s)));
       if (e.valid && i % 10 == 0) {
@@ -100,7 +100,7 @@ class Report : public testing::Test {
                    : longer ? RangeDecision::too_long
                             : RangeDecision::accepted;
       if (i % 150 == 149) r.decision = RangeDecision::out_of_order;
-      recorder_->onOutput({{}, {r}, {}}, estimator_);
+      recorder_->onOutput({{}, {r}, {}, {}}, estimator_);
     }
   }
 
@@ -190,6 +190,45 @@ TEST_F(Report, NoPoseAtAll) {
   EXPECT_FALSE(exists("map.svg"));
 }
 
+TEST_F(Report, CalibrationOverTimeWhereItWasEstimated) {
+  const auto calibrating = [&](bool online) {
+    recorder_ = std::make_unique<RunRecorder>(*results_, LogSink());
+    estimator_ = {};
+    summary_ = {};
+    Calibration given;
+    given.camera = {752, 480, 460, 460, 376, 240};
+    summary_.calibration_given = given;
+    for (int i = 0; i < 1200; ++i) {
+      StateEstimate e;
+      e.state.t = kStart + fromSeconds(0.05 * i);
+      e.valid = i > 20;
+      e.state.T_W_B.p = path(0.05 * i);
+      roles::EstimatorOutput output{{e}, {}, {}, {}};
+      if (e.valid && online) {
+        const double left = std::exp(-0.01 * i);
+        Calibration now = changed(given, CalibrationChange::Constant(0.005 * (1 - left)));
+        if (i == 500) now.time_offset_s = kNan;
+        CalibrationSigma sigma;
+        sigma.focal *= left;
+        output.calibrations.push_back({e.state.t, now, sigma});
+      }
+      recorder_->onOutput(output, estimator_);
+    }
+    return page();
+  };
+  const std::string html = calibrating(true);
+  for (const char* part : {"Calibration over time", "time offset [ms]", "fx [px]", "rotation [deg]",
+                           "position [mm]", "less what was given"}) {
+    EXPECT_GT(count(html, part), 0) << part;
+  }
+  EXPECT_EQ(count(html, "<polygon "), 8) << "a band for each of eight numbers";
+  EXPECT_EQ(count(html, "<svg "), 2) << "map and calibration";
+  expectOnSheet(html);
+  const std::string trusted = calibrating(false);
+  EXPECT_EQ(count(trusted, "Calibration over time"), 0);
+  EXPECT_EQ(count(trusted, "<svg "), 1);
+}
+
 TEST_F(Report, AbsurdAnchorsAndRangesStayOnTheSheet) {
   flight(true);
   anchor(0, AnchorState::estimated, {1, 1, 1}, {1e6, 0.01, 1e9});
@@ -199,9 +238,10 @@ TEST_F(Report, AbsurdAnchorsAndRangesStayOnTheSheet) {
   anchor(4, AnchorState::estimated, {0, 0, 3}, {0, 0, 0}).covariance = -Mat3::Identity();
   ranges(0, {1, 1, 1}, 0);
   for (const double v : {1e9, -1e9, kNan, std::numeric_limits<double>::infinity()}) {
-    recorder_->onOutput({{}, {{kStart, 0, v, 3, v, 0.1, 1, RangeDecision::accepted}}, {}},
+    recorder_->onOutput({{}, {{kStart, 0, v, 3, v, 0.1, 1, RangeDecision::accepted}}, {}, {}},
                         estimator_);
-    recorder_->onOutput({{}, {{kStart, 9, 3, 3, 0, v, 1, RangeDecision::invalid}}, {}}, estimator_);
+    recorder_->onOutput({{}, {{kStart, 9, 3, 3, 0, v, 1, RangeDecision::invalid}}, {}, {}},
+                        estimator_);
   }
   const std::string html = page();
   expectOnSheet(html);
@@ -219,11 +259,11 @@ TEST_F(Report, ALongRunHasSmallPictures) {
     e.valid = true;
     e.state.T_W_B.p = path(0.05 * i);
     e.ms.total = 10 + (i * 7919) % 13;
-    recorder_->onOutput({{e}, {}, {}}, estimator_);
+    recorder_->onOutput({{e}, {}, {}, {}}, estimator_);
     recorder_->addGroundTruth(e.state.t,
                               {Quat::Identity(), path(0.05 * i) + Vec3(0.001 * (i % 11), 0, 0)});
     const RangeRecord r{e.state.t, 0, 3, 3, 0.01, 0.1, 1, RangeDecision::accepted};
-    recorder_->onOutput({{}, {r}, {}}, estimator_);
+    recorder_->onOutput({{}, {r}, {}, {}}, estimator_);
   }
   page();
   const auto size = std::filesystem::file_size(results_->file("report.html"));

@@ -42,6 +42,8 @@ struct EstimatorConfig {
   RestOptions rest;
   FailureOptions failure;
   double camera_time_offset_s = 0;  ///< image stamp + offset = IMU clock
+  // Of the IMU, to begin with: see vir::Calibration.
+  std::vector<double> gyro_gain{0, 0, 0}, gyro_axes_rad{0, 0, 0}, acc_gain{0, 0, 0};
   /// The tracker hears of the state one image later, so that an image can be tracked while the one
   /// before it is worked on.
   bool pipelined = false;
@@ -102,8 +104,12 @@ class VisualInertialEstimator {
   const imu::ImuBufferCounters& imuCounters() const;
   /// As last estimated, or as given.
   Calibration calibration() const;
+  /// What it began with: setCamera() and the configuration.
+  Calibration givenCalibration() const;
   /// How sure that is; nothing if it was not estimated.
   std::optional<CalibrationSigma> calibrationSigma() const;
+  /// The same in full, once there was a state.
+  std::optional<CalibrationCovariance> calibrationCovariance() const;
   int resets() const;
   const std::vector<std::string>& warnings() const;
   /// What speaks against the states that were given, a text per kind.

@@ -10,12 +10,28 @@
 
 namespace vir::formats {
 
+/// How far a file says its numbers may be off, as in vir::CalibrationSigma; empty: it does not say.
+struct CameraSigma {
+  std::optional<double> position_m, rotation_rad;  ///< of T_B_C, worst axis
+  std::optional<double> time_offset_s, readout_s;
+  std::optional<double> focal, aspect;  ///< relative
+  std::optional<double> centre_px;
+};
+
+/// Gains and axes of the IMU as in vir::Calibration, and how sure they are.
+struct ImuCorrection {
+  Vec3 gyro_gain = Vec3::Zero(), gyro_axes_rad = Vec3::Zero(), acc_gain = Vec3::Zero();
+  std::optional<double> gyro_gain_sigma, gyro_axes_sigma_rad, acc_gain_sigma;
+};
+
 struct CalibratedCamera {
   std::string label;  ///< as in the file: `cam0`, `Camera1`; `cam0` where it has no name
   CameraCalibration camera;
   std::optional<Pose> T_B_C;            ///< camera in the body (= IMU); empty: not in the file
   std::optional<double> time_offset_s;  ///< stamp of an image + this = its time on the IMU's clock
-  std::string topic;                    ///< of ROS, if the file names one
+  std::optional<double> readout_s;      ///< rolling shutter: first row to last
+  CameraSigma sigma;
+  std::string topic;  ///< of ROS, if the file names one
 };
 
 /// What a file says, and what it leaves open.
@@ -23,7 +39,8 @@ struct CalibrationFile {
   std::string path;
   std::string format;  ///< for people: "Kalibr", "ORB-SLAM3", ...
   std::vector<CalibratedCamera> cameras;
-  std::optional<imu::ImuNoise> imu_noise;  ///< the four densities; else empty
+  std::optional<imu::ImuNoise> imu_noise;       ///< the four densities; else empty
+  std::optional<ImuCorrection> imu_correction;  ///< of a run's `inertial` block
   std::optional<double> imu_rate_hz;
   std::string imu_topic;  ///< of ROS, if the file names one
   /// What was assumed, and what is missing with how to give it; a sentence each.
@@ -38,6 +55,10 @@ class CalibrationError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// What of the file a run takes as settings, `Section.key=value` each with all digits: noise, gains
+/// and axes of the IMU; time offset and readout of the first camera; how sure all of it is.
+std::vector<std::string> settingsOf(const CalibrationFile& file);
 
 /// Reads Kalibr (camchain, camchain-imucam, imu.yaml), OpenVINS, VINS-Mono and VINS-Fusion,
 /// ORB-SLAM2 and 3, ROS camera_info, OpenCV's calibration samples, a `sensor.yaml` of EuRoC, and

@@ -62,7 +62,10 @@ struct RunSummary {
   std::string longest_wait_reason;
   std::optional<Calibration> calibration;             ///< of camera and IMU, as used in the end
   std::optional<CalibrationSigma> calibration_sigma;  ///< if it was estimated
-  std::vector<std::string> doubts;                    ///< what speaks against the result
+  std::optional<CalibrationCovariance> calibration_covariance;
+  std::optional<Calibration> calibration_given;         ///< what the run began with
+  std::optional<CalibrationSigma> calibration_assumed;  ///< how far that was taken to be off
+  std::vector<std::string> doubts;                      ///< what speaks against the result
   Verdict verdict = Verdict::lost;
   std::string error;  ///< what ended the run early; empty if nothing did
   std::vector<std::pair<std::string, long>> counters;
@@ -117,6 +120,7 @@ class RunRecorder final : public RunObserver {
   std::vector<double> position_sigma_m_;                    // per pose of it
   std::vector<Mat3> position_covariance_;                   // the same
   std::vector<std::pair<TimeNs, double>> cpu_ms_;           // per frame
+  std::vector<roles::CalibrationPoint> calibrations_;       // where it was estimated
   double path_m_ = 0;
   int segment_ = 0;
   long not_finite_ = 0, out_of_order_ = 0;

@@ -13,7 +13,7 @@
 #include "vir/core/log.h"
 #include "vir/core/options.h"
 #include "vir/types/anchor.h"
-#include "vir/types/calibration.h"
+#include "vir/types/calibration_change.h"
 #include "vir/types/range.h"
 #include "vir/types/state.h"
 
@@ -44,8 +44,18 @@ struct EstimatorReport {
   int resets = 0;
   std::string longest_wait_reason;  ///< why initialisation took as long as it did
   std::vector<std::string> doubts;  ///< what speaks against the states; a kind each
-  std::optional<CalibrationSigma> calibration_sigma;  ///< if it was estimated
+  std::optional<CalibrationSigma> calibration_sigma;            ///< if it was estimated
+  std::optional<CalibrationCovariance> calibration_covariance;  ///< the same in full
   std::optional<Calibration> calibration;  ///< as used in the end: given, or estimated on the way
+  std::optional<Calibration> calibration_given;         ///< what it began with
+  std::optional<CalibrationSigma> calibration_assumed;  ///< how far that was taken to be off
+};
+
+/// The calibration as known at one frame.
+struct CalibrationPoint {
+  TimeNs t = 0;
+  Calibration calibration;
+  CalibrationSigma sigma;
 };
 
 /// What became known since it was last asked, oldest first.
@@ -53,6 +63,7 @@ struct EstimatorOutput {
   std::vector<StateEstimate> states;
   std::vector<RangeRecord> ranges;
   std::vector<Revision> revisions;
+  std::vector<CalibrationPoint> calibrations;  ///< only of what is estimated
 };
 
 /// A working estimator. The caller keeps time order per sensor.

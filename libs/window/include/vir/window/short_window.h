@@ -4,11 +4,12 @@
 /// prior that marginalisation left.
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "vir/geometry/pose.h"
 #include "vir/imu/preintegration.h"
-#include "vir/types/calibration.h"
+#include "vir/types/calibration_change.h"
 #include "vir/types/state.h"
 #include "vir/vision/feature_tracker.h"
 #include "vir/window/long_window.h"
@@ -158,6 +159,8 @@ class ShortWindow {
   Calibration calibration() const;
   /// How sure that is, as of the last updateCovariance(); the priors before.
   CalibrationSigma calibrationSigma() const;
+  /// The same in full (see vir::CalibrationChange); nothing before the first updateCovariance().
+  std::optional<CalibrationCovariance> calibrationCovariance() const;
 
  private:
   struct Impl;

@@ -1,5 +1,5 @@
 #pragma once
-/// Internal: calibration.yaml of a results folder.
+/// calibration.yaml of a results folder, as formats::readCalibrationFile() takes it back.
 #include <string>
 
 #include "vir/types/calibration.h"

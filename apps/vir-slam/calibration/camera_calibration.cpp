@@ -1,0 +1,191 @@
+#include "calibration/camera_calibration.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+
+#include "output/console.h"
+#include "setup/prepared_run.h"
+#include "vir/geometry/so3.h"
+#include "vir/results/calibration_yaml.h"
+#include "vir/runs/offline_run.h"
+
+namespace vir::app {
+namespace fs = std::filesystem;
+namespace {
+
+/// Results of the runs; they go when the work is done.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string pattern = (fs::temp_directory_path() / "vir-slam-calibrate-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr) {
+      throw std::runtime_error("cannot make a folder for the runs in " +
+                               fs::temp_directory_path().string());
+    }
+    path_ = pattern;
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  std::string file(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  fs::path path_;
+};
+
+results::RunSummary runOnce(const CameraCalibrationJob& job, const std::string& recording,
+                            const std::string& calibration, const std::string& out,
+                            const Common& common) {
+  RunArguments arguments;
+  arguments.ini = job.ini;
+  arguments.rawlog = recording;
+  arguments.out = out;
+  arguments.calibration = calibration;
+  arguments.assignments = job.assignments;
+  arguments.assignments.emplace_back("Estimator.calibrate=online");
+  PreparedRun prepared = prepareRun(arguments, common);
+  const results::ResultsFolder folder(out);
+  ProgressBar bar;
+  runs::OfflineRunHooks hooks;
+  hooks.progress = [&](double part) { bar.show(part); };
+  hooks.stop = interrupted;
+  hooks.prepare = [&](mrpt::obs::CObservation* o) { prepared.calibration.apply(o); };
+  runs::OfflineRunOptions options;
+  options.estimator = prepared.options.driver;
+  options.rawlog = prepared.options.rawlog;
+  options.start_offset_s = prepared.options.start_offset_s;
+  return runs::runOffline(*prepared.estimator, options, folder, hooks);
+}
+
+/// All recordings once, from `calibration` (a file; empty: what they say).
+std::vector<runs::CalibrationRun> pass(const CameraCalibrationJob& job,
+                                       const std::string& calibration, const std::string& out,
+                                       const Common& common, CameraCalibrationResult* result) {
+  std::vector<runs::CalibrationRun> found;
+  result->doubts.clear();
+  result->complete = true;
+  for (const std::string& recording : job.recordings) {
+    const results::RunSummary s = runOnce(job, recording, calibration, out, common);
+    if (interrupted()) throw std::runtime_error("interrupted: nothing was written");
+    for (const std::string& doubt : s.doubts) result->doubts.push_back(recording + ": " + doubt);
+    const bool whole = s.error.empty() && !s.damaged;
+    const bool useful =
+        s.poses > 0 && s.calibration && s.calibration_covariance && s.calibration_given;
+    if (useful) {
+      found.push_back({*s.calibration_given, s.calibration_assumed.value_or(CalibrationSigma()),
+                       *s.calibration, *s.calibration_covariance});
+      const CameraCalibration &mine = found.back().given.camera,
+                              &first = found.front().given.camera;
+      if (mine.width != first.width || mine.height != first.height) {
+        throw UsageError("images of " + recording + " have another size than those of " +
+                         job.recordings.front() + ": one camera at a time");
+      }
+    }
+    if (useful && whole) continue;
+    result->complete = false;
+    std::fprintf(stderr, "vir-slam: %s %s%s\n", recording.c_str(),
+                 useful ? "ends early" : "left out: no calibration was found",
+                 s.error.empty() ? "" : (": " + s.error).c_str());
+  }
+  return found;
+}
+
+}  // namespace
+
+CameraCalibrationResult calibrateCamera(const CameraCalibrationJob& job, const Common& common) {
+  for (const std::string& recording : job.recordings) requireFile(recording, "recording");
+  catchInterrupt();
+  const ScratchFolder scratch;
+  CameraCalibrationResult result;
+  std::string file = job.calibration;
+  CalibrationSigma assumed;
+  Calibration before;
+  while (result.passes < job.passes && !result.settled) {
+    const auto found = pass(job, file, scratch.file("run"), common, &result);
+    if (found.empty()) {
+      throw std::runtime_error(
+          "no recording says anything of the calibration: no pose, or an estimator without a "
+          "camera (`vir-slam run` and `vir-slam check` tell more)");
+    }
+    if (result.passes == 0) {
+      before = result.given = found.front().given;
+      assumed = found.front().assumed;
+    }
+    ++result.passes;
+    result.found = runs::pooledCalibration(result.given, assumed, found);
+    const Calibration& now = result.found.calibration;
+    result.last_change_sigma = runs::largestChange(before, now, result.found.sigma);
+    // The first pass began elsewhere: only a second can tell whether it has arrived.
+    result.settled = result.passes > 1 && result.last_change_sigma < job.settled_sigma;
+    std::fprintf(stderr, "pass %d: %zu recordings, largest change %.2f sigma\n", result.passes,
+                 found.size(), result.last_change_sigma);
+    before = now;
+    // What is assumed stays what it was: what the recordings say must not count again.
+    file = scratch.file("calibration.yaml");
+    results::writeTextFile(file, results::calibrationYaml(now, assumed));
+  }
+  return result;
+}
+
+namespace {
+
+struct Line {
+  const char* name;
+  int index;
+  double given, found, unit;
+};
+
+std::vector<Line> linesOf(const CameraCalibrationResult& r) {
+  constexpr double kDeg = M_PI / 180;
+  const Calibration &g = r.given, &f = r.found.calibration;
+  // A turn against what was given says more than two attitudes.
+  const Vec3 turn = logQuat(g.T_B_C.q.conjugate() * f.T_B_C.q);
+  return {{"time offset [ms]", 6, g.time_offset_s, f.time_offset_s, 1e-3},
+          {"readout [ms]", 7, g.readout_s, f.readout_s, 1e-3},
+          {"fx [px]", 8, g.camera.fx, f.camera.fx, 1},
+          {"fy [px]", 8, g.camera.fy, f.camera.fy, 1},
+          {"cx [px]", 10, g.camera.cx, f.camera.cx, 1},
+          {"cy [px]", 11, g.camera.cy, f.camera.cy, 1},
+          {"camera x in the body [mm]", 0, g.T_B_C.p.x(), f.T_B_C.p.x(), 1e-3},
+          {"camera y in the body [mm]", 1, g.T_B_C.p.y(), f.T_B_C.p.y(), 1e-3},
+          {"camera z in the body [mm]", 2, g.T_B_C.p.z(), f.T_B_C.p.z(), 1e-3},
+          {"camera turned about its x [deg]", 3, 0, turn.x(), kDeg},
+          {"camera turned about its y [deg]", 4, 0, turn.y(), kDeg},
+          {"camera turned about its z [deg]", 5, 0, turn.z(), kDeg},
+          {"gyro gain x [%]", 12, g.gyro_gain.x(), f.gyro_gain.x(), 1e-2},
+          {"gyro gain y [%]", 13, g.gyro_gain.y(), f.gyro_gain.y(), 1e-2},
+          {"gyro gain z [%]", 14, g.gyro_gain.z(), f.gyro_gain.z(), 1e-2},
+          {"gyro axes x [deg]", 15, g.gyro_axes_rad.x(), f.gyro_axes_rad.x(), kDeg},
+          {"gyro axes y [deg]", 16, g.gyro_axes_rad.y(), f.gyro_axes_rad.y(), kDeg},
+          {"gyro axes z [deg]", 17, g.gyro_axes_rad.z(), f.gyro_axes_rad.z(), kDeg},
+          {"accelerometer gain x [%]", 18, g.acc_gain.x(), f.acc_gain.x(), 1e-2},
+          {"accelerometer gain y [%]", 19, g.acc_gain.y(), f.acc_gain.y(), 1e-2},
+          {"accelerometer gain z [%]", 20, g.acc_gain.z(), f.acc_gain.z(), 1e-2}};
+}
+
+}  // namespace
+
+void printCameraCalibration(const CameraCalibrationResult& result) {
+  std::printf("%-33s %10s %10s %9s\n", "", "given", "found", "sigma");
+  for (const Line& line : linesOf(result)) {
+    double sigma = result.found.sigma[line.index] / line.unit;
+    if (line.index == 8) sigma *= line.found;  // relative
+    std::string note;
+    if (!result.found.observed(line.index)) note = "  not observed";
+    const double spread = result.found.spread[line.index];
+    if (note.empty() && spread > 1.5) {
+      note = "  recordings differ, sigma x " + fixed(spread, 1);
+    }
+    std::printf("%-33s %10.3f %10.3f %9.3f%s\n", line.name, line.given / line.unit,
+                line.found / line.unit, sigma, note.c_str());
+  }
+}
+
+}  // namespace vir::app

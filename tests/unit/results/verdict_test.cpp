@@ -1,0 +1,82 @@
+/// Can the result of a run be trusted?
+#include <gtest/gtest.h>
+
+#include "vir/results/run_recorder.h"
+
+namespace vir::results {
+namespace {
+
+/// 60 s with a pose for every image but those of the first second.
+RunSummary good() {
+  RunSummary s;
+  s.frames = 1200;
+  s.poses = 1180;
+  s.init_time_s = 1;
+  s.duration_s = 60;
+  return s;
+}
+
+RunSummary filled(RunSummary s) {
+  fillVerdict(&s);
+  return s;
+}
+
+bool doubts(const RunSummary& s, const std::string& part) {
+  return s.doubts.size() == 1 && s.doubts[0].find(part) != std::string::npos;
+}
+
+TEST(VerdictOfARun, GoodWithoutDoubts) {
+  const RunSummary s = filled(good());
+  EXPECT_EQ(s.verdict, Verdict::good);
+  EXPECT_TRUE(s.doubts.empty());
+}
+
+TEST(VerdictOfARun, ADoubtOfTheEstimatorIsOneOfTheRun) {
+  RunSummary s = good();
+  s.doubts = {"the sights contradict each other"};
+  EXPECT_EQ(filled(s).verdict, Verdict::doubtful);
+}
+
+TEST(VerdictOfARun, ALateStart) {
+  RunSummary s = good();
+  s.init_time_s = 7.9;
+  s.poses = 1040;
+  EXPECT_EQ(filled(s).verdict, Verdict::good);
+  s.init_time_s = 8.1;
+  s.longest_wait_reason = "too little parallax";
+  EXPECT_EQ(filled(s).verdict, Verdict::doubtful);
+  EXPECT_TRUE(doubts(filled(s), "no pose in the first 8.1 s of 60.0 s: too little parallax"));
+}
+
+TEST(VerdictOfARun, PosesForTooFewImages) {
+  RunSummary s = good();
+  s.poses = 1070;
+  EXPECT_EQ(filled(s).verdict, Verdict::good);
+  s.poses = 1050;
+  EXPECT_TRUE(doubts(filled(s), "poses for 89 % of the images after the first pose only (1050)"));
+  EXPECT_EQ(filled(s).verdict, Verdict::doubtful);
+  s.poses = 350;
+  EXPECT_EQ(filled(s).verdict, Verdict::lost);
+}
+
+TEST(VerdictOfARun, NoPoseSaysWhyAndWhatToDo) {
+  RunSummary s = good();
+  s.poses = 0;
+  s.init_time_s.reset();
+  EXPECT_EQ(filled(s).verdict, Verdict::lost);
+  EXPECT_TRUE(doubts(filled(s), "no pose at all: nothing to start from; `vir-slam check`"));
+  s.longest_wait_reason = "rotation only";
+  EXPECT_TRUE(doubts(filled(s), "no pose at all: rotation only;"));
+  s.frames = 0;
+  EXPECT_EQ(filled(s).verdict, Verdict::lost);
+}
+
+TEST(VerdictOfARun, AnErrorOnTheWay) {
+  RunSummary s = good();
+  s.error = "the disk is full";
+  EXPECT_EQ(filled(s).verdict, Verdict::doubtful);
+  EXPECT_TRUE(doubts(filled(s), "the run ended early: the disk is full"));
+}
+
+}  // namespace
+}  // namespace vir::results
