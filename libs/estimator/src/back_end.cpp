@@ -50,6 +50,7 @@ Feedback BackEnd::process(Packet packet) {
   Feedback out;
   out.resets = segment;
   out.time_offset_s = time_offset_s;
+  if (turned) out.q_B_C = T_B_C.q;
   if (window) out.gyro_bias = running ? window->newest().bg : startup->gyroBias();
   const WrongTracks* last = wrong_tracks.empty() ? nullptr : &wrong_tracks.back();
   if (last != nullptr && last->packet == packets) out.wrong_tracks = last->ids;
@@ -133,6 +134,7 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
     if (running) {
       update(frame, out);
     } else {
+      checkCameraRotation(frame.t);
       tryStart(frame, out);
       if (!out->valid) wait_reasons[out->reason] += packet->since_last_s;
     }

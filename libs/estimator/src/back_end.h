@@ -37,6 +37,9 @@ struct BackEnd {
   bool putOnImuClock(Packet* packet);
   /// Looks whether the clocks agree; true if a running window had to be given up for that.
   bool checkTiming(const vision::TrackedFrame& frame);
+  /// While no start succeeds: is the camera turned against what is given of it? It is taken as it
+  /// is found, and doubted (camera_rotation.cpp).
+  void checkCameraRotation(TimeNs t);
   void retime(double by_s);
   /// All times of images that are kept.
   void shiftTimes(double by_s);
@@ -114,6 +117,8 @@ struct BackEnd {
   long imu_gaps = 0;
   std::unique_ptr<CameraTiming> timing;
   imu::ImuNoise imu_noise;         // as given, or as seen at rest
+  int images_since_rotation = 0;   // was looked for
+  bool turned = false;             // the camera's rotation is not as given
   double time_offset_s = 0;        // images are stamped with it
   std::deque<StampedPose> recent;  // in O, while the timing is open
   Pose origin;                     // where the next segment starts

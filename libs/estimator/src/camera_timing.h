@@ -28,6 +28,10 @@ class CameraTiming {
   /// All that is asked has been answered.
   bool settled() const { return settled_; }
   const initialization::TurnCorrelation& found() const { return found_; }
+  /// The camera's rotation in the body by turning alone, from nothing known of it.
+  initialization::CameraRotation rotation(const imu::ImuBuffer& imu) const {
+    return initialization::findCameraRotation({turns_.begin(), turns_.end()}, imu);
+  }
   /// found().offset_s is worth a try, although not proved.
   bool suggests() const;
   /// The believed offset has changed.

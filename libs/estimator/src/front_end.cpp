@@ -137,6 +137,7 @@ void FrontEnd::process(const WaitingImage& image) {
 void FrontEnd::follow(Feedback feedback) {
   gyro_bias_ = feedback.gyro_bias;
   retime(feedback.time_offset_s);
+  if (feedback.q_B_C) T_B_C_.q = *feedback.q_B_C;
   tracker_->stopFollowing(feedback.wrong_tracks);
   if (feedback.resets == resets_) return;
   resets_ = feedback.resets;

@@ -1,6 +1,7 @@
 #pragma once
 /// Internal: what the front end hands to the back end, and what comes back.
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,7 @@ struct Feedback {
   std::vector<std::uint64_t> wrong_tracks;  ///< tracks that were found to be wrong
   double time_offset_s = 0;                 ///< of the camera, as images are to be stamped
   int resets = 0;                           ///< segments begun; older tracks are worthless
+  std::optional<Quat> q_B_C;                ///< the camera's rotation, if not as given
 };
 
 }  // namespace vir::estimator

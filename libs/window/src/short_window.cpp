@@ -322,6 +322,12 @@ void ShortWindow::setCalibration(const Calibration& calibration) {
   }
 }
 
+void ShortWindow::setExtrinsicsSigma(double position_m, double rotation_rad) {
+  CalibrationSigma& s = impl_->calibration_sigma;
+  s.position_m = std::max(impl_->options.calibration.position_m, position_m);
+  s.rotation_rad = std::max(impl_->options.calibration.rotation_rad, rotation_rad);
+}
+
 CalibrationSigma ShortWindow::calibrationSigma() const {
   if (!impl_->covariance.calibration) return impl_->calibration_sigma;
   return sigmaOf(impl_->covariance.calibration->diagonal().cwiseMax(0).cwiseSqrt());

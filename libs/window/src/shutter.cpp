@@ -16,7 +16,7 @@ constexpr double kHeldS = 1e-5;
 
 void decideShutter(WindowState& w) {
   if (w.shutter_decided || !w.covariance.calibration) return;
-  const double sigma = w.covariance.calibration->readout_s;
+  const double sigma = sigmaOf(w.covariance.calibration->diagonal().cwiseSqrt()).readout_s;
   if (sigma > kKnownS) return;
   w.shutter_decided = true;
   const double readout = w.camera_parameters[factors::kReadout];

@@ -157,6 +157,9 @@ class ShortWindow {
   void stampWith(double time_offset_s);
   /// As estimated by now.
   Calibration calibration() const;
+  /// How far the camera's pose in the body may be off, for windows that begin from now on; no less
+  /// than the options say.
+  void setExtrinsicsSigma(double position_m, double rotation_rad);
   /// How sure that is, as of the last updateCovariance(); the priors before.
   CalibrationSigma calibrationSigma() const;
   /// The same in full (see vir::CalibrationChange); nothing before the first updateCovariance().
