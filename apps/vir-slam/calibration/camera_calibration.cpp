@@ -97,6 +97,28 @@ std::vector<runs::CalibrationRun> pass(const CameraCalibrationJob& job,
   return found;
 }
 
+/// A run that begins a little elsewhere drops other sights, and ends a little elsewhere: passes
+/// scatter about where they settle, however many there are. So it is their mean that settles, and
+/// their scatter is part of what is not known. Without the first, which began far away.
+class PassMean {
+ public:
+  void add(const Calibration& given, runs::PooledCalibration* pooled) {
+    const CalibrationChange x = changeBetween(given, pooled->calibration);
+    ++count_;
+    const CalibrationChange step = x - mean_;
+    mean_ += step / count_;
+    squares_ += step.cwiseProduct(x - mean_);
+    pooled->calibration = changed(given, mean_);
+    if (count_ < 2) return;
+    const CalibrationChange scatter = squares_ / (count_ - 1);
+    pooled->sigma = (pooled->sigma.cwiseAbs2() + scatter).cwiseSqrt().cwiseMin(pooled->assumed);
+  }
+
+ private:
+  int count_ = 0;
+  CalibrationChange mean_ = CalibrationChange::Zero(), squares_ = CalibrationChange::Zero();
+};
+
 }  // namespace
 
 CameraCalibrationResult calibrateCamera(const CameraCalibrationJob& job, const Common& common) {
@@ -107,6 +129,7 @@ CameraCalibrationResult calibrateCamera(const CameraCalibrationJob& job, const C
   std::string file = job.calibration;
   CalibrationSigma assumed;
   Calibration before;
+  PassMean mean;
   while (result.passes < job.passes && !result.settled) {
     const auto found = pass(job, file, scratch.file("run"), common, &result);
     if (found.empty()) {
@@ -120,10 +143,11 @@ CameraCalibrationResult calibrateCamera(const CameraCalibrationJob& job, const C
     }
     ++result.passes;
     result.found = runs::pooledCalibration(result.given, assumed, found);
+    if (result.passes > 1) mean.add(result.given, &result.found);
     const Calibration& now = result.found.calibration;
     result.last_change_sigma = runs::largestChange(before, now, result.found.sigma);
-    // The first pass began elsewhere: only a second can tell whether it has arrived.
-    result.settled = result.passes > 1 && result.last_change_sigma < job.settled_sigma;
+    // The first pass began elsewhere: only those after the second can tell whether it has arrived.
+    result.settled = result.passes > 2 && result.last_change_sigma < job.settled_sigma;
     std::fprintf(stderr, "pass %d: %zu recordings, largest change %.2f sigma\n", result.passes,
                  found.size(), result.last_change_sigma);
     before = now;

@@ -13,7 +13,7 @@ struct CameraCalibrationJob {
   std::vector<std::string> recordings, assignments;
   std::string ini;          ///< empty: defaults
   std::string calibration;  ///< to begin with; empty: the recordings'
-  int passes = 5;           ///< at most
+  int passes = 8;           ///< at most
   double settled_sigma = 0.2;
 };
 

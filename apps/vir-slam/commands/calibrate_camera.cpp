@@ -74,7 +74,7 @@ void addCalibrateCamera(CLI::App* calibrate, Common& common) {
   command->add_option("--set", args->job.assignments, "Section.key=value, before what the ini says")
       ->allow_extra_args(false);
   command->add_option("--passes", args->job.passes, "Over all recordings, at most")
-      ->check(CLI::Range(2, 50))
+      ->check(CLI::Range(3, 50))
       ->capture_default_str();
   command->callback([args, &common] { common.exit_code = runCamera(*args, common); });
 }

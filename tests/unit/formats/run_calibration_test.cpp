@@ -91,7 +91,6 @@ TEST(RunCalibration, WhatCannotBeIsRefusedByName) {
       {"[0.8, 0.76, 0.5, 0.6]", "[0.8, 0.76, 0.5]", "cam0.focal_and_centre_sigma"},
       {"[0.8, 0.76, 0.5, 0.6]", "[0, 0.76, 0.5, 0.6]", "cam0.focal_and_centre_sigma"},
       {"position_m: 0.002", "position_m: -0.002", "cam0.T_cam_imu_sigma.position_m"},
-      {"{position_m: 0.002, rotation_rad: 0.0005}", "0.1", "cam0.T_cam_imu_sigma"},
       {"timeshift_cam_imu_sigma: 0.0001", "timeshift_cam_imu_sigma: 5",
        "cam0.timeshift_cam_imu_sigma"},
       {"readout_s: -0.0001", "readout_s: 33", "cam0.readout_s"},
