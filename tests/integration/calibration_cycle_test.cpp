@@ -49,7 +49,7 @@ Calibration wrong() {
 class CalibrationCycle : public testing::Test {
  protected:
   /// Tracks of a flight, camera and IMU as truth() says but for noise and biases.
-  std::string simulated(int seed, double length_m = 45) {
+  std::string simulated(int seed, double length_m = 36) {
     const std::string name = path("s" + std::to_string(seed) + ".rawlog");
     const Outcome made = virSlam(
         "simulate " + quoted(test::sourceDir() + "/ini/simulate_benchmark.ini") + " --out " +
@@ -160,7 +160,7 @@ TEST_F(CalibrationCycle, ThreeRecordingsFindTheCalibration) {
   for (const int seed : {1, 2, 3}) recordings += quoted(simulated(seed)) + " ";
   const Outcome outcome =
       virSlam("calibrate camera " + recordings + " --calibration " +
-              quoted(written("w.yaml", wrong())) + " --out " + quoted(path("rig")));
+              quoted(written("w.yaml", wrong())) + " --passes 12 --out " + quoted(path("rig")));
   EXPECT_EQ(outcome.code, 0) << outcome.text;
   for (const char* part : {"given", "found", "sigma", "time offset [ms]", "gyro gain x [%]",
                            "readout [ms]", "not observed", "Written to"}) {

@@ -14,7 +14,7 @@ struct CameraCalibrationJob {
   std::string ini;          ///< empty: defaults
   std::string calibration;  ///< to begin with; empty: the recordings'
   int passes = 8;           ///< at most
-  double settled_sigma = 0.2;
+  double settled_sigma = 0.25;
 };
 
 struct CameraCalibrationResult {

@@ -18,7 +18,7 @@ constexpr const char* kCameraExamples =
     "  vir-slam calibrate camera a.rawlog --calibration camchain-imucam.yaml --out results/rig\n"
     "  vir-slam run flight.rawlog --calibration calibration.yaml\n"
     "The recordings are of one camera with one IMU; turn it about all axes and move it about.\n"
-    "They are run again from what was found until nothing changes by a fifth of its sigma.\n"
+    "They are run again from what was found until nothing changes by a quarter of its sigma.\n"
     "Exit code: 0 settled; 3 written but not settled or doubtful; 1 nothing found, or a\n"
     "recording could not be used to its end (written from the others).";
 
