@@ -121,12 +121,15 @@ function(vir_test name)
   target_link_libraries(test_${name} PRIVATE ${ARG_DEPENDS} vir_test_paths GTest::gtest
                         GTest::gtest_main)
   vir_compile_options(test_${name})
+  # Freed memory is kept as in the program (keepFreedMemory of its main.cpp).
+  set(properties TIMEOUT 600 ENVIRONMENT
+    "GLIBC_TUNABLES=glibc.malloc.mmap_threshold=33554432:glibc.malloc.trim_threshold=268435456"
+    ${ARG_PROPERTIES})
   if(ARG_TOGETHER)
     add_test(NAME ${name} COMMAND test_${name})
-    set_tests_properties(${name} PROPERTIES TIMEOUT 600 ${ARG_PROPERTIES})
+    set_tests_properties(${name} PROPERTIES ${properties})
     return()
   endif()
   include(GoogleTest)
-  gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600
-    ${ARG_PROPERTIES})
+  gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
 endfunction()

@@ -32,7 +32,9 @@ inline Outcome configure(const std::string& source, const std::filesystem::path&
   return shell("cmake -S " + quoted(source) + " -B " + quoted(build.string()) +
                " -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH=" + quoted(prefix) +
                " -DCMAKE_CXX_FLAGS='-Wall -Wextra -Werror'"
-               " -DCMAKE_CXX_COMPILER_LAUNCHER=$(command -v ccache)");
+               // By relative paths, so that a folder of another name finds the same objects.
+               " \"-DCMAKE_CXX_COMPILER_LAUNCHER=env;CCACHE_BASEDIR=/;CCACHE_NOHASHDIR=1;"
+               "$(command -v ccache)\"");
 }
 
 /// Configures and builds examples/NAME into `build`; throws with what was said if it fails.

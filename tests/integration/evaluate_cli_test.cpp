@@ -1,24 +1,20 @@
 /// `vir-slam evaluate` as a user calls it: exit codes, table, JSON, plots.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "vir_test_paths.h"
+#include "vir_test_shell.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int code = -1;
-  std::string text;  ///< stdout and stderr
-};
+using vir::test::Outcome;
 
 class EvaluateCli : public testing::Test {
  protected:
@@ -56,18 +52,7 @@ class EvaluateCli : public testing::Test {
   }
 
   static Outcome call(const std::string& arguments) {
-    Outcome outcome;
-    const std::string command =
-        "'" + vir::test::buildDir() + "/bin/vir-slam' evaluate " + arguments + " 2>&1";
-    FILE* pipe = popen(command.c_str(), "r");
-    if (!pipe) return outcome;
-    char buffer[4096];
-    for (std::size_t n; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;) {
-      outcome.text.append(buffer, n);
-    }
-    const int status = pclose(pipe);
-    if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
-    return outcome;
+    return vir::test::virSlam("evaluate " + arguments);
   }
 
   fs::path folder_;

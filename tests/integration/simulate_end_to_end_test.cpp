@@ -32,9 +32,18 @@ TEST(SimulateEndToEnd, Images) {
   EXPECT_EQ(r.summary["anchors"].size(), 1u);
 }
 
+/// A flight of tracks and the run on it, for all cases.
+struct Tracks {
+  test::TempFolder folder;
+  test::RunResult run = simulateAndRun(folder, "--set simulator.tracks=true");
+};
+const Tracks& tracks() {
+  static const Tracks made;
+  return made;
+}
+
 TEST(SimulateEndToEnd, TracksWithoutImages) {
-  const test::TempFolder folder;
-  const test::RunResult r = simulateAndRun(folder, "--set simulator.tracks=true");
+  const test::RunResult& r = tracks().run;
   ASSERT_EQ(r.outcome.code, 0) << r.outcome.text;
   EXPECT_EQ(r.summary["frames"], 560);
   EXPECT_GT(r.trajectory.size(), 540u);
@@ -46,10 +55,10 @@ TEST(SimulateEndToEnd, TracksWithoutImages) {
 }
 
 TEST(SimulateEndToEnd, StartOffsetCountsFromTheFirstTracks) {
+  const test::RunResult& whole = tracks().run;
   const test::TempFolder folder;
-  const test::RunResult whole = simulateAndRun(folder, "--set simulator.tracks=true");
   const test::RunResult later =
-      test::runVir((folder / "a.rawlog").string(), (folder / "later").string(),
+      test::runVir((tracks().folder / "a.rawlog").string(), (folder / "later").string(),
                    "--set Estimator.start_offset_s=10");
   ASSERT_EQ(later.outcome.code, 0) << later.outcome.text;
   EXPECT_EQ(later.summary["frames"].get<int>(), whole.summary["frames"].get<int>() - 200);

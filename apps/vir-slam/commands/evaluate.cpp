@@ -10,7 +10,6 @@
 #include "output/evaluation_report.h"
 #include "output/picture_file.h"
 #include "recordings/trajectory_file.h"
-#include "vir/evaluation/figure.h"
 #include "vir/results/results_folder.h"
 
 namespace vir::app {
@@ -33,19 +32,6 @@ struct Arguments {
   double max_gap_s = 0.1;
   std::string images, json, plot;
 };
-
-void writePlot(const std::string& path, const Trajectory& reference,
-               const std::vector<Evaluated>& estimates, const std::string& subtitle) {
-  std::vector<evaluation::NamedResult> results;
-  for (const Evaluated& e : estimates) {
-    if (e.result) results.push_back({e.name, *e.result});
-  }
-  if (results.empty()) {
-    std::fprintf(stderr, "%s: not written, there is nothing to show\n", path.c_str());
-    return;
-  }
-  writePicture(evaluation::comparisonFigure(reference, results, subtitle), path);
-}
 
 /// File names need not be UTF-8, JSON must be.
 std::string jsonText(const nlohmann::json& json) {
@@ -93,7 +79,7 @@ int compareWith(const std::string& reference_file, const Arguments& args,
   const std::string how = evaluation::describeComparison(options);
   std::fputs(evaluationTable("Reference " + reference_file + "\n" + how, all).c_str(), stdout);
   *json = evaluationJson(reference_file, options, all);
-  if (!plot.empty()) writePlot(plot, reference, all, how);
+  if (!plot.empty()) writeComparison(plot, reference, all, how);
   int code = kOk;
   for (const Evaluated& e : all) {
     if (e.error.empty()) continue;

@@ -7,6 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "output/picture_file.h"
+#include "vir/evaluation/figure.h"
+
 namespace vir::app {
 namespace {
 
@@ -240,6 +243,19 @@ json evaluationJson(const std::string& reference_file, const evaluation::Evaluat
             {"max_gap_s", toSeconds(options.association.max_gap)},
             {"text", evaluation::describeComparison(options)}}},
           {"estimates", list}};
+}
+
+void writeComparison(const std::string& path, const Trajectory& reference,
+                     const std::vector<Evaluated>& estimates, const std::string& subtitle) {
+  std::vector<evaluation::NamedResult> results;
+  for (const Evaluated& e : estimates) {
+    if (e.result) results.push_back({e.name, *e.result});
+  }
+  if (results.empty()) {
+    std::fprintf(stderr, "%s: not written, there is nothing to show\n", path.c_str());
+    return;
+  }
+  writePicture(evaluation::comparisonFigure(reference, results, subtitle), path);
 }
 
 std::vector<std::string> shortNames(const std::vector<std::string>& files) {

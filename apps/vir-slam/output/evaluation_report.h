@@ -35,6 +35,10 @@ nlohmann::json evaluationJson(const std::string& reference_file,
                               const evaluation::EvaluationOptions& options,
                               const std::vector<Evaluated>& estimates);
 
+/// A picture of all that have a result, see writePicture; none of them: said on stderr, no picture.
+void writeComparison(const std::string& path, const Trajectory& reference,
+                     const std::vector<Evaluated>& estimates, const std::string& subtitle);
+
 /// Short distinct names: the file name, or as much of the path as tells them apart.
 std::vector<std::string> shortNames(const std::vector<std::string>& files);
 

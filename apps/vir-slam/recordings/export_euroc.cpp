@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cctype>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -145,7 +144,7 @@ class EurocExporter : public Exporter {
     const bool external = o.image.isExternallyStored();
     const fs::path from = external ? o.image.getExternalStorageFileAbsolutePath() : "";
     if (external && !fs::exists(from)) return false;
-    if (external && isPng(from)) {
+    if (external && isPngFile(from)) {
       fs::copy_file(from, folder / name, error);
       if (error) {
         throw std::runtime_error("cannot copy " + from.string() + " to " +
@@ -164,12 +163,11 @@ class EurocExporter : public Exporter {
     return true;
   }
 
-  /// By its first bytes: what is copied as it is must not be any other file.
-  static bool isPng(const fs::path& file) {
+  static bool isPngFile(const fs::path& file) {
     if (file.extension() != ".png") return false;
     std::ifstream in(file, std::ios::binary);
     char begin[8] = {};
-    return in.read(begin, sizeof begin) && std::memcmp(begin, "\x89PNG\r\n\x1a\n", 8) == 0;
+    return in.read(begin, sizeof begin) && isPng({begin, sizeof begin});
   }
 
   static bool decoded(CObservationImage& o) {

@@ -76,9 +76,8 @@ class McapExporter : public Exporter {
     }
     out_.cameraInfo(topic + "/camera_info", frame, t, rawlog::fromMrptCamera(o->cameraParams));
     if (o->image.isExternallyStored()) {
-      // By its first bytes: what goes out as it is must not be any other file.
       const std::string bytes = contentOf(o->image.getExternalStorageFileAbsolutePath());
-      const bool png = bytes.rfind("\x89PNG\r\n\x1a\n", 0) == 0;
+      const bool png = isPng(bytes);
       const bool jpeg = bytes.rfind("\xff\xd8\xff", 0) == 0;
       if (bytes.empty()) return false;
       if (png || jpeg) {

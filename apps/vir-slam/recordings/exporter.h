@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "vir/results/results_folder.h"
 
@@ -62,6 +63,9 @@ std::string fileName(const std::string& label);
 /// quote, and nothing that a spreadsheet takes for a formula (`=1+1` becomes `./=1+1`, the same
 /// file).
 std::string cell(std::string name);
+
+/// Told by the first bytes of a file: what goes out as it is must not be any other file.
+inline bool isPng(std::string_view begin) { return begin.rfind("\x89PNG\r\n\x1a\n", 0) == 0; }
 
 /// A number that reads back as the same double, or float.
 std::string exact(double v);

@@ -15,6 +15,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "vir/core/resource_usage.h"
+
 namespace vir::live {
 namespace {
 
@@ -24,10 +26,6 @@ constexpr int kLookEveryMs = 1000, kHearEveryMs = 20;
 constexpr double kTokenWithinS = 5;
 constexpr std::size_t kLongestToken = 1024;  // [byte]
 constexpr std::chrono::milliseconds kPause{100};
-
-double steadySeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// In a time that does not tell where they differ.
 bool same(const std::string& a, const std::string& b) {
@@ -122,7 +120,7 @@ bool LineServer::acceptWaiting() {
     setsockopt(handle, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
     Client& client = clients_[handle];
     client.admitted = options_.token.empty();
-    client.since_s = steadySeconds();
+    client.since_s = wallSeconds();
   }
   return true;
 }
@@ -147,7 +145,7 @@ LineServer::Hearing LineServer::hear(int handle, Client* client) const {
   if (n > 0) client->said.append(buffer, static_cast<std::size_t>(n));
   const std::size_t end = client->said.find('\n');
   if (end == std::string::npos) {
-    const bool late = steadySeconds() > client->since_s + kTokenWithinS;
+    const bool late = wallSeconds() > client->since_s + kTokenWithinS;
     return late || client->said.size() > kLongestToken ? Hearing::refused : Hearing::waiting;
   }
   std::string said = client->said.substr(0, end);

@@ -1,7 +1,6 @@
 #include "vir/live/live_estimation.h"
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
 
 #include "vir/core/order_statistics.h"
@@ -15,12 +14,6 @@ namespace vir::live {
 namespace {
 
 using mrpt::obs::CObservation;
-
-double threadCpuSeconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "vir/core/order_statistics.h"
 #include "vir/tables/layout.h"
 
 namespace vir::tables {
@@ -326,10 +327,7 @@ double medianNorm(const Layout& layout, const int columns[3]) {
     }
     if (whole) norms.push_back(std::sqrt(squared));
   }
-  if (norms.empty()) return 0;
-  const auto middle = norms.begin() + static_cast<std::ptrdiff_t>(norms.size() / 2);
-  std::nth_element(norms.begin(), middle, norms.end());
-  return *middle;
+  return medianInPlace(&norms);
 }
 
 int VectorColumns::last() const { return std::max({stamp, v[0], v[1], v[2]}); }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "vir/core/order_statistics.h"
+
 namespace vir::tables {
 namespace {
 
@@ -96,11 +98,7 @@ Numbers numbersOf(const std::vector<std::string>& stamps) {
     before = t;
     out.any = true;
   }
-  if (!steps.empty()) {
-    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-    std::nth_element(steps.begin(), middle, steps.end());
-    out.step = *middle;
-  }
+  if (!steps.empty()) out.step = medianInPlace(&steps);
   return out;
 }
 

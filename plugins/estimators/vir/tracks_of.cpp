@@ -2,10 +2,10 @@
 //
 #include <mrpt/obs/CObservationStereoImagesFeatures.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "tracks_of.h"
+#include "vir/core/order_statistics.h"
 #include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
@@ -58,11 +58,7 @@ vision::TrackedFrame TrackReader::read(
   }
   frame.lost_flow = static_cast<int>(last_.size()) - frame.continued;
   for (const auto& [id, f] : now) frame.features.push_back(f);
-  if (!flow.empty()) {
-    const auto middle = flow.begin() + static_cast<std::ptrdiff_t>(flow.size() / 2);
-    std::nth_element(flow.begin(), middle, flow.end());
-    frame.median_flow_px = *middle;
-  }
+  if (!flow.empty()) frame.median_flow_px = medianInPlace(&flow);
   frame.usable = !frame.features.empty();
   if (!frame.usable) frame.reason = "there are no features";
   last_ = std::move(now);

@@ -7,15 +7,12 @@
 #include <chrono>
 #include <thread>
 
+#include "vir/core/resource_usage.h"
+
 namespace vir {
 namespace {
 
 constexpr double kConnectTimeoutS = 3;
-
-/// For intervals only: nothing recorded depends on it.
-double steadySeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 void sleepMs(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
@@ -73,7 +70,7 @@ ByteSource::~ByteSource() = default;
 void ByteSource::open() {
   close();
   channel_ = opener_->open();
-  const double give_up = steadySeconds() + kConnectTimeoutS;
+  const double give_up = wallSeconds() + kConnectTimeoutS;
   std::string why;
   while (!channel_->ready()) {
     std::uint8_t none = 0;
@@ -81,7 +78,7 @@ void ByteSource::open() {
       channel_.reset();
       throw DeviceError(options_.port + ": " + why);
     }
-    if (steadySeconds() > give_up) {
+    if (wallSeconds() > give_up) {
       channel_.reset();
       throw DeviceError(options_.port + ": no answer; is the address right and the device on?");
     }
@@ -90,7 +87,7 @@ void ByteSource::open() {
   state_ = State::open;
   bytes_ = 0;
   reopened_ = 0;
-  last_byte_s_ = steadySeconds();
+  last_byte_s_ = wallSeconds();
   silent_ = false;
 }
 
@@ -108,11 +105,11 @@ void ByteSource::lose(const std::string& why) {
     retry_s_ = std::min(2 * retry_s_, options_.last_retry_s);
   }
   state_ = State::gone;
-  next_try_s_ = steadySeconds() + retry_s_;
+  next_try_s_ = wallSeconds() + retry_s_;
 }
 
 void ByteSource::tryToReopen() {
-  const double now = steadySeconds();
+  const double now = wallSeconds();
   if (!channel_) {
     if (now < next_try_s_) return;
     try {
@@ -137,7 +134,7 @@ void ByteSource::tryToReopen() {
 }
 
 void ByteSource::checkSilence() {
-  if (options_.silence_s <= 0 || steadySeconds() < last_byte_s_ + options_.silence_s) return;
+  if (options_.silence_s <= 0 || wallSeconds() < last_byte_s_ + options_.silence_s) return;
   if (opener_->reopenWhenSilent()) {
     lose("nothing has come for a while");
     return;
@@ -170,7 +167,7 @@ std::size_t ByteSource::read(std::uint8_t* buffer, std::size_t size, int wait_ms
     checkSilence();
     return 0;
   }
-  last_byte_s_ = steadySeconds();
+  last_byte_s_ = wallSeconds();
   if (silent_) events_.push_back(options_.port + ": bytes come again");
   silent_ = false;
   bytes_ += static_cast<std::uint64_t>(n);

@@ -3,31 +3,21 @@
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/serialization/CArchive.h>
-#include <sys/wait.h>
 
 #include <map>
 #include <set>
 
 #include "vir_test_data.h"
 #include "vir_test_euroc_folder.h"
-#include "vir_test_paths.h"
+#include "vir_test_shell.h"
 
 namespace vir {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int code = -1;
-  std::string text;  ///< both streams
-};
-
-Outcome call(const std::string& arguments, const fs::path& log) {
-  const std::string command =
-      test::buildDir() + "/bin/vir-slam " + arguments + " > " + log.string() + " 2>&1";
-  const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::readText(log)};
-}
+using test::Outcome;
+using test::virSlam;
 
 std::map<std::string, int> countByLabel(const fs::path& rawlog) {
   std::map<std::string, int> counts;
@@ -46,13 +36,11 @@ std::map<std::string, int> countByLabel(const fs::path& rawlog) {
 class Import : public ::testing::Test {
  protected:
   Outcome run(const std::string& more = "") {
-    return call(
-        "import euroc " + folder.root().string() + " --out " + rawlog().string() + " " + more,
-        log());
+    return virSlam("import euroc " + folder.root().string() + " --out " + rawlog().string() + " " +
+                   more);
   }
   fs::path rawlog() const { return folder.temp() / "out" / "x.rawlog"; }
   fs::path images() const { return folder.temp() / "out" / "x_Images"; }
-  fs::path log() const { return folder.temp() / "log.txt"; }
   /// Names in the output folder, sorted, joined.
   std::string listing() const {
     std::string out;
@@ -164,14 +152,12 @@ TEST_F(Import, WrongUseIsExitCode2) {
   EXPECT_EQ(run("--set euroc.imges=link").code, 2);
   EXPECT_EQ(run("--set euroc.start_s=soon").code, 2);
   EXPECT_EQ(run("--set nonsense").code, 2);
-  EXPECT_EQ(
-      call("import nosuch " + folder.root().string() + " --out " + rawlog().string(), log()).code,
-      2);
-  EXPECT_EQ(call("import euroc /nonexistent --out " + rawlog().string(), log()).code, 2);
-  EXPECT_EQ(call("import euroc", log()).code, 2);
-  EXPECT_EQ(call("import euroc " + folder.root().string() + " --out " +
-                     (folder.temp() / "out/x.ini").string(),
-                 log())
+  EXPECT_EQ(virSlam("import nosuch " + folder.root().string() + " --out " + rawlog().string()).code,
+            2);
+  EXPECT_EQ(virSlam("import euroc /nonexistent --out " + rawlog().string()).code, 2);
+  EXPECT_EQ(virSlam("import euroc").code, 2);
+  EXPECT_EQ(virSlam("import euroc " + folder.root().string() + " --out " +
+                    (folder.temp() / "out/x.ini").string())
                 .code,
             2);
   EXPECT_EQ(listing(), "");
@@ -190,8 +176,8 @@ TEST_F(Import, ProblemsAreReported) {
 TEST(ImportShared, TheMachineHallClip) {
   VIR_REQUIRE_DATA(clip, "euroc_MH01_clip30s");
   test::TempFolder temp;
-  const Outcome o = call(
-      "import euroc " + clip.string() + " --out " + (temp / "mh.rawlog").string(), temp / "log");
+  const Outcome o =
+      virSlam("import euroc " + clip.string() + " --out " + (temp / "mh.rawlog").string());
   ASSERT_EQ(o.code, 0) << o.text;
   EXPECT_EQ(
       countByLabel(temp / "mh.rawlog"),

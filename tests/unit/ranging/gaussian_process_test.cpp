@@ -60,7 +60,7 @@ TEST(GaussianProcess, TheBandHoldsTheTruth) {
   constexpr int kSeeds = 40;
   for (int seed = 0; seed < kSeeds; ++seed) {
     std::vector<double> x, y;
-    draw(500, 0.03, 100 + seed, &x, &y);
+    draw(250, 0.03, 100 + seed, &x, &y);
     const auto p = GaussianProcess(x, y).predict(4.0);
     chi2 += std::pow((p.mean - truth(4.0)) / p.sigma, 2) / kSeeds;
   }

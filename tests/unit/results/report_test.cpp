@@ -159,6 +159,7 @@ TEST_F(Report, AFullRun) {
         "or at -6.000, 1.000, -3.000; change height", "ranges_accepted", "3?", "move sideways"}) {
     EXPECT_GT(count(html, part), 0) << part;
   }
+  EXPECT_EQ(count(html, "ranges_accepted"), 1) << "counters of ranges stand in one place";
   EXPECT_EQ(count(html, "<svg "), 4);
   EXPECT_EQ(count(html, "</svg>"), 4);
   for (const char* part : {"<script", "http-equiv", "<link", "<img", "src="}) {

@@ -8,13 +8,19 @@
 namespace vir {
 inline namespace core {
 
-/// CPU time of all threads of this process [s].
-inline double cpuSeconds() {
+inline double clockSeconds(clockid_t clock) {
   timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  clock_gettime(clock, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
+/// CPU time of all threads of this process [s].
+inline double cpuSeconds() { return clockSeconds(CLOCK_PROCESS_CPUTIME_ID); }
+
+/// CPU time of this thread [s].
+inline double threadCpuSeconds() { return clockSeconds(CLOCK_THREAD_CPUTIME_ID); }
+
+/// For intervals [s]: a clock that nobody sets.
 inline double wallSeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
