@@ -32,8 +32,8 @@ struct Frame {
   std::unique_ptr<imu::Preintegration> link;  ///< from the frame before it
   /// Of the state as it was when the problem was set up; see noteRotations().
   Mat3 R_B_W = Mat3::Identity();
-  Vec3 rate = Vec3::Zero();                   ///< of its turning as measured then [rad/s], body
-  std::vector<HeldRange> ranges;              ///< vectors in its body frame
+  Vec3 rate = Vec3::Zero();       ///< of its turning as measured then [rad/s], body
+  std::vector<HeldRange> ranges;  ///< vectors in its body frame
 
   Pose T_W_B() const { return factors::poseFrom(pose); }
   /// Where Jacobians must be taken; nullptr = at the current value.

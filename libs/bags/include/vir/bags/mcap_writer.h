@@ -41,8 +41,8 @@ class CdrWriter {
 /// that are no standard ones, with their text. Throws BagError for a type that is not known.
 std::string fullDefinition(const std::string& type, const std::map<std::string, std::string>& own);
 
-/// In chunks with an index, so that readers can jump to a time; `PATH.part` until finish(), and gone
-/// without it. Throws BagError when the file cannot be written.
+/// In chunks with an index, so that readers can jump to a time; `PATH.part` until finish(), and
+/// gone without it. Throws BagError when the file cannot be written.
 class McapWriter {
  public:
   explicit McapWriter(const std::string& path);

@@ -18,8 +18,8 @@ struct CameraSimulationOptions {
   double exposure_s = 0.003;  ///< how long the shutter is open: motion blur; 0 = no blur
   double blur_step_px = 1.5;  ///< motion within one of the sharp images that make a blurred one
   int max_blur_steps = 10;
-  /// Rolling shutter: time from the first row to the last; each row's exposure is centred on its own
-  /// time, the middle row's on the image's. 0 = all rows at once.
+  /// Rolling shutter: time from the first row to the last; each row's exposure is centred on its
+  /// own time, the middle row's on the image's. 0 = all rows at once.
   double readout_s = 0;
   double exposure_wander = 0.08;      ///< brightness wanders by this share (standard deviation)
   std::vector<double> exposure_jump;  ///< time [s], gain, time, gain ...: brightness from then on
@@ -48,9 +48,9 @@ class CameraSimulator {
                   std::shared_ptr<const camera::CameraModel> camera, int surface_seed = 1);
   ~CameraSimulator();
 
-  /// The image whose exposure (of the middle row) is centred `since_begin_s` after the recording's begin. A function of
-  /// its arguments and the settings alone; `number` (of the image) chooses the noise. The result
-  /// holds until the next call.
+  /// The image whose exposure (of the middle row) is centred `since_begin_s` after the recording's
+  /// begin. A function of its arguments and the settings alone; `number` (of the image) chooses the
+  /// noise. The result holds until the next call.
   const GrayImage& take(double since_begin_s, std::uint64_t number, const PoseAt& T_W_C);
 
  private:
