@@ -162,7 +162,7 @@ TEST_F(RunCli, InterruptKeepsWhatThereIs) {
   const Outcome outcome = test::shell(
       program + "run " + quoted(path("c.ini")) + " --rawlog " + quoted(path("long.rawlog")) +
       " --out " + quoted(path("out")) + " & child=$!; while kill -0 $child && [ ! -s " +
-      quoted(path("out/trajectory.tum")) +
+      quoted(path("out/trajectory.tum.part")) +
       " ]; do sleep 0.01; done; kill -INT $child; wait $child");
   EXPECT_EQ(outcome.code, 1) << outcome.text;
   EXPECT_TRUE(contains(outcome.text, "interrupted")) << outcome.text;

@@ -214,7 +214,12 @@ void LiveRecording::writeTo(File& file, const mrpt::obs::CObservation& observati
   if (image->image.isExternallyStored()) {
     const fs::path source = image->image.getExternalStorageFileAbsolutePath();
     name = stem + source.extension().string();
-    fs::copy_file(source, fs::path(file.images) / name, fs::copy_options::overwrite_existing);
+    const fs::path to = fs::path(file.images) / name;
+    std::error_code error, ignored;
+    if (!fs::copy_file(source, to, fs::copy_options::overwrite_existing, error)) {
+      fs::remove(to, ignored);  // what there is of it
+      throw std::runtime_error("cannot write " + to.string() + ": " + error.message());
+    }
   } else {
     name = stem + "." + options_.images;
     if (!image->image.saveToFile(file.images + "/" + name, options_.jpeg_quality)) {
