@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <functional>
 #include <thread>
 
@@ -277,6 +278,10 @@ long leastMemory() {
 }
 
 TEST_P(Faults, EachHasItsOutcomeAndTheCommandWorksAfterwards) {
+  if (std::getenv("VIR_FAULT_TESTS") == nullptr) {
+    GTEST_SKIP() << "catches commands while they work, which a busy or a very fast machine may "
+                    "make impossible: set VIR_FAULT_TESTS=1";
+  }
   killed();
   askedToEnd(SIGTERM);
   askedToEnd(SIGINT);
