@@ -24,8 +24,9 @@ test::RunResult flight(const test::TempFolder& folder, int seed, double bias_m) 
 
 TEST(UncalibratedBoard, HalfAMetreTooLongIsTold) {
   const test::TempFolder folder;
-  // Seed 2 with 0.6 m is told too little of its bias (0.14 m): open.
-  for (const int seed : {1, 3}) {
+  // Six seeds: ATE 0.048 m with 0.6 m of bias and 0.047 without, anchor off by 0.05 to 0.25 m and
+  // 0.01 to 0.18 m.
+  for (const int seed : {1, 2}) {
     const test::RunResult exact = flight(folder, seed, 0), biased = flight(folder, seed, 0.6);
     ASSERT_EQ(exact.outcome.code, 0) << exact.outcome.text;
     ASSERT_EQ(biased.outcome.code, 0) << biased.outcome.text;
@@ -33,7 +34,8 @@ TEST(UncalibratedBoard, HalfAMetreTooLongIsTold) {
     EXPECT_LT(anchor["error"], 0.25) << "seed " << seed << " " << anchor;
     EXPECT_NEAR(anchor["bias"].get<double>(), 0.6, 0.15) << "seed " << seed;
     EXPECT_TRUE(biased.warns("an uncalibrated board")) << biased.summary["warnings"];
-    EXPECT_LT(biased.summary["ate_posyaw_m"], exact.summary["ate_posyaw_m"].get<double>() + 0.08)
+    EXPECT_LT(biased.summary["ate_posyaw_m"],
+              1.2 * exact.summary["ate_posyaw_m"].get<double>() + 0.01)
         << "seed " << seed;
     const auto& held = exact.summary["anchors"][0];
     EXPECT_LT(held["error"], 0.15) << "seed " << seed << " " << held;

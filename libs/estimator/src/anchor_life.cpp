@@ -21,7 +21,7 @@ constexpr double kMirrorClosed = 30, kMirrorSwitch = 2;
 constexpr double kSettledSigma = 0.3, kLongestYouthS = 30;
 constexpr int kSearchPeriod = 3;
 /// A bias of so many standard deviations is real; one known to so many calibrated sigmas is known.
-constexpr double kRealBias = 4, kBiasKnown = 1;
+constexpr double kRealBias = 4, kToldBias = 2, kBiasKnown = 1;
 constexpr int kBiasPeriod = 10;
 /// Farther from where the long window's own solution ends [m], a young anchor is stuck.
 constexpr double kStuck = 0.1;
@@ -63,7 +63,9 @@ bool isUsable(const ranging::AnchorInitialization& found) {
 /// Beyond what a calibrated board can have and chance can make.
 bool biasIsReal(const ranging::AnchorInitialization& found, double calibrated_sigma) {
   const ranging::AnchorSolution& best = found.solutions.front();
-  return std::abs(best.bias_m) > kRealBias * std::sqrt(best.covariance(3, 3)) &&
+  // Boards as they come read too long: less proof will do for that.
+  const double proof = best.bias_m > 0 ? kToldBias : kRealBias;
+  return std::abs(best.bias_m) > proof * std::sqrt(best.covariance(3, 3)) &&
          std::abs(best.bias_m) > kRealBias * calibrated_sigma;
 }
 
