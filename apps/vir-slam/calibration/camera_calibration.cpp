@@ -57,11 +57,7 @@ results::RunSummary runOnce(const CameraCalibrationJob& job, const std::string& 
   hooks.progress = [&](double part) { bar.show(part); };
   hooks.stop = interrupted;
   hooks.prepare = [&](mrpt::obs::CObservation* o) { prepared.calibration.apply(o); };
-  runs::OfflineRunOptions options;
-  options.estimator = prepared.options.driver;
-  options.rawlog = prepared.options.rawlog;
-  options.start_offset_s = prepared.options.start_offset_s;
-  return runs::runOffline(*prepared.estimator, options, folder, hooks);
+  return runs::runOffline(*prepared.estimator, offlineOptions(prepared, hooks.log), folder, hooks);
 }
 
 /// All recordings once, from `calibration` (a file; empty: what they say).

@@ -10,7 +10,6 @@
 #include "recordings/recording_check.h"
 #include "setup/prepared_run.h"
 #include "setup/run_source.h"
-#include "vir/runs/input_labels.h"
 #include "vir/runs/offline_run.h"
 
 namespace vir::app {
@@ -68,14 +67,7 @@ void run(const RunArguments& arguments, Common& common) {
   };
   if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
 
-  runs::OfflineRunOptions options;
-  options.estimator = prepared.options.driver;
-  options.rawlog = prepared.options.rawlog;
-  options.start_offset_s = prepared.options.start_offset_s;
-  options.inputs = prepared.inputs;
-  const runs::InputLabels labels = runs::matchLabels(options.inputs, options.rawlog);
-  options.labels = labels.as;
-  for (const std::string& note : labels.notes) hooks.log(LogLevel::warning, note);
+  runs::OfflineRunOptions options = offlineOptions(prepared, hooks.log);
   const AnchorTable truth = anchorsTruthOf(options.rawlog);
   options.true_anchors = truth.anchors;
   if (truth.bad_lines > 0) {

@@ -10,6 +10,7 @@
 #include "vir/core/settings.h"
 #include "vir/rawlog/labels.h"
 #include "vir/roles/estimator_registry.h"
+#include "vir/runs/input_labels.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -107,6 +108,18 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   run.inputs = estimator->inputs();
   run.estimator = created(*estimator, run.log);
   return run;
+}
+
+runs::OfflineRunOptions offlineOptions(const PreparedRun& run, const LogSink& log) {
+  runs::OfflineRunOptions out;
+  out.estimator = run.options.driver;
+  out.rawlog = run.options.rawlog;
+  out.start_offset_s = run.options.start_offset_s;
+  out.inputs = run.inputs;
+  const runs::InputLabels labels = runs::matchLabels(out.inputs, out.rawlog);
+  out.labels = labels.as;
+  for (const std::string& note : labels.notes) vir::log(log, LogLevel::warning, note);
+  return out;
 }
 
 }  // namespace vir::app

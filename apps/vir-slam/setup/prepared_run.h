@@ -9,6 +9,7 @@
 #include "setup/run_options.h"
 #include "vir/core/log.h"
 #include "vir/roles/estimator.h"
+#include "vir/runs/offline_run.h"
 
 namespace vir::app {
 
@@ -33,5 +34,8 @@ struct PreparedRun {
 
 /// Plugins are loaded here. Throws UsageError, SettingsError, roles::PluginError.
 PreparedRun prepareRun(const RunArguments& arguments, const Common& common);
+
+/// How it is played: without the true anchors. What there is to say of its labels goes to `log`.
+runs::OfflineRunOptions offlineOptions(const PreparedRun& run, const LogSink& log);
 
 }  // namespace vir::app

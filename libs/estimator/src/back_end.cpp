@@ -19,10 +19,7 @@ constexpr const char* kClockSetBack = "the clock of the IMU was set back";
 }  // namespace
 
 void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrinsics) {
-  camera = calibration;
   T_B_C = extrinsics;
-  const double focal = 0.5 * (calibration.fx + calibration.fy);
-  startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focal);
   const auto three = [](const std::vector<double>& v) { return Vec3(v[0], v[1], v[2]); };
   given = {calibration,
            T_B_C,
@@ -31,9 +28,10 @@ void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrin
            three(config.gyro_gain),
            three(config.gyro_axes_rad),
            three(config.acc_gain)};
+  startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focalPx());
   window = std::make_unique<window::ShortWindow>(config.window, config.imu, given);
   window->attach(&long_window);
-  if (config.window.calibrate) timing = std::make_unique<CameraTiming>(focal);
+  if (config.window.calibrate) timing = std::make_unique<CameraTiming>(focalPx());
 }
 
 Feedback BackEnd::process(Packet packet) {

@@ -44,6 +44,7 @@ struct BackEnd {
   /// All times of images that are kept.
   void shiftTimes(double by_s);
   double timeOffsetSigma() const;
+  double focalPx() const { return 0.5 * (given.camera.fx + given.camera.fy); }
   void rememberPose(const State& s);
   void tellTiming(double by_s);
   void leaveOutWrongTracks(Packet* packet);
@@ -99,9 +100,8 @@ struct BackEnd {
   LogSink log_sink;
   std::unique_ptr<Startup> startup;
   std::unique_ptr<window::ShortWindow> window;
-  CameraCalibration camera;
-  Pose T_B_C;
-  Calibration given;
+  Pose T_B_C;         // as used until a window has its own
+  Calibration given;  // as the recording and the settings say
   imu::ImuBuffer imu;
   RestDetector rest;
   window::LongWindow long_window;

@@ -43,8 +43,7 @@ void BackEnd::checkCameraRotation(TimeNs t) {
   now.time_offset_s = time_offset_s;
   window->setCalibration(now);
   window->setExtrinsicsSigma(inverted ? 0 : kPositionUnknown, inverted ? 0 : 2 * found.sigma_rad);
-  const double focal = 0.5 * (camera.fx + camera.fy);
-  startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focal);
+  startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focalPx());
 }
 
 }  // namespace vir::estimator

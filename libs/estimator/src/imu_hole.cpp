@@ -32,9 +32,8 @@ void BackEnd::guessAcrossHole(const State& previous, const vision::TrackedFrame&
   if (last_sights.t != previous.t) return;
   std::vector<initialization::AlignmentSight> now;
   for (const vision::FeatureObservation& o : frame.features) now.push_back({o.id, o.bearing});
-  const CameraCalibration& c = camera;
   const auto turn =
-      initialization::turnBetween(previous.t, last_sights.of, frame.t, now, 0.5 * (c.fx + c.fy));
+      initialization::turnBetween(previous.t, last_sights.of, frame.t, now, focalPx());
   if (!turn) return;
   const Quat q_B_C = window->extrinsics().q;
   predicted->T_W_B.q = (previous.T_W_B.q * expQuat(q_B_C * (dt * turn->rate_C))).normalized();

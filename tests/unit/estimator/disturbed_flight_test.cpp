@@ -1,10 +1,7 @@
 /// Whole flights (simulated tracks and readings) whose sensors do not do what they should.
 #include <gtest/gtest.h>
 
-#include <memory>
-
-#include "simulated_run.h"
-#include "vir/simulation/flights.h"
+#include "looking_ahead.h"
 
 namespace vir::estimator {
 namespace {
@@ -12,26 +9,8 @@ namespace {
 using tool::RunResult;
 using tool::RunSettings;
 using tool::simulateRun;
-
-/// 640x480, looking along body x.
-RunSettings lookingAhead() {
-  RunSettings s;
-  s.camera.width = 640;
-  s.camera.height = 480;
-  s.camera.fx = s.camera.fy = 400;
-  s.camera.cx = 320;
-  s.camera.cy = 240;
-  Mat3 R;
-  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  s.T_B_C = {Quat(R), Vec3(0.05, 0.02, -0.01)};
-  return s;
-}
-
-std::shared_ptr<const simulation::Motion> flightOf(const std::string& name, double length_m) {
-  simulation::FlightOptions o;
-  o.length_m = length_m;
-  return std::make_shared<simulation::Motion>(simulation::flight(name, o));
-}
+using vir_test::flightOf;
+using vir_test::lookingAhead;
 
 /// With the shutter held to be a global one the flights of these seeds are 0.1 to 0.25 m off.
 TEST(DisturbedFlight, ARollingShutterIsFoundAndCostsNothing) {

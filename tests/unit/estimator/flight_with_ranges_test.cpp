@@ -2,10 +2,7 @@
 /// anchor does, and whether the covariances hold.
 #include <gtest/gtest.h>
 
-#include <memory>
-
-#include "simulated_run.h"
-#include "vir/simulation/flights.h"
+#include "looking_ahead.h"
 
 namespace vir::estimator {
 namespace {
@@ -13,28 +10,15 @@ namespace {
 using tool::RunResult;
 using tool::RunSettings;
 using tool::simulateRun;
+using vir_test::flightOf;
 
-/// 640x480, looking along body x.
+/// With one anchor.
 RunSettings lookingAhead(const Vec3& anchor_from_start, const simulation::Motion& motion) {
-  RunSettings s;
-  s.camera.width = 640;
-  s.camera.height = 480;
-  s.camera.fx = s.camera.fy = 400;
-  s.camera.cx = 320;
-  s.camera.cy = 240;
-  Mat3 R;
-  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  s.T_B_C = {Quat(R), Vec3(0.05, 0.02, -0.01)};
+  RunSettings s = vir_test::lookingAhead();
   const Vec3 at = motion.poseAt(motion.begin()).p + anchor_from_start;
   s.ranges.anchor_m.assign(at.data(), at.data() + 3);
   s.use_ranges = true;
   return s;
-}
-
-std::shared_ptr<const simulation::Motion> flightOf(const std::string& name, double length_m) {
-  simulation::FlightOptions o;
-  o.length_m = length_m;
-  return std::make_shared<simulation::Motion>(simulation::flight(name, o));
 }
 
 /// Straight towards an anchor that stands a little beside the path: the first ranges leave a valley
