@@ -10,8 +10,7 @@
 #include "output/console.h"
 #include "recordings/companion.h"
 #include "recordings/exporter.h"
-#include "vir/rawlog/rawlog_reader.h"
-#include "vir/rawlog/time_orderer.h"
+#include "vir/rawlog/ordered_reader.h"
 #include "vir/results/output_lock.h"
 
 namespace vir::app {
@@ -61,8 +60,7 @@ void makeFolderOf(const std::string& file) {
 
 /// Returns false if not all is there that should be.
 bool convert(const Arguments& a) {
-  rawlog::RawlogReader reader(a.rawlog);
-  rawlog::TimeOrderer orderer;
+  rawlog::OrderedReader input(a.rawlog);
   if (a.format != "mcap") {
     fs::create_directories(a.out);
   } else {
@@ -73,21 +71,14 @@ bool convert(const Arguments& a) {
   std::map<std::string, Count> counts;
   long unusable = 0;
   ProgressBar bar;
-  bool more = true;
-  while (more && !interrupted()) {
-    const auto observation = reader.next();
-    more = observation != nullptr;
-    if (more) {
-      orderer.push(observation);
-    } else {
-      orderer.flush();
-    }
-    while (const auto next = orderer.pop()) {
-      Count& count = counts[next->sensorLabel];
-      const Exporter::Added added = exporter->add(*next);
-      ++(added == Exporter::Added::written ? count.written : count.left_out);
-      if (added == Exporter::Added::unusable) ++unusable;
-    }
+  const rawlog::RawlogReader& reader = input.reader();
+  while (!interrupted()) {
+    const auto next = input.next();
+    if (!next) break;
+    Count& count = counts[next->sensorLabel];
+    const Exporter::Added added = exporter->add(*next);
+    ++(added == Exporter::Added::written ? count.written : count.left_out);
+    if (added == Exporter::Added::unusable) ++unusable;
     bar.show(reader.progress());
   }
   bar.clear();
@@ -97,7 +88,7 @@ bool convert(const Arguments& a) {
   for (const auto& [label, count] : counts) {
     std::printf("%-16s %10ld %10ld\n", shown(label).c_str(), count.written, count.left_out);
   }
-  for (const auto& [name, count] : orderer.counters()) {
+  for (const auto& [name, count] : input.orderer().counters()) {
     std::printf("left out for its stamp: %s %ld\n", name.c_str(), count);
   }
   for (const std::string& problem : {reader.damage(), reader.refusals()}) {

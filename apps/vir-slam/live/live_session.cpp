@@ -69,6 +69,7 @@ class LiveSession final : public results::RunObserver {
   /// In the thread of the estimation.
   void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override {
     for (const StateEstimate& e : output.states) publish(e, estimator);
+    for (const Revision& r : output.revisions) drawn([&] { view_->setRevision(r); });
   }
 
  private:

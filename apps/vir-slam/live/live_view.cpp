@@ -29,9 +29,10 @@ using mrpt::opengl::COpenGLScene;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr auto kBetweenFrames = std::chrono::milliseconds(100);
-constexpr int kMapEvery = 10;  // keyframes between two looks at the map points
+constexpr int kMapEvery = 10;  // keyframes between two looks at the map points and past keyframes
 
 mrpt::img::TColorf blue() { return {0.35f, 0.7f, 0.9f, 1.f}; }
+mrpt::img::TColorf green() { return {0.f, 0.62f, 0.45f, 1.f}; }
 mrpt::img::TColorf orange() { return {0.9f, 0.6f, 0.f, 1.f}; }
 
 /// The last range of each anchor.
@@ -44,6 +45,7 @@ struct RangeNow {
 struct LiveView::Impl {
   mrpt::gui::CDisplayWindow3D window{"vir-slam", 1100, 750};
   mrpt::opengl::CSetOfLines::Ptr path = mrpt::opengl::CSetOfLines::Create();
+  mrpt::opengl::CSetOfLines::Ptr keyframe_path = mrpt::opengl::CSetOfLines::Create();
   mrpt::opengl::CPointCloud::Ptr points = mrpt::opengl::CPointCloud::Create();
   mrpt::opengl::CSetOfObjects::Ptr robot = mrpt::opengl::stock_objects::CornerXYZSimple(0.4f, 2);
   mrpt::opengl::CSetOfObjects::Ptr anchors = mrpt::opengl::CSetOfObjects::Create();
@@ -56,7 +58,8 @@ struct LiveView::Impl {
   std::vector<Eigen::Vector2f> pixels;
   std::shared_ptr<const mrpt::obs::CObservationImage> image;
   std::map<std::uint64_t, RangeNow> ranges;
-  bool new_map = false;
+  std::map<TimeNs, Vec3> keyframe_positions;  // in W, as they were last told of
+  bool new_map = false, new_keyframes = false;
   std::atomic<bool> closed{false};
   int keyframes = 0, segment = 0;
   SteadyClock::time_point last_draw;
@@ -67,10 +70,13 @@ struct LiveView::Impl {
     scene->insert(mrpt::opengl::CGridPlaneXY::Create(-50, 50, -50, 50, 0, 1));
     path->setColor(blue());
     path->setLineWidth(2.5f);
+    keyframe_path->setColor(green());
+    keyframe_path->setLineWidth(1.5f);
     points->setColor(mrpt::img::TColorf(0.75f, 0.75f, 0.75f, 1.f));
     points->setPointSize(3.f);
     for (const mrpt::opengl::CRenderizable::Ptr& object :
-         std::initializer_list<mrpt::opengl::CRenderizable::Ptr>{path, points, robot, anchors}) {
+         std::initializer_list<mrpt::opengl::CRenderizable::Ptr>{path, keyframe_path, points, robot,
+                                                                 anchors}) {
       scene->insert(object);
     }
     mrpt::opengl::COpenGLScene::Ptr& shown = window.get3DSceneAndLock();
@@ -98,6 +104,27 @@ struct LiveView::Impl {
                                       static_cast<float>(last_p->y()),
                                       static_cast<float>(last_p->z()));
     }
+  }
+
+  /// The states of before move when the window slides on, a loop closes or an anchor is found.
+  void drawKeyframes() {
+    if (!new_keyframes) return;
+    new_keyframes = false;
+    keyframe_path->clear();
+    const Vec3* before = nullptr;
+    for (const auto& [t, p] : keyframe_positions) {
+      if (before) {
+        keyframe_path->appendLine(before->x(), before->y(), before->z(), p.x(), p.y(), p.z());
+      }
+      before = &p;
+    }
+  }
+
+  void setKeyframes(const std::vector<StampedPose>& keyframes) {
+    for (const StampedPose& k : keyframes) {
+      if (k.T_W_B.p.allFinite()) keyframe_positions[k.t] = k.T_W_B.p;
+    }
+    new_keyframes = true;
   }
 
   void drawAnchors() {
@@ -169,6 +196,12 @@ void LiveView::setEstimate(const StateEstimate& estimate, const roles::Estimator
   if (!estimate.keyframe || ++impl_->keyframes % kMapEvery != 0) return;
   impl_->landmarks = estimator.landmarks();
   impl_->new_map = true;
+  impl_->setKeyframes(estimator.keyframes());
+}
+
+void LiveView::setRevision(const Revision& revision) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  impl_->setKeyframes(revision.keyframes);
 }
 
 void LiveView::setObservation(const mrpt::obs::CObservation::Ptr& observation) {
@@ -194,6 +227,7 @@ void LiveView::draw() {
   {
     const std::lock_guard<std::mutex> lock(impl_->mutex);
     impl_->drawPath();
+    impl_->drawKeyframes();
     impl_->drawAnchors();
     impl_->drawMap();
     impl_->drawImage();

@@ -20,6 +20,8 @@ class LiveView {
   /// What there is to show of one image; any thread. Without `estimator` as a source of map points
   /// the old ones stay.
   void setEstimate(const StateEstimate& estimate, const roles::Estimator& estimator);
+  /// States of before that have changed; any thread.
+  void setRevision(const Revision& revision);
   /// The newest image and ranges; any thread.
   void setObservation(const mrpt::obs::CObservation::Ptr& observation);
   /// Shows what has come since the last call, at most ten times per second.

@@ -90,7 +90,7 @@ ranging::AnchorInitialization RangeLayer::Impl::solve(const AnchorTrack& a,
 ranging::AnchorInitialization RangeLayer::Impl::solveEitherWay(
     AnchorTrack* a, const std::vector<window::HeldRange>& held) const {
   ranging::AnchorInitialization calibrated = solve(*a, held, false);
-  if (biasSigma(true) <= biasSigma(false)) return calibrated;
+  if (!mayBeUncalibrated()) return calibrated;
   ranging::AnchorInitialization free = solve(*a, held, true);
   a->uncalibrated =
       isUsable(free) && (biasIsReal(free, options.bias_sigma_m) ||
@@ -105,7 +105,7 @@ bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, co
   if (a->uncalibrated || located->bias_known || --located->next_bias_check > 0) return false;
   located->next_bias_check = kBiasPeriod;
   window::AnchorNode& state = *window->anchor(a->key());
-  if (state.fixed || biasSigma(true) <= biasSigma(false)) return false;
+  if (state.fixed || !mayBeUncalibrated()) return false;
   const ranging::AnchorInitialization found = solve(*a, held(a->key()), true);
   if (!isUsable(found)) return false;
   const ranging::AnchorSolution& best = found.solutions.front();
@@ -117,8 +117,8 @@ bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, co
   state.prior_information(3, 3) = 1 / (biasSigma(true) * biasSigma(true));
   state.x[3] = best.bias_m;
   warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges are " +
-       std::to_string(best.bias_m).substr(0, 5) +
-       " m too long: an uncalibrated board; the bias is estimated");
+       std::to_string(std::abs(best.bias_m)).substr(0, 4) + " m too " +
+       (best.bias_m > 0 ? "long" : "short") + ": an uncalibrated board; the bias is estimated");
   moveTo(t, a, located, best.p_W);
   return true;
 }

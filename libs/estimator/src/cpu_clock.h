@@ -1,15 +1,11 @@
 #pragma once
 /// Internal: CPU time, for reports only.
-#include <time.h>
+#include "vir/core/resource_usage.h"
 
 namespace vir::estimator {
 
 /// CPU time of this thread [ms].
-inline double cpuMs() {
-  timespec ts{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &ts);
-  return static_cast<double>(ts.tv_sec) * 1e3 + static_cast<double>(ts.tv_nsec) * 1e-6;
-}
+inline double cpuMs() { return 1e3 * threadCpuSeconds(); }
 
 /// Adds the CPU time of a scope to a counter.
 class StageTimer {

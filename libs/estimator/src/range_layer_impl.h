@@ -53,6 +53,7 @@ struct RangeLayer::Impl {
     return uncalibrated ? std::max(options.uncalibrated_bias_sigma_m, options.bias_sigma_m)
                         : options.bias_sigma_m;
   }
+  bool mayBeUncalibrated() const { return biasSigma(true) > biasSigma(false); }
   bool decideBias(TimeNs t, AnchorTrack* a, Located* located, const Held& held);
   bool tryToFind(TimeNs t, AnchorTrack* a, Collecting* collecting, const Held& held);
   void adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found);

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "vir/core/settings.h"
+
 namespace vir::estimator {
 namespace {
 
@@ -18,6 +20,15 @@ EstimatorConfig withCalibration(EstimatorConfig config, const Calibration& calib
 }
 
 }  // namespace
+
+EstimatorConfig configFromFile(const std::string& ini) {
+  EstimatorConfig config;
+  const Settings settings = Settings::fromFile(ini);
+  SettingsReader reader(settings);
+  describe(reader, config);
+  reader.finish();
+  return config;
+}
 
 Vio::Vio(const Calibration& calibration, const EstimatorConfig& config, LogSink log)
     : given_(calibration),

@@ -6,6 +6,7 @@ namespace vir::factors {
 namespace {
 using RowMajor15x7 = Eigen::Matrix<double, 15, 7, Eigen::RowMajor>;
 using RowMajor15x9 = Eigen::Matrix<double, 15, 9, Eigen::RowMajor>;
+using ByIntrinsics = Eigen::Matrix<double, 15, imu::kImuIntrinsicsSize, Eigen::RowMajor>;
 
 Vec3 vec(const double* x) { return {x[0], x[1], x[2]}; }
 }  // namespace
@@ -86,8 +87,8 @@ void ImuResidual::jacobians(double const* const* x, const imu::ImuIntrinsics& k,
     J.noalias() = sqrt_info_ * U;
   }
   if (by_intrinsics && out[4]) {
-    Eigen::Map<RowMajor15x9> J(out[4]);
-    RowMajor15x9 U = RowMajor15x9::Zero();
+    Eigen::Map<ByIntrinsics> J(out[4]);
+    ByIntrinsics U = ByIntrinsics::Zero();
     U.middleRows<3>(imu::kP) = -K.middleRows<3>(imu::kP);
     U.middleRows<3>(imu::kTheta) = by_shift * K.middleRows<3>(imu::kTheta);
     U.middleRows<3>(imu::kV) = -K.middleRows<3>(imu::kV);

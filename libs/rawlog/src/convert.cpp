@@ -8,10 +8,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/rawlog_reader.h"
 
 namespace vir::rawlog {
 
@@ -130,6 +133,24 @@ CObservationRobotPose::Ptr toObservation(const PeerBroadcast& broadcast,
     for (int c = 0; c < 3; ++c) o->pose.cov(r, c) = broadcast.sent.covariance(r, c);
   }
   return o;
+}
+
+std::optional<Calibration> calibrationOf(const CObservation& observation) {
+  const auto* image = dynamic_cast<const CObservationImage*>(&observation);
+  if (image == nullptr) return {};
+  Calibration out;
+  out.T_B_C = fromMrptPose(image->cameraPose);
+  out.camera = fromMrptCamera(image->cameraParams);
+  return out;
+}
+
+Calibration calibrationIn(const std::string& rawlog, const std::string& camera_label) {
+  RawlogReader reader(rawlog);
+  while (const auto observation = reader.next()) {
+    if (observation->sensorLabel != camera_label) continue;
+    if (const auto calibration = calibrationOf(*observation)) return *calibration;
+  }
+  throw std::runtime_error("there is no image labelled " + camera_label + " in " + rawlog);
 }
 
 bool isImage(const CObservation& observation) {

@@ -12,8 +12,7 @@
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_time.h"
-#include "vir/rawlog/rawlog_reader.h"
-#include "vir/rawlog/time_orderer.h"
+#include "vir/rawlog/ordered_reader.h"
 
 namespace vir::runs {
 namespace {
@@ -41,7 +40,7 @@ class OfflineRun {
       : estimator_(estimator),
         options_(options),
         hooks_(hooks),
-        reader_(options.rawlog),
+        input_(options.rawlog),
         recorder_(folder, hooks.log) {
     recorder_.setTrueAnchors(options.true_anchors);
   }
@@ -65,16 +64,10 @@ class OfflineRun {
 
  private:
   void play() {
-    bool more = true;
-    while (more && !stopRequested()) {
-      const auto observation = reader_.next();
-      more = observation != nullptr;
-      if (more) {
-        orderer_.push(observation);
-      } else {
-        orderer_.flush();
-      }
-      while (const auto next = orderer_.pop()) handle(next);
+    while (!stopRequested()) {
+      const auto observation = input_.next();
+      if (!observation) break;
+      handle(observation);
       reportProgress();
     }
     if (stopRequested()) {
@@ -152,7 +145,7 @@ class OfflineRun {
   bool stopRequested() const { return hooks_.stop && hooks_.stop(); }
 
   void reportProgress() {
-    if (hooks_.progress && ++seen_ % kReportEvery == 0) hooks_.progress(reader_.progress());
+    if (hooks_.progress && ++seen_ % kReportEvery == 0) hooks_.progress(input_.reader().progress());
   }
 
   void warn(const std::string& text) {
@@ -161,17 +154,18 @@ class OfflineRun {
   }
 
   void warnAboutInput() {
-    summary_.damaged = !reader_.damage().empty();
-    for (const std::string& problem : {reader_.damage(), reader_.refusals()}) {
+    const rawlog::RawlogReader& reader = input_.reader();
+    summary_.damaged = !reader.damage().empty();
+    for (const std::string& problem : {reader.damage(), reader.refusals()}) {
       if (!problem.empty()) warn(problem);
     }
-    for (const TimeNs gap : orderer_.gaps()) {
+    for (const TimeNs gap : input_.orderer().gaps()) {
       warn("the recording has a gap of " + evaluation::formatSeconds(gap) + " s");
     }
-    if (reader_.skipped() > 0) {
-      counters_["objects_skipped"] = static_cast<long>(reader_.skipped());
+    if (reader.skipped() > 0) {
+      counters_["objects_skipped"] = static_cast<long>(reader.skipped());
     }
-    for (const auto& [name, count] : orderer_.counters()) {
+    for (const auto& [name, count] : input_.orderer().counters()) {
       counters_[name] = count;
       warn(std::to_string(count) + " observations left out (" + name + ")");
     }
@@ -194,7 +188,7 @@ class OfflineRun {
     summary_.calibration_assumed = report.calibration_assumed;
     summary_.longest_wait_reason = report.longest_wait_reason;
     summary_.calibration = report.calibration;
-    counters_["objects_read"] = static_cast<long>(reader_.objects());
+    counters_["objects_read"] = static_cast<long>(input_.reader().objects());
     summary_.counters.assign(counters_.begin(), counters_.end());
     summary_.counters.insert(summary_.counters.end(), report.counters.begin(),
                              report.counters.end());
@@ -212,8 +206,7 @@ class OfflineRun {
   roles::Estimator& estimator_;
   const OfflineRunOptions& options_;
   const OfflineRunHooks& hooks_;
-  rawlog::RawlogReader reader_;
-  rawlog::TimeOrderer orderer_;
+  rawlog::OrderedReader input_;
   results::RunRecorder recorder_;
   results::RunSummary summary_;
   std::map<std::string, long> counters_;

@@ -90,7 +90,7 @@ class PoseCovariance {
   bool ok() const { return ok_; }
   /// Of the calibration, the blocks behind all frames; nothing if it was held.
   std::optional<CalibrationCovariance> calibration() const {
-    static_assert(kCalibrationSize == 6 + factors::kCameraParameters + 9);
+    static_assert(kCalibrationSize == 6 + factors::kCameraParameters + imu::kImuIntrinsicsSize);
     if (!calibrated_) return std::nullopt;
     return cov_.bottomRightCorner<kCalibrationSize, kCalibrationSize>();
   }

@@ -88,12 +88,12 @@ struct ShortWindow::Impl : WindowState {
     // In the order of factors::CameraParameter.
     addPriorBlock(camera_parameters, factors::kCameraParameters,
                   {c.time_offset_s, c.readout_s, c.focal, c.aspect, c.centre_px, c.centre_px});
-    std::vector<double> imu(9, c.gyro_gain);
+    std::vector<double> imu(imu::kImuIntrinsicsSize, c.gyro_gain);
     for (int i = 0; i < 3; ++i) {
       imu[static_cast<std::size_t>(imu::kGyroAxes + i)] = c.gyro_axes_rad;
       imu[static_cast<std::size_t>(imu::kAccGain + i)] = c.acc_gain;
     }
-    addPriorBlock(imu_intrinsics, 9, imu);
+    addPriorBlock(imu_intrinsics, imu::kImuIntrinsicsSize, imu);
   }
 };
 

@@ -37,7 +37,7 @@ class Unknowns {
     }
     add(w.extrinsic, 7);
     add(w.camera_parameters, factors::kCameraParameters);
-    add(w.imu_intrinsics, 9);
+    add(w.imu_intrinsics, imu::kImuIntrinsicsSize);
     for (auto& [id, l] : w.landmarks) add(l.x, 3);
     if (w.ranging()) {
       add(w.long_window->frontParameters(), 5);
@@ -94,7 +94,7 @@ void addParameters(WindowState& w, Unknowns* x, ceres::Problem* problem,
   ordering->AddElementToGroup(extrinsic, 1);
   ordering->AddElementToGroup(camera, 1);
   double* const imu = x->of(w.imu_intrinsics);
-  problem->AddParameterBlock(imu, 9);
+  problem->AddParameterBlock(imu, imu::kImuIntrinsicsSize);
   ordering->AddElementToGroup(imu, 1);
 }
 

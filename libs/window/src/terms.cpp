@@ -18,20 +18,23 @@ void TermSet::addPrior() {
 
 void TermSet::addLink(Frame& a, Frame& b) {
   if (!w_.calibrating()) return addFixedLink(a, b);
-  auto& f = make<factors::ImuCalibrationFactor>(*b.link, w_.noise.gravity_mps2);
-  if (w_.options.first_estimate_jacobians) {
-    f.linearizeAt(a.linPose(), a.linSpeedBias(), b.linPose(), b.linSpeedBias());
-  }
-  terms_.push_back(
-      {&f, {a.pose, a.speed_bias, b.pose, b.speed_bias, w_.imu_intrinsics}, 0, false, nullptr});
+  addLinkTerm(make<factors::ImuCalibrationFactor>(*b.link, w_.noise.gravity_mps2), a, b,
+              {w_.imu_intrinsics});
 }
 
 void TermSet::addFixedLink(Frame& a, Frame& b) {
-  auto& f = make<factors::ImuFactor>(*b.link, w_.noise.gravity_mps2, w_.imuIntrinsics());
+  addLinkTerm(make<factors::ImuFactor>(*b.link, w_.noise.gravity_mps2, w_.imuIntrinsics()), a, b,
+              {});
+}
+
+template <typename Factor>
+void TermSet::addLinkTerm(Factor& f, Frame& a, Frame& b, std::initializer_list<double*> further) {
   if (w_.options.first_estimate_jacobians) {
     f.linearizeAt(a.linPose(), a.linSpeedBias(), b.linPose(), b.linSpeedBias());
   }
-  terms_.push_back({&f, {a.pose, a.speed_bias, b.pose, b.speed_bias}, 0, false, nullptr});
+  std::vector<double*> blocks{a.pose, a.speed_bias, b.pose, b.speed_bias};
+  blocks.insert(blocks.end(), further);
+  terms_.push_back({&f, std::move(blocks), 0, false, nullptr});
 }
 
 void TermSet::addRest(Frame& a, Frame* before) {
@@ -173,7 +176,7 @@ void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order) {
   if (!w.calibrating()) return;
   order->push_back({w.extrinsic, 7, 0, nullptr});
   order->push_back({w.camera_parameters, factors::kCameraParameters, 0, nullptr});
-  order->push_back({w.imu_intrinsics, 9, 0, nullptr});
+  order->push_back({w.imu_intrinsics, imu::kImuIntrinsicsSize, 0, nullptr});
 }
 
 std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count) {

@@ -112,7 +112,7 @@ struct WindowState {
   double stamp_offset_s = 0;     ///< time offset that new frames are stamped with
   double extrinsic[7];
   double camera_parameters[factors::kCameraParameters] = {0, 0, 0, 0, 0, 0};
-  double imu_intrinsics[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};
+  double imu_intrinsics[imu::kImuIntrinsicsSize] = {};
   std::deque<std::unique_ptr<Frame>> frames;
   std::map<std::uint64_t, WindowLandmark> landmarks;  ///< ordered by id: same sums in every run
   factors::LinearPrior prior;
@@ -156,6 +156,9 @@ class TermSet {
   void addLink(Frame& a, Frame& b);
   /// The same with the IMU's intrinsics taken as known.
   void addFixedLink(Frame& a, Frame& b);
+  /// `further` are the factor's blocks after the two frames' poses, speeds and biases.
+  template <typename Factor>
+  void addLinkTerm(Factor& f, Frame& a, Frame& b, std::initializer_list<double*> further);
   void addRest(Frame& a, Frame* before);
   void addLandmark(WindowLandmark& l);
   template <typename Factor, typename... Args>

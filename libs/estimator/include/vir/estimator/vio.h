@@ -16,6 +16,11 @@
 
 namespace vir::estimator {
 
+/// Settings out of an ini, such as an importer writes beside a rawlog. Throws SettingsError for a
+/// file that cannot be read, a value that cannot be, and a section or key that is not the
+/// estimator's.
+EstimatorConfig configFromFile(const std::string& ini);
+
 /// Settings at their defaults are those of `vir-slam run`. Readings, images and ranges may come in
 /// any order against each other, each in order of its own time; a state comes out when the readings
 /// have passed its image. The same input gives the same states, whatever the time of day.

@@ -11,7 +11,7 @@ namespace vir::factors {
 ///   r_th = Log(dq^-1 q_i^-1 q_j)
 ///   r_v  = R_i^T (v_j - v_i - g dt) - dv
 ///   r_b  = b_j - b_i
-/// What both factors below share. Keeps a reference to the preintegration: it must outlive this.
+/// Keeps a reference to the preintegration: it must outlive this.
 class ImuResidual {
  public:
   ImuResidual(const imu::Preintegration& preintegration, double gravity);
@@ -34,40 +34,43 @@ class ImuResidual {
   const double* lin_[4] = {nullptr, nullptr, nullptr, nullptr};
 };
 
+/// What both factors below share: the residual and where its Jacobians are evaluated. `Further` are
+/// the sizes of parameters after pose i, speed_bias i, pose j, speed_bias j.
+template <int... Further>
+class ImuFactorBase : public ceres::SizedCostFunction<15, 7, 9, 7, 9, Further...> {
+ public:
+  /// See ImuResidual::linearizeAt.
+  void linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
+                   const double* sb_j) {
+    residual_.linearizeAt(pose_i, sb_i, pose_j, sb_j);
+  }
+
+ protected:
+  ImuFactorBase(const imu::Preintegration& preintegration, double gravity)
+      : residual_(preintegration, gravity) {}
+  ImuResidual residual_;
+};
+
 /// Parameters: pose i, speed_bias i, pose j, speed_bias j. The IMU's intrinsics are fixed.
-class ImuFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9> {
+class ImuFactor final : public ImuFactorBase<> {
  public:
   ImuFactor(const imu::Preintegration& preintegration, double gravity)
       : ImuFactor(preintegration, gravity, preintegration.intrinsics()) {}
   ImuFactor(const imu::Preintegration& preintegration, double gravity,
             const imu::ImuIntrinsics& intrinsics)
-      : residual_(preintegration, gravity), intrinsics_(intrinsics) {}
-  /// See ImuResidual::linearizeAt.
-  void linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
-                   const double* sb_j) {
-    residual_.linearizeAt(pose_i, sb_i, pose_j, sb_j);
-  }
+      : ImuFactorBase(preintegration, gravity), intrinsics_(intrinsics) {}
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
 
  private:
-  ImuResidual residual_;
   imu::ImuIntrinsics intrinsics_;
 };
 
 /// Parameters: pose i, speed_bias i, pose j, speed_bias j, intrinsics (they are estimated).
-class ImuCalibrationFactor final : public ceres::SizedCostFunction<15, 7, 9, 7, 9, 9> {
+class ImuCalibrationFactor final : public ImuFactorBase<imu::kImuIntrinsicsSize> {
  public:
   ImuCalibrationFactor(const imu::Preintegration& preintegration, double gravity)
-      : residual_(preintegration, gravity) {}
-  /// See ImuResidual::linearizeAt.
-  void linearizeAt(const double* pose_i, const double* sb_i, const double* pose_j,
-                   const double* sb_j) {
-    residual_.linearizeAt(pose_i, sb_i, pose_j, sb_j);
-  }
+      : ImuFactorBase(preintegration, gravity) {}
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
-
- private:
-  ImuResidual residual_;
 };
 
 }  // namespace vir::factors

@@ -37,7 +37,8 @@ using Vec15 = Eigen::Matrix<double, 15, 1>;
 ///   rate = (I + diag(gyro_gain) + [axes]x) (reading - bias)
 ///   acceleration = (I + diag(acc_gain)) (reading - bias)
 enum ImuIntrinsicsIndex { kGyroGain = 0, kGyroAxes = 3, kAccGain = 6 };
-using ImuIntrinsics = Eigen::Matrix<double, 9, 1>;
+constexpr int kImuIntrinsicsSize = 9;
+using ImuIntrinsics = Eigen::Matrix<double, kImuIntrinsicsSize, 1>;
 
 /// Change of position, rotation and velocity from body frame i to j, in the frame of i, gravity
 /// excluded; with covariance and first-order dependence on the biases and on the intrinsics.

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "vir/types/calibration.h"
 #include "vir/types/imu_sample.h"
 #include "vir/types/peer_broadcast.h"
 #include "vir/types/range.h"
@@ -53,6 +54,12 @@ std::optional<PeerBroadcast> broadcastOf(const mrpt::obs::CObservation& observat
                                          const std::string& peer_label);
 std::shared_ptr<mrpt::obs::CObservationRobotPose> toObservation(const PeerBroadcast& broadcast,
                                                                 const std::string& peer_label);
+
+/// The camera that comes with an image; empty for any other class.
+std::optional<Calibration> calibrationOf(const mrpt::obs::CObservation& observation);
+/// That of the first image labelled `camera_label`. Throws std::runtime_error if there is none, and
+/// as RawlogReader does.
+Calibration calibrationIn(const std::string& rawlog, const std::string& camera_label);
 
 /// An image, or the feature tracks that stand for one.
 bool isImage(const mrpt::obs::CObservation& observation);
