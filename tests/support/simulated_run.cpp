@@ -24,7 +24,7 @@ class Feeder {
         imu_(simulation::simulateImu(*motion, s.imu)),
         tracks_(s.tracks, motion, camera::makeCamera(s.camera), s.T_B_C),
         estimator_(s.estimator, sinkOf(s, seed)) {
-    estimator_.setCamera(s.camera, s.T_B_C);
+    estimator_.setCamera(s.camera, s.given_T_B_C.value_or(s.T_B_C));
     if (s.use_ranges) ranges_ = simulation::simulateRanges(*motion, s.ranges);
   }
 
@@ -37,7 +37,7 @@ class Feeder {
       for (; next_range < ranges_.size() && ranges_[next_range].t <= t; ++next_range) {
         addRange(ranges_[next_range]);
       }
-      estimator_.addTracks(tracks_.at(t));
+      estimator_.addTracks(seenAt(t));
       collect();
     }
     for (; next < imu_.samples.size(); ++next) estimator_.addImu(imu_.samples[next]);
@@ -51,9 +51,17 @@ class Feeder {
   long ranges() const { return static_cast<long>(ranges_.size()); }
 
  private:
-  bool silent(TimeNs t) const {
+  bool within(const std::pair<double, double>& stretch_s, TimeNs t) const {
     const double s = toSeconds(t - imu_.samples.front().t);
-    return s > settings_.silent_imu_s.first && s < settings_.silent_imu_s.second;
+    return s > stretch_s.first && s < stretch_s.second;
+  }
+  bool silent(TimeNs t) const { return within(settings_.silent_imu_s, t); }
+  vision::TrackedFrame seenAt(TimeNs t) {
+    if (!within(settings_.frozen_camera_s, t)) return last_seen_ = tracks_.at(t);
+    vision::TrackedFrame again = last_seen_;
+    again.t = t;
+    for (vision::FeatureObservation& f : again.features) f.bearing_rate.setZero();
+    return again;
   }
   void addRange(const simulation::SimulatedRange& r) {
     Range m;
@@ -72,6 +80,7 @@ class Feeder {
   const RunSettings& settings_;
   simulation::SimulatedImu imu_;
   simulation::TrackSimulator tracks_;
+  vision::TrackedFrame last_seen_;
   estimator::VisualInertialEstimator estimator_;
   std::vector<simulation::SimulatedRange> ranges_;
   std::vector<StateEstimate> frames_;
@@ -138,6 +147,7 @@ RunResult simulateRun(const std::shared_ptr<const simulation::Motion>& motion, R
   RunResult out;
   out.seed = seed;
   out.calibration = feeder.estimator().calibration();
+  out.doubts = feeder.estimator().doubts();
   out.resets = feeder.estimator().resets();
   out.ranges = feeder.ranges();
   double ms = 0, tracks = 0;

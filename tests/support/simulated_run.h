@@ -23,9 +23,12 @@ struct RunSettings {
   simulation::RangeSimulationOptions ranges;
   CameraCalibration camera;
   Pose T_B_C;
+  std::optional<Pose> given_T_B_C;  ///< what the estimator is told of it, where that is wrong
   bool use_ranges = false;
   /// Readings of the IMU from here to there after the begin are missing [s].
   std::pair<double, double> silent_imu_s{0, 0};
+  /// In this stretch the camera repeats what it saw at its start [s].
+  std::pair<double, double> frozen_camera_s{0, 0};
   std::FILE* log = nullptr;  ///< what the estimator says goes there
 };
 
@@ -66,6 +69,7 @@ struct RunResult {
   double ms_per_frame = 0;
   double mean_tracks = 0;
   int resets = 0;
+  std::vector<std::string> doubts;
   Calibration calibration;  ///< as it was found
   long ranges = 0;
   double smoothed_ate_m = -1;             ///< of the keyframes as last seen

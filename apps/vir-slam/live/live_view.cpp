@@ -120,8 +120,8 @@ struct LiveView::Impl {
     }
   }
 
-  void setKeyframes(const std::vector<StampedPose>& keyframes) {
-    for (const StampedPose& k : keyframes) {
+  void setKeyframes(const std::vector<StampedPose>& told) {
+    for (const StampedPose& k : told) {
       if (k.T_W_B.p.allFinite()) keyframe_positions[k.t] = k.T_W_B.p;
     }
     new_keyframes = true;

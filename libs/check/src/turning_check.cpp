@@ -251,6 +251,15 @@ std::vector<Finding> TurningCheck::findings(const Mat3& R_B_C, double time_offse
   const double off = angleDeg(R_B_C * fit.rotation);
   const bool better = fit.rotation_rest < kFits && fit.rotation_rest < 0.6 * given;
   if (off < kWrongAngle || !better || fit.second_axis < 0.15) return out;
+  if (R_B_C.isIdentity(1e-9)) {
+    out.push_back(
+        {Severity::note, "camera_pose_missing", camera_label_, "its pose on the IMU is not given",
+         "the rotation found explains all but " + num(100 * fit.rotation_rest, 2) +
+             " % of the turning",
+         "a run finds it on the way; give it (T_BS, Kalibr's T_cam_imu), or find it once: "
+         "vir-slam calibrate camera"});
+    return out;
+  }
   const bool inverted = angleDeg(R_B_C.transpose() * fit.rotation) < kWrongAngle;
   const std::string axes = axesNamed(R_B_C * fit.rotation);
   out.push_back({Severity::unusable, inverted ? "camera_pose_inverted" : "camera_rotation",

@@ -14,6 +14,9 @@ namespace {
 constexpr double kImuHistoryS = 2.0;
 /// The guess across a hole in the readings is a poor one.
 constexpr int kIterationsInHole = 8;
+/// A state's speed is known to this while landmarks hold it, and less so on readings alone
+/// [m/s, m/s^2]: a platform that is faster does not stand, whatever the image shows.
+constexpr double kRestSpeed = 0.15, kSpeedDrift = 0.15;
 constexpr const char* kClockSetBack = "the clock of the IMU was set back";
 
 }  // namespace
@@ -31,7 +34,9 @@ void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrin
   startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focalPx());
   window = std::make_unique<window::ShortWindow>(config.window, config.imu, given);
   window->attach(&long_window);
-  if (config.window.calibrate) timing = std::make_unique<CameraTiming>(focalPx());
+  if (!config.window.calibrate) return;
+  timing = std::make_unique<CameraTiming>(focalPx());
+  expectUnknownPose();
 }
 
 Feedback BackEnd::process(Packet packet) {
@@ -128,18 +133,24 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
     out->reason = "the camera's time offset has just been found";
   } else {
     updateRest(frame);
-    if (checkTiming(frame)) out->reason = "started anew with the camera's time offset";
-    if (running) {
-      update(frame, out);
+    checkCameraRotation(frame.t);
+    if (packet->tracker_resets != segment) {
+      out->health = Health::lost;
+      out->reason = "started anew with the camera's rotation";
     } else {
-      checkCameraRotation(frame.t);
-      tryStart(frame, out);
-      if (!out->valid) wait_reasons[out->reason] += packet->since_last_s;
+      if (checkTiming(frame)) out->reason = "started anew with the camera's time offset";
+      updateOrStart(*packet, out);
     }
   }
   last_image = frame.t;
   if (frame.usable) last_usable = frame.t;
   dropOldReadings();
+}
+
+void BackEnd::updateOrStart(const Packet& packet, StateEstimate* out) {
+  if (running) return update(packet.frame, out);
+  tryStart(packet.frame, out);
+  if (!out->valid) wait_reasons[out->reason] += packet.since_last_s;
 }
 
 /// A tracker that is ahead may have followed tracks that have since been found to be wrong.
@@ -276,12 +287,15 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
 /// Motors that idle make the readings far noisier than in the data sheet. At rest that is seen, and
 /// holds until the next rest.
 void BackEnd::updateRest(const vision::TrackedFrame& frame) {
-  double at_rest = config.imu.gravity_mps2;
+  RestDetector::Expected expected{startup->gyroBias(), config.imu.gravity_mps2, running, false};
   if (running) {
     const State s = window->newest();
-    at_rest = (s.T_W_B.q.conjugate() * Vec3(0, 0, at_rest) + s.ba).norm();
+    expected.gyro_bias = s.bg;
+    expected.gravity_mps2 =
+        (s.T_W_B.q.conjugate() * Vec3(0, 0, config.imu.gravity_mps2) + s.ba).norm();
+    expected.moving = s.v.norm() > kRestSpeed + kSpeedDrift * toSeconds(s.t - last_seen);
   }
-  rest.setExpected(running ? window->newest().bg : startup->gyroBias(), at_rest);
+  rest.setExpected(expected);
   if (!rest.update(frame, imu)) return;
   imu_noise = config.imu;
   if (!rest.shaken()) return;

@@ -37,9 +37,12 @@ struct BackEnd {
   bool putOnImuClock(Packet* packet);
   /// Looks whether the clocks agree; true if a running window had to be given up for that.
   bool checkTiming(const vision::TrackedFrame& frame);
-  /// While no start succeeds: is the camera turned against what is given of it? It is taken as it
-  /// is found, and doubted (camera_rotation.cpp).
+  /// A rawlog's way to say that nobody knows the camera's pose in the body is the identity.
+  void expectUnknownPose();
+  /// Is the camera turned against what is given of it? It is taken as it is found, and doubted
+  /// (camera_rotation.cpp); a window that runs with the other rotation begins a new segment.
   void checkCameraRotation(TimeNs t);
+  void tellRotation(TimeNs t, bool inverted, double off_rad);
   void retime(double by_s);
   /// All times of images that are kept.
   void shiftTimes(double by_s);
@@ -50,6 +53,7 @@ struct BackEnd {
   void leaveOutWrongTracks(Packet* packet);
   void clockSetBack();
   void dropOldReadings();
+  void updateOrStart(const Packet& packet, StateEstimate* out);
   void tryStart(const vision::TrackedFrame& frame, StateEstimate* out);
   void update(const vision::TrackedFrame& frame, StateEstimate* out);
   /// What the tracks alone say, where readings are missing (imu_hole.cpp).
@@ -119,6 +123,7 @@ struct BackEnd {
   imu::ImuNoise imu_noise;         // as given, or as seen at rest
   int images_since_rotation = 0;   // was looked for
   bool turned = false;             // the camera's rotation is not as given
+  bool pose_unknown = false;       // nobody gave the camera's pose in the body
   double time_offset_s = 0;        // images are stamped with it
   std::deque<StampedPose> recent;  // in O, while the timing is open
   Pose origin;                     // where the next segment starts

@@ -1,5 +1,6 @@
-/// A calibration with the camera turned by tens of degrees, or given the wrong way round, never
-/// starts: where no start succeeds, turning tells the rotation from nothing.
+/// A calibration with the camera turned by tens of degrees, given the wrong way round or not at all
+/// never starts in motion, and starts at rest without a word: turning tells the rotation from
+/// nothing.
 #include <algorithm>
 #include <cmath>
 
@@ -13,12 +14,32 @@ constexpr int kImagesPerLook = 10;
 constexpr double kTurned = 0.35;
 /// As near as this to a rotation is that rotation [rad].
 constexpr double kTheSame = 0.15;
-/// Of a camera whose position in the body is not known [m].
+/// Of a camera whose position in the body is not known [m], and of one that was not even given
+/// [m, rad].
 constexpr double kPositionUnknown = 0.1;
+constexpr double kPositionNotGiven = 0.2, kRotationNotGiven = 0.1;
+/// Share of the turning that a rotation must explain beyond what another does.
+constexpr double kClearly = 0.3;
+/// MRPT's poses come and go by angles [m, or of a quaternion].
+constexpr double kIdentity = 1e-9;
 
 double angleBetween(const Quat& a, const Quat& b) { return logQuat(a.conjugate() * b).norm(); }
 
 }  // namespace
+
+void BackEnd::expectUnknownPose() {
+  pose_unknown = T_B_C.p.norm() < kIdentity && T_B_C.q.vec().norm() < kIdentity;
+  if (!pose_unknown) return;
+  warn(
+      "the camera's pose in the body is not given (it is the identity): it is found on the way, "
+      "which takes a start in motion with turns; give it, or calibrate once (vir-slam calibrate "
+      "camera)");
+  window->setExtrinsicsSigma(kPositionNotGiven, kRotationNotGiven);
+  // At rest any rotation would do.
+  StartupOptions moving = config.startup;
+  moving.allow_standing = false;
+  startup = std::make_unique<Startup>(moving, config.imu, T_B_C, focalPx());
+}
 
 void BackEnd::checkCameraRotation(TimeNs t) {
   if (turned || !timing || timing->settled() || ++images_since_rotation < kImagesPerLook) return;
@@ -26,10 +47,33 @@ void BackEnd::checkCameraRotation(TimeNs t) {
   const initialization::CameraRotation found = timing->rotation(imu);
   const double off = angleBetween(T_B_C.q, found.q_B_C);
   if (!found.ok || off < std::max(kTurned, 6 * found.sigma_rad)) return;
+  // What runs is only given up for what is clearly better.
+  if (running && timing->found().explained > found.explained - kClearly) return;
   turned = true;
-  const Pose inverse = T_B_C.inverse();
-  const bool inverted = angleBetween(inverse.q, found.q_B_C) < kTheSame;
-  const auto degrees = std::lround(off * 180 / 3.14159265358979323846);
+  const bool inverted = angleBetween(T_B_C.q.conjugate(), found.q_B_C) < kTheSame;
+  tellRotation(t, inverted, off);
+  if (running) {
+    // It began at rest, where any rotation fits.
+    if (!recent.empty()) origin = recent.front().T_W_B;
+    restart("the camera is turned");
+    if (long_window.anchors().empty()) long_window.clear();
+  }
+  T_B_C = inverted ? T_B_C.inverse() : Pose{found.q_B_C, T_B_C.p};
+  Calibration now = given;
+  now.T_B_C = T_B_C;
+  now.time_offset_s = time_offset_s;
+  window->setCalibration(now);
+  const double position = pose_unknown ? kPositionNotGiven : kPositionUnknown;
+  window->setExtrinsicsSigma(inverted ? 0 : position, inverted ? 0 : 2 * found.sigma_rad);
+  startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focalPx());
+}
+
+void BackEnd::tellRotation(TimeNs t, bool inverted, double off_rad) {
+  if (pose_unknown) {
+    warn("the camera's rotation in the body was found from its turning");
+    return;
+  }
+  const auto degrees = std::lround(off_rad * 180 / 3.14159265358979323846);
   const std::string text =
       inverted ? "the camera's pose in the body seems to be given the wrong way round (T_C_B for "
                  "T_B_C): its inverse is used"
@@ -37,13 +81,6 @@ void BackEnd::checkCameraRotation(TimeNs t) {
                      " deg against its calibration: the rotation that turning shows is used";
   warn(text);
   doubts.add("camera_rotation", t, text);
-  T_B_C = inverted ? inverse : Pose{found.q_B_C, T_B_C.p};
-  Calibration now = given;
-  now.T_B_C = T_B_C;
-  now.time_offset_s = time_offset_s;
-  window->setCalibration(now);
-  window->setExtrinsicsSigma(inverted ? 0 : kPositionUnknown, inverted ? 0 : 2 * found.sigma_rad);
-  startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focalPx());
 }
 
 }  // namespace vir::estimator

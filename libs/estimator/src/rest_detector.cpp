@@ -6,6 +6,13 @@
 #include "vir/core/order_statistics.h"
 
 namespace vir::estimator {
+namespace {
+
+/// Readings that do not shake are held against the means this loosely: gains of the accelerometer
+/// that are still unknown are in them.
+constexpr double kQuietMargin = 2;
+
+}  // namespace
 
 void describe(OptionVisitor& v, RestOptions& o) {
   v.section("Rest", "When the platform counts as standing still");
@@ -29,13 +36,14 @@ void RestDetector::setReference(const vision::TrackedFrame& frame) {
   standing_ = false;
 }
 
-bool RestDetector::meanAtRest(const Vec3& gyro, const Vec3& acc, double span_s) const {
+bool RestDetector::meanAtRest(const Vec3& gyro, const Vec3& acc, double span_s,
+                              double margin) const {
   // What white noise of this size leaves in the mean at 100 Hz, the lowest rate of use.
   const double share = 1.0 / std::sqrt(100 * std::max(0.01, span_s));
-  const double gyro_limit = options_.max_mean_gyro_radps + 3 * share * gyro_std_;
-  const double acc_limit = options_.max_mean_acc_mps2 + 3 * share * acc_std_;
-  return (gyro - gyro_bias_).norm() < gyro_limit &&
-         std::abs(acc.norm() - gravity_mps2_) < acc_limit;
+  const double gyro_limit = margin * options_.max_mean_gyro_radps + 3 * share * gyro_std_;
+  const double acc_limit = margin * options_.max_mean_acc_mps2 + 3 * share * acc_std_;
+  return (gyro - expected_.gyro_bias).norm() < gyro_limit &&
+         std::abs(acc.norm() - expected_.gravity_mps2) < acc_limit;
 }
 
 bool RestDetector::update(const vision::TrackedFrame& frame, const imu::ImuBuffer& imu) {
@@ -65,9 +73,11 @@ bool RestDetector::update(const vision::TrackedFrame& frame, const imu::ImuBuffe
   const bool quiet =
       gyro_std_ < options_.max_gyro_std_radps && acc_std_ < options_.max_acc_std_mps2;
   shaken_ = !quiet;
-  standing_ = quiet || (static_cast<int>(flow.size()) >= options_.min_tracks_shaken &&
-                        meanAtRest(gyro, acc, toSeconds(frame.t - from)));
-  return standing_;
+  const bool enough = quiet || static_cast<int>(flow.size()) >= options_.min_tracks_shaken;
+  // Before there is a state nothing is known of the accelerometer's bias: quiet must do.
+  const bool mean = (quiet && !expected_.state_known) ||
+                    meanAtRest(gyro, acc, toSeconds(frame.t - from), quiet ? kQuietMargin : 1);
+  return standing_ = enough && mean && !expected_.moving;
 }
 
 }  // namespace vir::estimator

@@ -164,12 +164,16 @@ void fitToImages(const Survey& survey, int wanted_width, CameraSetup* camera, Pr
 
 void requireAll(const CameraSetup& c, const BagOptions& o, ProblemLog* log) {
   if (c.has_intrinsics && c.has_place) return;
-  const std::string what = !c.has_intrinsics && !c.has_place ? "neither intrinsics nor its place"
-                           : !c.has_intrinsics               ? "no intrinsics"
-                                                             : "not its place";
-  const std::string text = c.topic + ": " + what + " on the IMU " +
-                           (o.calibration.empty() ? "in the recording" : "in " + o.calibration) +
-                           "; give --calibration FILE with both";
+  const std::string where = o.calibration.empty() ? "in the recording" : "in " + o.calibration;
+  if (c.has_intrinsics) {
+    log->note(c.topic + ": not its place on the IMU " + where +
+              ": a run finds it on the way; better give it (--calibration FILE)");
+    return;
+  }
+  const std::string text =
+      c.topic + ": " +
+      (c.has_place ? "no intrinsics" : "neither intrinsics nor its place on the IMU") + " " +
+      where + "; give --calibration FILE with both";
   if (o.need_calibration) {
     throw InputError(text + " (or need_calibration = false to import without, for other uses)");
   }

@@ -95,25 +95,30 @@ void Recording::openCamera(const EurocOptions& o, CameraStream* camera, bool fir
   const std::string file = o.calibration.empty() ? folder_.calibration : o.calibration;
   const GivenCalibration given = readGivenCalibration(file, camera->files.name, first);
   for (const std::string& note : given.notes) log_->note(file + ": " + note);
-  if (!given.camera || !given.T_B_C) {
-    if (yaml.empty() && section_ == "csv") {
-      throw InputError(
-          (file.empty() ? folder_.root + ": holds no calibration of the camera"
-                        : file + ": says nothing of the camera's " +
-                              (given.camera ? "pose on the IMU (T_BS, or T_cam_imu of Kalibr)"
-                                            : "intrinsics")) +
-          "; give --calibration FILE with intrinsics, distortion and the camera's pose on the IMU, "
-          "or leave the images out: --topic camera=none");
+  const bool table_only = yaml.empty() && section_ == "csv";
+  if (!given.camera && table_only) {
+    throw InputError((file.empty() ? folder_.root + ": holds no calibration of the camera"
+                                   : file + ": says nothing of the camera's intrinsics") +
+                     "; give --calibration FILE with intrinsics, distortion and the camera's pose "
+                     "on the IMU, or leave the images out: --topic camera=none");
+  }
+  CameraYaml& calibration = camera->calibration;
+  calibration.has_pose = false;
+  if (!table_only && !(given.camera && given.T_B_C)) {
+    calibration = readCameraYaml(yaml.empty() ? camera->files.dir + "/sensor.yaml" : yaml);
+    if (calibration.has_pose) {
+      calibration.T_B_C = imu_calibration_.T_B_I.inverse() * calibration.T_B_C;
     }
-    camera->calibration = readCameraYaml(yaml.empty() ? camera->files.dir + "/sensor.yaml" : yaml);
-    camera->calibration.T_B_C = imu_calibration_.T_B_I.inverse() * camera->calibration.T_B_C;
   }
   std::string what;
   const auto take = [&](const char* part) {
     what += (what.empty() ? "" : ", ") + std::string(part);
   };
-  if (given.camera) camera->calibration.camera = *given.camera, take("the camera's intrinsics");
-  if (given.T_B_C) camera->calibration.T_B_C = *given.T_B_C, take("its pose on the IMU");
+  if (given.camera) calibration.camera = *given.camera, take("the camera's intrinsics");
+  if (given.T_B_C) {
+    calibration.T_B_C = *given.T_B_C, take("its pose on the IMU");
+    calibration.has_pose = true;
+  }
   if (first && given.time_offset_s) {
     time_offset_s_ = given.time_offset_s, take("its time offset");
   }
@@ -124,6 +129,11 @@ void Recording::openCamera(const EurocOptions& o, CameraStream* camera, bool fir
     take("the IMU's noise");
   }
   if (!what.empty()) log_->note("from " + file + ": " + what);
+  if (!calibration.has_pose) {
+    log_->note(camera->files.name +
+               ": its pose on the IMU is not given (T_BS, 4x4, of its sensor.yaml, or T_cam_imu of "
+               "Kalibr's by --calibration): a run finds it on the way");
+  }
 }
 
 void Recording::findTrueAnchors(const EurocOptions& o) {

@@ -28,8 +28,7 @@ CameraYaml readCameraYaml(const std::string& path) {
     const formats::CalibrationFile file = formats::readCalibrationFile(path);
     if (file.cameras.empty()) throw InputError(path + ": holds no camera");
     const formats::CalibratedCamera& c = file.cameras.front();
-    if (!c.T_B_C) throw InputError(path + ": `T_BS` (sensor to body, 4x4) is missing");
-    return CameraYaml{c.camera, *c.T_B_C};
+    return CameraYaml{c.camera, c.T_B_C.value_or(Pose()), c.T_B_C.has_value()};
   });
 }
 

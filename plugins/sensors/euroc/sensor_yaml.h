@@ -12,7 +12,8 @@ namespace vir::euroc {
 
 struct CameraYaml {
   CameraCalibration camera;
-  Pose T_B_C;  ///< camera to the recording's body frame
+  Pose T_B_C;            ///< camera to the recording's body frame; identity where nobody knows it
+  bool has_pose = true;  ///< somebody does
 };
 
 /// Continuous-time noise of the IMU, SI units; zero where the file does not say.

@@ -237,6 +237,22 @@ TEST(AnyLayout, ImagesOfHalfTheSizeScaleTheIntrinsics) {
   EXPECT_TRUE(contains(log.messages().at(0), "scaled by 0.5")) << log.messages()[0];
 }
 
+TEST(AnyLayout, ACameraWithoutAPoseIsTakenAndThatIsSaid) {
+  const EurocFolder f;
+  f.replace("cam0/sensor.yaml", "T_BS:", "unused:");
+  EurocOptions o;
+  o.source = f.root().string();
+  ProblemLog log;
+  const Recording recording(o, &log);
+  const CameraYaml& c = recording.cameras()[0].calibration;
+  EXPECT_FALSE(c.has_pose);
+  EXPECT_EQ(c.T_B_C.p.norm(), 0);
+  EXPECT_EQ(c.T_B_C.q.w(), 1);
+  EXPECT_EQ(c.camera.fx, 40.5);
+  EXPECT_TRUE(contains(log.messages().at(0), "its pose on the IMU is not given"))
+      << log.messages()[0];
+}
+
 TEST(AnyLayout, ACalibrationFromElsewhereGoesBefore) {
   const EurocFolder f;
   std::filesystem::remove(f.mav0() / "cam0/sensor.yaml");

@@ -70,6 +70,34 @@ TEST(RestDetector, VibrationIsNotRest) {
   }
 }
 
+/// A lift that sets off: the image moves along, the readings are quiet, their mean is not gravity.
+TEST(RestDetector, WithAStateItIsHeldAgainstGravity) {
+  const imu::ImuBuffer imu = readings(0.001, 0.01);
+  RestDetector d{RestOptions()};
+  RestDetector::Expected expected{Vec3(0.01, 0, 0), 9.81, true, false};
+  d.setExpected(expected);
+  d.update(frameAt(0, 0), imu);
+  EXPECT_TRUE(d.update(frameAt(500 * kMs, 0), imu));
+  expected.gravity_mps2 = 9.81 - 0.6;
+  d.setExpected(expected);
+  EXPECT_FALSE(d.update(frameAt(600 * kMs, 0), imu));
+  expected.state_known = false;
+  d.setExpected(expected);
+  EXPECT_TRUE(d.update(frameAt(700 * kMs, 0), imu)) << "nothing is known of its bias";
+}
+
+TEST(RestDetector, WhatMovesDoesNotStandWhateverTheImageShows) {
+  const imu::ImuBuffer imu = readings(0.001, 0.01);
+  RestDetector d{RestOptions()};
+  RestDetector::Expected expected{Vec3(0.01, 0, 0), 9.81, true, true};
+  d.setExpected(expected);
+  d.update(frameAt(0, 0), imu);
+  EXPECT_FALSE(d.update(frameAt(500 * kMs, 0), imu));
+  expected.moving = false;
+  d.setExpected(expected);
+  EXPECT_TRUE(d.update(frameAt(600 * kMs, 0), imu));
+}
+
 TEST(RestDetector, FewTracksAndUnusableImagesDecideNothing) {
   RestDetector d{RestOptions()};
   const imu::ImuBuffer imu = readings(0.001, 0.01);

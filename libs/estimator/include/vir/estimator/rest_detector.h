@@ -1,8 +1,9 @@
 #pragma once
 /// Is the platform standing still? Decided by the image (tracks stay where they were in a reference
 /// image) and confirmed by the IMU: the IMU alone cannot tell rest from steady motion, and an image
-/// that moves with the platform (a lift, a vehicle) cannot either. Idling motors shake the readings
-/// but not their mean.
+/// that moves with the platform (a lift, a vehicle) or comes again and again (a camera that hangs)
+/// cannot either. Idling motors shake the readings but not their mean, and nothing comes to rest
+/// from full speed without the accelerometer's knowing.
 #include <vector>
 
 #include "vir/imu/imu_buffer.h"
@@ -41,22 +42,24 @@ class RestDetector {
   bool shaken() const { return standing_ && shaken_; }
   double gyroStd() const { return gyro_std_; }  ///< [rad/s], norm over the axes
   double accStd() const { return acc_std_; }    ///< [m/s^2]
-  /// The gyro's bias and the length of gravity, as known by now: what the means are held against.
-  void setExpected(const Vec3& gyro_bias, double gravity_mps2) {
-    gyro_bias_ = gyro_bias;
-    gravity_mps2_ = gravity_mps2;
-  }
+  /// What rest would look like by all that is known before the image.
+  struct Expected {
+    Vec3 gyro_bias = Vec3::Zero();  ///< [rad/s]
+    double gravity_mps2 = 9.81;     ///< length of the accelerometer's reading
+    bool state_known = false;       ///< there is a state with biases: motion can be told from them
+    bool moving = false;            ///< its speed is more than it may be off by
+  };
+  void setExpected(const Expected& expected) { expected_ = expected; }
 
  private:
   void setReference(const vision::TrackedFrame& frame);
-  bool meanAtRest(const Vec3& gyro, const Vec3& acc, double span_s) const;
+  bool meanAtRest(const Vec3& gyro, const Vec3& acc, double span_s, double margin) const;
   RestOptions options_;
   std::vector<vision::FeatureObservation> reference_;
   TimeNs reference_t_ = 0;
   bool standing_ = false, shaken_ = false;
   double gyro_std_ = 0, acc_std_ = 0;
-  Vec3 gyro_bias_ = Vec3::Zero();
-  double gravity_mps2_ = 9.81;
+  Expected expected_;
 };
 
 }  // namespace vir::estimator
