@@ -244,6 +244,12 @@ TEST(CheckCli, NamesRangesInMillimetresAndReadsNamesOfAnchors) {
   const Checked c = check(mm);
   EXPECT_EQ(c.code, 1) << c.text;
   EXPECT_TRUE(has(c, "ranges_in_mm")) << c.text;
+  // A run does not use them, and says so.
+  const auto run = virSlam("run " + mm.folder() + " --out " + quoted(mm.out("run")));
+  EXPECT_EQ(run.code, 0) << run.text;
+  const auto summary = nlohmann::json::parse(vir::test::readText(mm.out("run/summary.json")));
+  EXPECT_EQ(summary["verdict"], "doubtful");
+  EXPECT_TRUE(vir::test::contains(summary["doubts"].at(0), "ranges are in millimetres"));
   for (const char* id : {"0x84", "200A", "9412036502"}) {
     const Variant v(source, kFewSeconds);
     v.rewrite("uwb0", "#timestamp [ns],anchor_id,range [m]", [&](const Row& r) {

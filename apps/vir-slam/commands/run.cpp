@@ -6,6 +6,7 @@
 #include "commands/commands.h"
 #include "output/console.h"
 #include "output/run_table.h"
+#include "recordings/check_observer.h"
 #include "recordings/companion.h"
 #include "recordings/recording_check.h"
 #include "setup/prepared_run.h"
@@ -65,6 +66,8 @@ void run(const RunArguments& arguments, Common& common) {
     prepared.calibration.apply(o);
     check.add(*o);
   };
+  CheckObserver check_observer(check);
+  hooks.observers.push_back(&check_observer);
   if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
 
   runs::OfflineRunOptions options = offlineOptions(prepared, hooks.log);
@@ -78,7 +81,9 @@ void run(const RunArguments& arguments, Common& common) {
   prepared.peers.follow(hooks.log, &hooks.observers);
   const results::RunSummary summary = runs::runOffline(*prepared.estimator, options, folder, hooks);
   bar.clear();
-  for (const std::string& line : briefLines(check)) hooks.log(LogLevel::warning, line);
+  if (summary.verdict == results::Verdict::good) {  // else they are among the doubts
+    for (const std::string& line : briefLines(check)) hooks.log(LogLevel::warning, line);
+  }
   if (summary.poses == 0) {
     const std::string& why = summary.longest_wait_reason;
     hooks.log(LogLevel::error, "no pose at all" + (why.empty() ? "" : ": " + why));

@@ -11,7 +11,7 @@
 #include "live/live_view.h"
 #include "live/pose_stream.h"
 #include "output/console.h"
-#include "recordings/recording_check.h"
+#include "recordings/check_observer.h"
 #include "vir/core/ini_writer.h"
 #include "vir/live/acquisition.h"
 #include "vir/live/line_server.h"
@@ -90,6 +90,7 @@ class LiveSession final : public results::RunObserver {
     hooks.log = log_;
     plan_.peers.follow(log_, &hooks.observers);
     hooks.observers.push_back(this);
+    hooks.observers.push_back(&check_observer_);
     if (server_) {
       hooks.on_pose = [this](const State& state) { server_->send(poseLine(state)); };
     }
@@ -243,6 +244,7 @@ class LiveSession final : public results::RunObserver {
   const RecordOptions& options_;
   LogSink log_;
   RecordingCheck check_{RecordingCheck::Depth::brief};
+  CheckObserver check_observer_{check_};
   live::Acquisition acquisition_;
   std::optional<results::ResultsFolder> folder_;
   std::unique_ptr<live::LineServer> server_;

@@ -16,21 +16,8 @@ std::string text(const char* pattern, double a, double b) {
   return out;
 }
 
-}  // namespace
-
-const char* name(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::good:
-      return "good";
-    case Verdict::doubtful:
-      return "doubtful";
-    case Verdict::lost:
-      return "lost";
-  }
-  return "lost";
-}
-
-void fillVerdict(RunSummary* s) {
+/// The doubts that only a whole run can raise, and the verdict.
+void decideVerdict(RunSummary* s) {
   const double share =
       s->frames > 0 ? static_cast<double>(s->poses) / static_cast<double>(s->frames) : 0;
   if (s->poses == 0) {
@@ -55,6 +42,28 @@ void fillVerdict(RunSummary* s) {
   s->verdict = s->doubts.empty()    ? Verdict::good
                : share < kLostShare ? Verdict::lost
                                     : Verdict::doubtful;
+}
+
+}  // namespace
+
+const char* name(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::good:
+      return "good";
+    case Verdict::doubtful:
+      return "doubtful";
+    case Verdict::lost:
+      return "lost";
+  }
+  return "lost";
+}
+
+void fillVerdict(RunSummary* s) {
+  s->doubts.insert(s->doubts.begin(), s->unusable_input.begin(), s->unusable_input.end());
+  decideVerdict(s);
+  if (s->verdict == Verdict::good) return;
+  // What the input itself shows explains the rest.
+  s->doubts.insert(s->doubts.begin(), s->likely_causes.begin(), s->likely_causes.end());
 }
 
 }  // namespace vir::results

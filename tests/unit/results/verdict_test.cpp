@@ -37,6 +37,25 @@ TEST(VerdictOfARun, ADoubtOfTheEstimatorIsOneOfTheRun) {
   EXPECT_EQ(filled(s).verdict, Verdict::doubtful);
 }
 
+TEST(VerdictOfARun, WhatTheInputShowsExplainsOtherDoubtsAndComesFirst) {
+  RunSummary s = good();
+  s.likely_causes = {"the accelerometer is negated"};
+  EXPECT_EQ(filled(s).verdict, Verdict::good) << "a cause without an effect";
+  EXPECT_TRUE(filled(s).doubts.empty());
+  s.doubts = {"few tracks fit the motion"};
+  const RunSummary explained = filled(s);
+  EXPECT_EQ(explained.verdict, Verdict::doubtful);
+  EXPECT_EQ(explained.doubts, (std::vector<std::string>{"the accelerometer is negated",
+                                                        "few tracks fit the motion"}));
+}
+
+TEST(VerdictOfARun, ASensorWhoseDataAreUselessIsADoubt) {
+  RunSummary s = good();
+  s.unusable_input = {"the ranges are in millimetres"};
+  EXPECT_EQ(filled(s).verdict, Verdict::doubtful);
+  EXPECT_TRUE(doubts(filled(s), "the ranges are in millimetres"));
+}
+
 TEST(VerdictOfARun, ALateStart) {
   RunSummary s = good();
   s.init_time_s = 7.9;

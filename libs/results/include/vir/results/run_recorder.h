@@ -66,6 +66,8 @@ struct RunSummary {
   std::optional<Calibration> calibration_given;         ///< what the run began with
   std::optional<CalibrationSigma> calibration_assumed;  ///< how far that was taken to be off
   std::vector<std::string> doubts;                      ///< what speaks against the result
+  std::vector<std::string> unusable_input;  ///< what makes a sensor's data useless: doubts always
+  std::vector<std::string> likely_causes;   ///< seen in the input: doubts where there are others
   Verdict verdict = Verdict::lost;
   std::string error;  ///< what ended the run early; empty if nothing did
   std::vector<std::pair<std::string, long>> counters;
