@@ -17,6 +17,7 @@ constexpr int kIterationsInHole = 8;
 /// A state's speed is known to this while landmarks hold it, and less so on readings alone
 /// [m/s, m/s^2]: a platform that is faster does not stand, whatever the image shows.
 constexpr double kRestSpeed = 0.15, kSpeedDrift = 0.15;
+constexpr int kLandmarksThatHold = 30;
 constexpr const char* kClockSetBack = "the clock of the IMU was set back";
 
 }  // namespace
@@ -287,13 +288,18 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
 /// Motors that idle make the readings far noisier than in the data sheet. At rest that is seen, and
 /// holds until the next rest.
 void BackEnd::updateRest(const vision::TrackedFrame& frame) {
-  RestDetector::Expected expected{startup->gyroBias(), config.imu.gravity_mps2, running, false};
+  RestDetector::Expected expected{startup->gyroBias(), config.imu.gravity_mps2, running, false,
+                                  false};
   if (running) {
+    expected.held = window->landmarksInNewest() >= kLandmarksThatHold;
     const State s = window->newest();
     expected.gyro_bias = s.bg;
     expected.gravity_mps2 =
         (s.T_W_B.q.conjugate() * Vec3(0, 0, config.imu.gravity_mps2) + s.ba).norm();
-    expected.moving = s.v.norm() > kRestSpeed + kSpeedDrift * toSeconds(s.t - last_seen);
+    const double blind_s = toSeconds(s.t - last_seen);
+    const double noise = 3 * imu_noise.noise_scale * imu_noise.acc_noise_density;
+    expected.moving =
+        s.v.norm() > kRestSpeed + kSpeedDrift * blind_s + noise * std::sqrt(blind_s + 0.1);
   }
   rest.setExpected(expected);
   if (!rest.update(frame, imu)) return;

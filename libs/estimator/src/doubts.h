@@ -40,8 +40,12 @@ class Doubts {
     void add(double x, double share) { value = count++ == 0 ? x : value + share * (x - value); }
   };
   void raiseOrClear(TimeNs t, const std::string& kind, bool bad, const std::string& text);
+  void compareVelocity(const StateEstimate& estimate);
   Level inertial_, reprojection_, seen_;
-  TimeNs blind_since_ = 0;  // 0: nothing was looked at yet
+  State before_;                      // of the last image; t = 0: none
+  Vec3 against_path_ = Vec3::Zero();  // mean velocity beside that of the positions [m/s]
+  int compared_ = 0;                  // images in it
+  TimeNs blind_since_ = 0;            // 0: nothing was looked at yet
   std::map<std::string, std::size_t> known_;
   std::vector<std::string> texts_;
   std::string current_;

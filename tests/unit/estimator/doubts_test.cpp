@@ -52,6 +52,22 @@ TEST(Doubts, NoneOfAGoodRun) {
   EXPECT_TRUE(d.all().empty());
 }
 
+/// In a lift the readings rise and the images do not.
+TEST(Doubts, VelocityAgainstPositions) {
+  const auto rising = [](double seen_mps, double felt_mps) {
+    return watched(200, [=](int i, StateEstimate* e) {
+      e->state.T_W_B.p = Vec3(0, 0, seen_mps * 0.05 * i);
+      e->state.v = Vec3(0, 0, felt_mps);
+    });
+  };
+  EXPECT_TRUE(rising(0, 0.28).all().empty());
+  EXPECT_TRUE(rising(3, 3.5).all().empty()) << "a wrong scale is another matter";
+  const Doubts lift = rising(0, 0.5);
+  EXPECT_TRUE(names(lift, "m/s against what is seen"));
+  EXPECT_NE(lift.current(), "");
+  EXPECT_TRUE(names(rising(1, 0), "against what is seen"));
+}
+
 TEST(Doubts, ReadingsAgainstImages) {
   const auto level = [](double mean_square) {
     return watched(100, [=](int, StateEstimate* e) { e->inertial_rms = std::sqrt(mean_square); });

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <random>
+
 namespace vir::estimator {
 namespace {
 
@@ -62,6 +65,76 @@ TEST(RestDetector, SlowDriftIsMotionToo) {
   EXPECT_LT(standing, 10);
 }
 
+/// Tracks all over the image with the noise of a good tracker; `at` says how far each has come.
+vision::TrackedFrame noisyFrameAt(TimeNs t, std::mt19937* random,
+                                  const std::function<Vec2(const Vec2&)>& at) {
+  std::normal_distribution<double> noise(0, 0.05);
+  vision::TrackedFrame f;
+  f.t = t;
+  for (int k = 0; k < 120; ++k) {
+    vision::FeatureObservation o;
+    o.id = static_cast<std::uint64_t>(k + 1);
+    const Vec2 px(60.0 * (k % 12), 45.0 * (k / 12));
+    o.px = px + at(px) + Vec2(noise(*random), noise(*random));
+    f.features.push_back(o);
+  }
+  return f;
+}
+
+/// Half a minute of readings at rest.
+imu::ImuBuffer longRest() {
+  imu::ImuBuffer b;
+  for (int k = 0; k < 6000; ++k) b.add({k * 5 * kMs, Vec3(0.01, 0, 0), Vec3(0, 0, 9.81)});
+  return b;
+}
+
+/// Share of 29 s of images in which it stands.
+double shareStanding(const std::function<Vec2(double, const Vec2&)>& at, bool held = true) {
+  RestDetector d{RestOptions()};
+  d.setExpected({Vec3(0.01, 0, 0), 9.81, true, false, held});
+  const imu::ImuBuffer imu = longRest();
+  std::mt19937 random(7);
+  int standing = 0;
+  constexpr int kImages = 29 * 20;
+  for (int k = 0; k < kImages; ++k) {
+    const double t = 0.05 * k;
+    standing += d.update(
+        noisyFrameAt(k * 50 * kMs, &random, [&](const Vec2& px) { return at(t, px); }), imu);
+  }
+  return standing / static_cast<double>(kImages);
+}
+
+TEST(RestDetector, ACreepFarBelowTheNoiseOfATrackIsNoRest) {
+  EXPECT_GT(shareStanding([](double, const Vec2&) { return Vec2(0, 0); }), 0.95);
+  // Sideways by 0.1 px/s, and straight ahead: 0.1 px/s at the border.
+  EXPECT_LT(shareStanding([](double t, const Vec2&) { return Vec2(0.1 * t, 0); }), 0.1);
+  EXPECT_LT(shareStanding([](double t, const Vec2& px) {
+              return Vec2(0.1 * t * (px - Vec2(360, 240)) / 360);
+            }),
+            0.2);
+  // Where no landmark holds the pose, a rest that is none is the lesser evil.
+  EXPECT_GT(shareStanding([](double t, const Vec2&) { return Vec2(0.1 * t, 0); }, false), 0.7);
+}
+
+/// Each proof that it was none asks for a longer one; a real motion ends that.
+TEST(RestDetector, AfterAMotionTheShortestRestIsEnoughAgain) {
+  RestDetector d{RestOptions()};
+  d.setExpected({Vec3(0.01, 0, 0), 9.81, true, false, true});
+  const imu::ImuBuffer imu = longRest();
+  std::mt19937 random(7);
+  const auto shifted = [&](double t, double by) {
+    return d.update(
+        noisyFrameAt(fromSeconds(t), &random, [by](const Vec2&) { return Vec2(by, 0); }), imu);
+  };
+  shifted(0, 0);
+  ASSERT_TRUE(shifted(0.5, 0));
+  ASSERT_FALSE(shifted(1.0, 0.2)) << "it has crept by 0.2 px";
+  EXPECT_FALSE(shifted(1.5, 0.2)) << "now 0.8 s are asked for";
+  EXPECT_TRUE(shifted(1.85, 0.2));
+  ASSERT_FALSE(shifted(2.0, 5)) << "it moves";
+  EXPECT_TRUE(shifted(2.45, 5));
+}
+
 TEST(RestDetector, VibrationIsNotRest) {
   for (const auto& [gyro, acc] : {std::pair(0.1, 0.0), std::pair(0.0, 1.0)}) {
     RestDetector d{RestOptions()};
@@ -74,7 +147,7 @@ TEST(RestDetector, VibrationIsNotRest) {
 TEST(RestDetector, WithAStateItIsHeldAgainstGravity) {
   const imu::ImuBuffer imu = readings(0.001, 0.01);
   RestDetector d{RestOptions()};
-  RestDetector::Expected expected{Vec3(0.01, 0, 0), 9.81, true, false};
+  RestDetector::Expected expected{Vec3(0.01, 0, 0), 9.81, true, false, false};
   d.setExpected(expected);
   d.update(frameAt(0, 0), imu);
   EXPECT_TRUE(d.update(frameAt(500 * kMs, 0), imu));
@@ -89,7 +162,7 @@ TEST(RestDetector, WithAStateItIsHeldAgainstGravity) {
 TEST(RestDetector, WhatMovesDoesNotStandWhateverTheImageShows) {
   const imu::ImuBuffer imu = readings(0.001, 0.01);
   RestDetector d{RestOptions()};
-  RestDetector::Expected expected{Vec3(0.01, 0, 0), 9.81, true, true};
+  RestDetector::Expected expected{Vec3(0.01, 0, 0), 9.81, true, true, false};
   d.setExpected(expected);
   d.update(frameAt(0, 0), imu);
   EXPECT_FALSE(d.update(frameAt(500 * kMs, 0), imu));

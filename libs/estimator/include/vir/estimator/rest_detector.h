@@ -4,6 +4,7 @@
 /// that moves with the platform (a lift, a vehicle) or comes again and again (a camera that hangs)
 /// cannot either. Idling motors shake the readings but not their mean, and nothing comes to rest
 /// from full speed without the accelerometer's knowing.
+#include <utility>
 #include <vector>
 
 #include "vir/imu/imu_buffer.h"
@@ -14,6 +15,7 @@ namespace vir::estimator {
 struct RestOptions {
   double min_time_s = 0.4;
   double max_flow_px = 0.4;
+  double max_drift_px = 0.12;
   double max_gyro_std_radps = 0.03;
   double max_acc_std_mps2 = 0.4;
   int min_tracks = 15;
@@ -29,9 +31,11 @@ void describe(OptionVisitor& v, RestOptions& o);
 
 class RestDetector {
  public:
-  explicit RestDetector(const RestOptions& options) : options_(options) {}
+  explicit RestDetector(const RestOptions& options)
+      : options_(options), needed_s_(options.min_time_s) {}
   void reset() {
     reference_.clear();
+    needed_s_ = options_.min_time_s;
     standing_ = shaken_ = false;
   }
   /// Updates with an image; true if standing still since `since()`.
@@ -48,15 +52,20 @@ class RestDetector {
     double gravity_mps2 = 9.81;     ///< length of the accelerometer's reading
     bool state_known = false;       ///< there is a state with biases: motion can be told from them
     bool moving = false;            ///< its speed is more than it may be off by
+    /// Landmarks hold the pose: it does well without being called a rest, and a creep would show.
+    bool held = false;
   };
   void setExpected(const Expected& expected) { expected_ = expected; }
 
  private:
+  void compare(const vision::TrackedFrame& frame);
   void setReference(const vision::TrackedFrame& frame);
   bool meanAtRest(const Vec3& gyro, const Vec3& acc, double span_s, double margin) const;
   RestOptions options_;
   std::vector<vision::FeatureObservation> reference_;
+  std::vector<std::pair<Vec2, Vec2>> flow_;  // pixel now, how far it has come from the reference
   TimeNs reference_t_ = 0;
+  double needed_s_ = 0;  // how long nothing must have moved by now
   bool standing_ = false, shaken_ = false;
   double gyro_std_ = 0, acc_std_ = 0;
   Expected expected_;
