@@ -12,16 +12,17 @@
 namespace {
 
 void printPoses(const char* recording, const vir::estimator::EstimatorConfig& config) {
-  vir::Vio vio(vir::rawlog::calibrationIn(recording, vir::rawlog::kCameraLabel), config);
+  using namespace vir::rawlog;
+  vir::Vio vio(calibrationIn(recording, kCameraLabel), config);
   vio.onState([](const vir::StateEstimate& e) {
     if (e.valid) std::cout << vir::evaluation::tumLine({e.state.t, e.state.T_W_B}) << "\n";
   });
-  vir::rawlog::OrderedReader observations(recording);
+  OrderedReader observations(recording);
   while (const auto o = observations.next()) {
-    if (const auto imu = vir::rawlog::imuSampleOf(*o)) vio.add(*imu);
-    if (const auto image = vir::rawlog::grayImageOf(*o)) vio.add(image->view());
-    if (o->sensorLabel != vir::rawlog::kRangeLabel) continue;
-    for (const vir::Range& range : vir::rawlog::rangesOf(*o)) vio.add(range);
+    if (o->sensorLabel == kImuLabel) vio.add(imuSampleOf(*o).value());
+    if (o->sensorLabel == kCameraLabel) vio.add(grayImageOf(*o).value().view());
+    if (o->sensorLabel != kRangeLabel) continue;
+    for (const vir::Range& range : rangesOf(*o)) vio.add(range);
   }
   vio.finish();
 }
@@ -30,7 +31,7 @@ void printPoses(const char* recording, const vir::estimator::EstimatorConfig& co
 
 int main(int argc, char** argv) try {
   if (argc != 2 && argc != 3) throw std::invalid_argument("usage: print_poses RAWLOG [INI]");
-  printPoses(argv[1], argc == 3 ? vir::estimator::configFromFile(argv[2])
+  printPoses(argv[1], argc == 3 ? vir::estimator::configFrom(vir::Settings::fromFile(argv[2]))
                                 : vir::estimator::EstimatorConfig());
   return 0;
 } catch (const std::exception& e) {

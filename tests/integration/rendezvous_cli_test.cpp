@@ -43,6 +43,14 @@ TEST(RendezvousCli, SaysWhatIsMissing) {
   const Outcome id = test::virSlam("rendezvous " + kIni + " --rawlog A:x=a.rawlog");
   EXPECT_EQ(id.code, 2);
   EXPECT_TRUE(test::contains(id.text, "whole number")) << id.text;
+  // Robots that are estimated here take a calibration as `run` does.
+  const test::TempFolder folder;
+  const Outcome calibration =
+      test::virSlam("rendezvous " + kIni + " --set Estimator.calibration=/no/such.yaml --out " +
+                    quoted((folder / "o").string()));
+  EXPECT_EQ(calibration.code, 2);
+  EXPECT_TRUE(test::contains(calibration.text, "/no/such.yaml")) << calibration.text;
+  EXPECT_FALSE(fs::exists(folder / "o"));
 }
 
 TEST(RendezvousCli, ListsThePluginAndItsSettings) {

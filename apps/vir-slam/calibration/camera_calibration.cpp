@@ -57,7 +57,9 @@ results::RunSummary runOnce(const CameraCalibrationJob& job, const std::string& 
   hooks.progress = [&](double part) { bar.show(part); };
   hooks.stop = interrupted;
   hooks.prepare = [&](mrpt::obs::CObservation* o) { prepared.calibration.apply(o); };
-  return runs::runOffline(*prepared.estimator, offlineOptions(prepared, hooks.log), folder, hooks);
+  return runs::runOffline(*prepared.estimator,
+                          offlineOptions(prepared.options, prepared.inputs, hooks.log), folder,
+                          hooks);
 }
 
 /// All recordings once, from `calibration` (a file; empty: what they say).

@@ -65,6 +65,7 @@ void run(const Arguments& arguments, Common& common) {
     bar.clear();
     std::fprintf(stderr, "%s: %s\n", word, text.c_str());
   };
+  for (const std::string& line : prepared.calibration.said()) log(LogLevel::info, line);
   const auto create_solver = [&](const Log& sink) { return prepared.createSolver(sink); };
   const team::Meeting meeting =
       team::meet(runAll(prepared, folder, log, &bar), meetingOptions(prepared), create_solver, log);

@@ -70,7 +70,7 @@ void run(const RunArguments& arguments, Common& common) {
   hooks.observers.push_back(&check_observer);
   if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
 
-  runs::OfflineRunOptions options = offlineOptions(prepared, hooks.log);
+  runs::OfflineRunOptions options = offlineOptions(prepared.options, prepared.inputs, hooks.log);
   const AnchorTable truth = anchorsTruthOf(options.rawlog);
   options.true_anchors = truth.anchors;
   if (truth.bad_lines > 0) {

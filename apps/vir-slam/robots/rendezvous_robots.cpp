@@ -13,6 +13,7 @@
 #include "recordings/companion.h"
 #include "robots/robot_recorder.h"
 #include "setup/auto_driver.h"
+#include "setup/prepared_run.h"
 #include "vir/core/ini_writer.h"
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/rendezvous_registry.h"
@@ -195,7 +196,7 @@ std::unique_ptr<roles::Rendezvous> Prepared::createSolver(const LogSink& log) co
 Prepared prepareRobots(const RobotArguments& arguments, const Common& common) {
   Prepared out;
   out.settings = Settings::fromFile(arguments.ini);
-  for (const std::string& assignment : arguments.assignments) out.settings.set(assignment);
+  out.calibration = takeCalibration("", arguments.assignments, &out.settings);
   SettingsReader own(out.settings);
   describe(own, out.run);
   describe(own, out.rendezvous);
@@ -221,11 +222,8 @@ Prepared prepareRobots(const RobotArguments& arguments, const Common& common) {
 namespace {
 
 /// What a run of this robot alone would have as used.ini.
-std::string ownSettings(const Prepared& prepared, const RobotFile& robot) {
+std::string ownSettings(const Prepared& prepared, const RobotFile& robot, RunOptions run) {
   const auto estimator = configured(prepared, robot, nullptr);
-  RunOptions run = prepared.run;
-  run.driver = robot.driver;
-  run.rawlog = robot.rawlog;
   IniWriter used(IniWriter::Style::values);
   describe(used, run);
   estimator->describe(used);
@@ -239,14 +237,16 @@ team::RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robo
   const auto settings = configured(prepared, robot, nullptr);
   const auto estimator = settings->create(hooks.log);
   RobotRecorder recorder(&record);
-  runs::OfflineRunOptions options;
-  options.estimator = robot.driver;
-  options.rawlog = robot.rawlog;
-  options.start_offset_s = prepared.run.start_offset_s;
-  options.inputs = settings->inputs();
+  RunOptions run = prepared.run;
+  run.driver = robot.driver;
+  run.rawlog = robot.rawlog;
+  runs::OfflineRunOptions options = offlineOptions(run, settings->inputs(), hooks.log);
   options.true_anchors = anchorsTruthOf(robot.rawlog).anchors;
-  results::writeTextFile(own.file("used.ini"), ownSettings(prepared, robot));
+  results::writeTextFile(own.file("used.ini"), ownSettings(prepared, robot, run));
+  GivenCalibration calibration = prepared.calibration;
+  calibration.setCameraLabel(imageLabel(options.inputs));
   runs::OfflineRunHooks observed = hooks;
+  observed.prepare = [&](mrpt::obs::CObservation* o) { calibration.apply(o); };
   observed.observers.push_back(&recorder);
   const results::RunSummary summary = runs::runOffline(*estimator, options, own, observed);
   results::writeTextFile(own.file("summary.json"), toJson(summary));

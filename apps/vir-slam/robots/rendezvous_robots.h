@@ -7,6 +7,7 @@
 
 #include "commands/commands.h"
 #include "robots/rendezvous_options.h"
+#include "setup/given_calibration.h"
 #include "setup/run_options.h"
 #include "vir/core/settings.h"
 #include "vir/results/results_folder.h"
@@ -32,6 +33,7 @@ struct Prepared {
   RendezvousRunOptions rendezvous;
   team::JointOptions joint;
   Settings settings;
+  GivenCalibration calibration;  ///< of every robot that is estimated here
   std::vector<RobotFile> robots;
   std::string used_ini;
 

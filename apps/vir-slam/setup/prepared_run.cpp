@@ -37,14 +37,6 @@ void refuseOwnCalibration(const std::string& calibration, const std::string& out
                    " would be written over by this run: give another folder (--out)");
 }
 
-/// Under which label it reads its images.
-std::string imageLabel(const roles::EstimatorSettings& estimator) {
-  for (const roles::EstimatorInput& input : estimator.inputs()) {
-    if (input.kind == roles::InputKind::image) return input.label;
-  }
-  return rawlog::kCameraLabel;
-}
-
 /// What keeps an estimator from being made is a matter of its settings.
 std::unique_ptr<roles::Estimator> created(const roles::EstimatorSettings& settings,
                                           const std::shared_ptr<LogSink>& log) {
@@ -58,6 +50,13 @@ std::unique_ptr<roles::Estimator> created(const roles::EstimatorSettings& settin
 }
 
 }  // namespace
+
+std::string imageLabel(const std::vector<roles::EstimatorInput>& inputs) {
+  for (const roles::EstimatorInput& input : inputs) {
+    if (input.kind == roles::InputKind::image) return input.label;
+  }
+  return rawlog::kCameraLabel;
+}
 
 PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   PreparedRun run;
@@ -97,7 +96,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   run.peers.describe(reader);
   reader.ignoreUnknownFrom(companion);
   reader.finish();
-  run.calibration.setCameraLabel(imageLabel(*estimator));
+  run.calibration.setCameraLabel(imageLabel(estimator->inputs()));
 
   IniWriter used(IniWriter::Style::values);
   run.options.rawlog = fs::absolute(run.options.rawlog).lexically_normal().string();
@@ -110,12 +109,14 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   return run;
 }
 
-runs::OfflineRunOptions offlineOptions(const PreparedRun& run, const LogSink& log) {
+runs::OfflineRunOptions offlineOptions(const RunOptions& run,
+                                       const std::vector<roles::EstimatorInput>& inputs,
+                                       const LogSink& log) {
   runs::OfflineRunOptions out;
-  out.estimator = run.options.driver;
-  out.rawlog = run.options.rawlog;
-  out.start_offset_s = run.options.start_offset_s;
-  out.inputs = run.inputs;
+  out.estimator = run.driver;
+  out.rawlog = run.rawlog;
+  out.start_offset_s = run.start_offset_s;
+  out.inputs = inputs;
   const runs::InputLabels labels = runs::matchLabels(out.inputs, out.rawlog);
   out.labels = labels.as;
   for (const std::string& note : labels.notes) vir::log(log, LogLevel::warning, note);

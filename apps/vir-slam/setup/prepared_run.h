@@ -35,7 +35,12 @@ struct PreparedRun {
 /// Plugins are loaded here. Throws UsageError, SettingsError, roles::PluginError.
 PreparedRun prepareRun(const RunArguments& arguments, const Common& common);
 
+/// Under which label an estimator of these inputs reads its images.
+std::string imageLabel(const std::vector<roles::EstimatorInput>& inputs);
+
 /// How it is played: without the true anchors. What there is to say of its labels goes to `log`.
-runs::OfflineRunOptions offlineOptions(const PreparedRun& run, const LogSink& log);
+runs::OfflineRunOptions offlineOptions(const RunOptions& run,
+                                       const std::vector<roles::EstimatorInput>& inputs,
+                                       const LogSink& log);
 
 }  // namespace vir::app

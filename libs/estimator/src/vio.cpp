@@ -4,8 +4,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "vir/core/settings.h"
-
 namespace vir::estimator {
 namespace {
 
@@ -21,9 +19,8 @@ EstimatorConfig withCalibration(EstimatorConfig config, const Calibration& calib
 
 }  // namespace
 
-EstimatorConfig configFromFile(const std::string& ini) {
+EstimatorConfig configFrom(const Settings& settings) {
   EstimatorConfig config;
-  const Settings settings = Settings::fromFile(ini);
   SettingsReader reader(settings);
   describe(reader, config);
   reader.finish();

@@ -79,7 +79,7 @@ bool LiveEstimation::followed(const CObservation& observation) const {
 }
 
 void LiveEstimation::propagate(const Arrival& arrival) {
-  if (!hooks_.on_pose) return;
+  if (!hooks_.on_pose || !roles::takes(inputs_, *arrival.observation)) return;
   const auto sample = rawlog::imuSampleOf(*arrival.observation);
   if (!sample || !sample->acc.allFinite() || !sample->gyro.allFinite()) return;
   if (const auto pose = propagator_.add(*sample)) hooks_.on_pose(*pose);
@@ -177,15 +177,7 @@ results::RunSummary LiveEstimation::finish() {
     }
   }
   finished_ = true;
-  const roles::EstimatorReport report = estimator_->report();
-  summary_.resets = report.resets;
-  summary_.doubts = report.doubts;
-  summary_.calibration_sigma = report.calibration_sigma;
-  summary_.longest_wait_reason = report.longest_wait_reason;
-  summary_.calibration = report.calibration;
-  summary_.calibration_given = report.calibration_given;
-  summary_.counters = report.counters;
-  summary_.warnings = report.warnings;
+  results::takeReport(estimator_->report(), &summary_);
   summary_.counters.emplace_back("images_dropped_late", imagesDropped());
   summary_.error = problem();
   summary_.duration_s = first_frame_ ? toSeconds(last_frame_ - *first_frame_) : 0;

@@ -26,8 +26,6 @@ std::optional<std::uint64_t> droppedAnchorOf(const std::string& label) {
   return numberAt(label, kDroppedAnchor.size());
 }
 
-std::string droppedAnchorLabel(std::uint64_t id) { return kDroppedAnchor + std::to_string(id); }
-
 bool isBroadcastLabel(const std::string& label, const std::string& peer_label) {
   const std::size_t n = peer_label.size();
   return label.size() > n + 1 && label[n] == ':' && label.compare(0, n, peer_label) == 0;

@@ -76,6 +76,19 @@ Json toJson(const team::PeerResult& peer) {
 
 }  // namespace
 
+void takeReport(const roles::EstimatorReport& report, RunSummary* s) {
+  s->resets = report.resets;
+  s->doubts = report.doubts;
+  s->calibration = report.calibration;
+  s->calibration_sigma = report.calibration_sigma;
+  s->calibration_covariance = report.calibration_covariance;
+  s->calibration_given = report.calibration_given;
+  s->calibration_assumed = report.calibration_assumed;
+  s->longest_wait_reason = report.longest_wait_reason;
+  s->counters.insert(s->counters.end(), report.counters.begin(), report.counters.end());
+  s->warnings.insert(s->warnings.end(), report.warnings.begin(), report.warnings.end());
+}
+
 std::string toJson(const RunSummary& s) {
   Json json;
   json["estimator"] = s.estimator;

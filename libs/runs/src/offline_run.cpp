@@ -177,23 +177,11 @@ class OfflineRun {
     summary_.frames = frames.count;
     summary_.duration_s = toSeconds(frames.last - frames.first);
     warnAboutInput();
-    const roles::EstimatorReport report = estimator_.report();
     summary_.estimator = options_.estimator;
     summary_.rawlog = options_.rawlog;
-    summary_.resets = report.resets;
-    summary_.doubts = report.doubts;
-    summary_.calibration_sigma = report.calibration_sigma;
-    summary_.calibration_covariance = report.calibration_covariance;
-    summary_.calibration_given = report.calibration_given;
-    summary_.calibration_assumed = report.calibration_assumed;
-    summary_.longest_wait_reason = report.longest_wait_reason;
-    summary_.calibration = report.calibration;
     counters_["objects_read"] = static_cast<long>(input_.reader().objects());
     summary_.counters.assign(counters_.begin(), counters_.end());
-    summary_.counters.insert(summary_.counters.end(), report.counters.begin(),
-                             report.counters.end());
-    summary_.warnings.insert(summary_.warnings.end(), report.warnings.begin(),
-                             report.warnings.end());
+    results::takeReport(estimator_.report(), &summary_);
     if (summary_.frames > 0) {
       summary_.cpu_ms_per_frame = 1e3 * estimator_cpu_s_ / static_cast<double>(summary_.frames);
     }

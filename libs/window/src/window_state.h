@@ -72,7 +72,6 @@ struct WindowLandmark {
   factors::HostRay ray;
   double x[3] = {0, 0, 0};  ///< u, v, inverse distance
   bool has_depth = false;
-  bool in_prior = false;  ///< some of its sights were marginalised
 
   Frame* host() const { return sights.front().frame; }
   /// Point in the host's camera.

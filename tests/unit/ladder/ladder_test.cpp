@@ -2,6 +2,7 @@
 /// of libs/CMakeLists.txt.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -136,6 +137,23 @@ TEST(Ladder, LabelsOfARecordingAreSpelledInOnePlace) {
     if (file.stem() == "labels") return;
     EXPECT_FALSE(std::regex_search(text, label)) << file << ": use vir/rawlog/labels.h";
   });
+}
+
+/// A subcommand says what it takes and wires; what it does is elsewhere.
+TEST(Ladder, ASubcommandHasAtMost150Lines) {
+  int checked = 0;
+  forEachSource({"apps/vir-slam/commands"}, [&](const fs::path& file, const std::string& text) {
+    ++checked;
+    EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 150) << file;
+  });
+  EXPECT_GT(checked, 10);
+}
+
+TEST(Ladder, AFileHasAtMost400Lines) {
+  forEachSource({"libs", "plugins", "apps", "tests"},
+                [](const fs::path& file, const std::string& text) {
+                  EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 400) << file;
+                });
 }
 
 TEST(Ladder, TestsCompareExitCodesExactly) {

@@ -22,7 +22,7 @@ class ImageCheck {
 
  private:
   std::string label_;
-  std::vector<double> means_, contrasts_, sharpness_;
+  std::vector<double> means_, contrasts_;
   std::vector<int> corners_;
   cv::Mat last_;
   long frozen_ = 0, unreadable_ = 0, count_ = 0;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "vir/core/log.h"
+#include "vir/core/settings.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 #include "vir/types/anchor.h"
 #include "vir/types/calibration.h"
@@ -16,10 +17,9 @@
 
 namespace vir::estimator {
 
-/// Settings out of an ini, such as an importer writes beside a rawlog. Throws SettingsError for a
-/// file that cannot be read, a value that cannot be, and a section or key that is not the
-/// estimator's.
-EstimatorConfig configFromFile(const std::string& ini);
+/// Out of the settings of an ini, such as an importer writes beside a rawlog. Throws SettingsError
+/// for a value that cannot be, and for a section or key that is not the estimator's.
+EstimatorConfig configFrom(const Settings& settings);
 
 /// Settings at their defaults are those of `vir-slam run`. Readings, images and ranges may come in
 /// any order against each other, each in order of its own time; a state comes out when the readings

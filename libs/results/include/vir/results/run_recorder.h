@@ -74,6 +74,9 @@ struct RunSummary {
   std::vector<std::string> warnings;
 };
 
+/// What an estimator says of itself at the end becomes the summary's; counters and warnings are
+/// added to those that are there.
+void takeReport(const roles::EstimatorReport& report, RunSummary* summary);
 /// Adds the doubts that only a whole run can raise, and fills in the verdict.
 void fillVerdict(RunSummary* summary);
 

@@ -69,8 +69,8 @@ struct StateEstimate {
 /// "ok", or the word and the reason: "starting: too little parallax".
 std::string healthText(const StateEstimate& estimate);
 
-/// States before now that have changed: what the window moves when it slides on, and later a
-/// closed loop or an anchor that was found. Ordered by time; each replaces the pose of that time.
+/// States before now that have changed: by a closed loop or an anchor that was found. Ordered by
+/// time; each replaces the pose of that time.
 struct Revision {
   TimeNs t = 0;  ///< of the state that brought it about
   std::vector<StampedPose> keyframes;

@@ -1,0 +1,86 @@
+#include "output/check_report.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace vir::app {
+
+void printStreams(const std::vector<check::StreamSummary>& streams) {
+  std::printf("%-8s %10s %12s %10s %12s %14s\n", "label", "count", "rate [Hz]", "span [s]",
+              "jitter [ms]", "longest gap [s]");
+  for (const check::StreamSummary& s : streams) {
+    std::printf("%-8s %10ld %12.2f %10.2f %12.3f %14.3f\n", s.label.c_str(), s.count, s.rate_hz,
+                toSeconds(s.last - s.first), 1e3 * s.jitter_s, s.longest_gap_s);
+  }
+}
+
+void printFindings(const std::vector<check::Finding>& findings) {
+  for (const check::Finding& f : findings) {
+    std::printf("\n%s: %s: %s\n", check::name(f.severity), f.stream.c_str(), f.what.c_str());
+    if (!f.evidence.empty()) std::printf("  evidence: %s\n", f.evidence.c_str());
+    if (!f.remedy.empty()) std::printf("  what to do: %s\n", f.remedy.c_str());
+  }
+}
+
+namespace {
+
+/// So many lines or messages that cannot be read are more than a slip.
+constexpr long kManyUnreadable = 5;
+
+}  // namespace
+
+void addFindings(const SourceReport& source, std::vector<check::Finding>* findings) {
+  if (source.damaged) {
+    findings->push_back({check::Severity::doubtful, "damaged", "file",
+                         "it is damaged or was cut off: there should be more", "",
+                         "record it anew, or copy it again; what is there can be used"});
+  }
+  for (const auto& [counter, n] : source.unreadable) {
+    if (n < kManyUnreadable) continue;
+    findings->push_back({check::Severity::doubtful, "unreadable", "file",
+                         std::to_string(n) + " lines or messages are no readings and are left out",
+                         counter + " " + std::to_string(n), "see the notes above"});
+  }
+  std::stable_sort(findings->begin(), findings->end(),
+                   [](const auto& a, const auto& b) { return a.severity > b.severity; });
+}
+
+const char* verdictName(check::Severity worst) {
+  return worst == check::Severity::note ? "fine" : check::name(worst);
+}
+
+void writeJson(const std::string& path, const RecordingCheck& recording,
+               const std::vector<check::Finding>& findings) {
+  nlohmann::ordered_json json;
+  json["verdict"] = verdictName(check::worst(findings));
+  json["streams"] = nlohmann::json::array();
+  for (const check::StreamSummary& s : recording.streams()) {
+    json["streams"].push_back({{"label", s.label},
+                               {"count", s.count},
+                               {"rate_hz", s.rate_hz},
+                               {"first_ns", s.first},
+                               {"last_ns", s.last},
+                               {"jitter_s", s.jitter_s},
+                               {"longest_gap_s", s.longest_gap_s},
+                               {"out_of_order", s.out_of_order},
+                               {"repeated", s.repeated}});
+  }
+  json["findings"] = nlohmann::json::array();
+  for (const check::Finding& f : findings) {
+    json["findings"].push_back({{"severity", check::name(f.severity)},
+                                {"kind", f.kind},
+                                {"stream", f.stream},
+                                {"what", f.what},
+                                {"evidence", f.evidence},
+                                {"remedy", f.remedy}});
+  }
+  std::ofstream out(path, std::ios::binary);
+  out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
+  out.close();
+  if (!out) throw std::runtime_error("cannot write JSON to " + path);
+}
+
+}  // namespace vir::app
