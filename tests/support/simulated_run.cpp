@@ -37,7 +37,9 @@ class Feeder {
       for (; next_range < ranges_.size() && ranges_[next_range].t <= t; ++next_range) {
         addRange(ranges_[next_range]);
       }
-      estimator_.addTracks(seenAt(t));
+      vision::TrackedFrame seen = seenAt(t);
+      seen.t += fromSeconds(settings_.images_late_s);
+      estimator_.addTracks(seen);
       collect();
     }
     for (; next < imu_.samples.size(); ++next) estimator_.addImu(imu_.samples[next]);

@@ -29,6 +29,7 @@ struct RunSettings {
   std::pair<double, double> silent_imu_s{0, 0};
   /// In this stretch the camera repeats what it saw at its start [s].
   std::pair<double, double> frozen_camera_s{0, 0};
+  double images_late_s = 0;  ///< how much later than they were taken images are stamped
   std::FILE* log = nullptr;  ///< what the estimator says goes there
 };
 

@@ -90,7 +90,9 @@ void checkOrder(const StreamSummary& s, std::vector<Finding>* out) {
   if (s.longest_gap_s > harmlessGap(s) && s.kind != StreamKind::poses) {
     out->push_back({Severity::doubtful, "gap", s.label, "has a gap",
                     "nothing for " + num(s.longest_gap_s) + " s at " + num(s.rate_hz) + " Hz",
-                    "the images bridge up to 4 s of an IMU; what lies in it is lost otherwise"});
+                    s.kind == StreamKind::imu
+                        ? "the images bridge up to 4 s; beyond, a run begins a new segment"
+                        : "what lies in it is lost; the readings of the IMU carry on meanwhile"});
   }
   const double period = s.rate_hz > 0 ? 1 / s.rate_hz : 0;
   if (s.kind == StreamKind::imu && period > 0 && s.jitter_s > 0.25 * period) {

@@ -18,6 +18,7 @@ constexpr int kIterationsInHole = 8;
 /// [m/s, m/s^2]: a platform that is faster does not stand, whatever the image shows.
 constexpr double kRestSpeed = 0.15, kSpeedDrift = 0.15;
 constexpr int kLandmarksThatHold = 30;
+constexpr const char* kOffsetFound = "the camera's time offset has just been found";
 constexpr const char* kClockSetBack = "the clock of the IMU was set back";
 
 }  // namespace
@@ -131,7 +132,7 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
     out->reason = "tracked before the restart";
   } else if (!covered) {
     out->health = withoutState();
-    out->reason = "the camera's time offset has just been found";
+    out->reason = kOffsetFound;
   } else {
     updateRest(frame);
     checkCameraRotation(frame.t);
@@ -139,8 +140,16 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
       out->health = Health::lost;
       out->reason = "started anew with the camera's rotation";
     } else {
+      const double stamped_with = time_offset_s;
       if (checkTiming(frame)) out->reason = "started anew with the camera's time offset";
-      updateOrStart(*packet, out);
+      packet->frame.t += fromSeconds(time_offset_s - stamped_with);
+      out->state.t = frame.t;
+      if (coveredByReadings(frame.t)) {
+        updateOrStart(*packet, out);
+      } else {
+        out->health = withoutState();
+        out->reason = kOffsetFound;
+      }
     }
   }
   last_image = frame.t;
@@ -272,7 +281,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   out->valid = true;
   const bool blind = t != last_seen;
   out->health = rest.standing() ? Health::standing : Health::ok;
-  doubts.look(*out, {out->keyframe, blind});
+  doubts.look(*out, {out->keyframe, blind, gainBeyondPrior()});
   if (!doubts.current().empty()) {
     out->health = Health::doubtful;
     out->reason = doubts.current();
@@ -283,6 +292,12 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     window->slide(out->keyframe);
   }
   collectRetired();
+}
+
+double BackEnd::gainBeyondPrior() const {
+  if (!config.window.calibrate) return 0;
+  const Vec3 found = window->calibration().acc_gain - given.acc_gain;
+  return found.cwiseAbs().maxCoeff() / config.window.calibration.acc_gain;
 }
 
 /// Motors that idle make the readings far noisier than in the data sheet. At rest that is seen, and

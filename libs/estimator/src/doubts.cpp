@@ -27,6 +27,8 @@ constexpr double kBlindS = 1.5;
 constexpr double kAgainstPath = 0.3, kAgainstPathPerSpeed = 0.1;
 /// Images further apart say nothing of it [s].
 constexpr double kBetweenImagesS = 0.2;
+/// Sigmas of the prior: a gain that is further off is only found in part, and the scale suffers.
+constexpr double kGainBeyondPrior = 6;
 constexpr double kBiasAcc = 1.2, kBiasGyro = 0.3;
 
 std::string number(double x) {
@@ -94,6 +96,8 @@ void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
                       kShareOfKeyframe);
   }
   const bool moving = e.health != Health::standing;
+  // What is seen after a rest has no depth yet.
+  if (!moving) seen_ = Level();
   if (moving && e.tracks >= kTracksThatCount) {
     seen_.add(static_cast<double>(e.landmarks) / e.tracks, kShareOfImage);
   }
@@ -109,6 +113,10 @@ void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
   raiseOrClear(t, "seen", seen_.count >= kFewestImages && moving && seen_.value < kFewSeen,
                "few tracks fit the motion: " + std::to_string(e.landmarks) + " landmarks of " +
                    std::to_string(e.tracks) + " tracks");
+  raiseOrClear(t, "acc_gain", evidence.acc_gain > kGainBeyondPrior,
+               "the accelerometer's gain is off by " + number(evidence.acc_gain) +
+                   " sigmas of what was assumed ([Window] acc_gain_sigma): a wrong scale or unit; "
+                   "where it is true, give [Imu] acc_gain or a larger sigma");
   raiseOrClear(t, "bias_acc", e.state.ba.norm() > kBiasAcc,
                "an accelerometer bias of " + number(e.state.ba.norm()) +
                    " m/s^2 is not plausible: units, axes or calibration may be wrong");

@@ -10,8 +10,9 @@ namespace vir::estimator {
 
 /// What one image says beside its state.
 struct Evidence {
-  bool full = false;   ///< the whole window was solved: its residuals count
-  bool blind = false;  ///< nothing but readings held the state
+  bool full = false;    ///< the whole window was solved: its residuals count
+  bool blind = false;   ///< nothing but readings held the state
+  double acc_gain = 0;  ///< how far it is from what was given, in sigmas of its prior
 };
 
 /// Watches levels over about a second, each against what good recordings show and with room above

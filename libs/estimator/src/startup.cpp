@@ -79,7 +79,7 @@ void Startup::reset() {
 }
 
 void Startup::remember(const vision::TrackedFrame& frame) {
-  if (!frame.usable) return;
+  if (!frame.usable || (!frames_.empty() && frame.t <= frames_.back().t)) return;
   frames_.push_back(frame);
   if (!any_offer_) first_offer_ = frame.t;
   any_offer_ = true;
@@ -303,7 +303,7 @@ bool Startup::refine(window::ShortWindow* window) {
     window->rejectOutliers();
   }
   if (window->landmarksInNewest() < 15) {
-    reason_ = "too few tracks";
+    reason_ = "the tracks do not fit the camera's model and the readings";
     return false;
   }
   const window::WindowAccuracy acc = window->accuracy();

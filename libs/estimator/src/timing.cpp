@@ -31,7 +31,11 @@ bool BackEnd::putOnImuClock(Packet* packet) {
     window->stampWith(time_offset_s);
   }
   packet->frame.t = packet->stamp + fromSeconds(time_offset_s);
-  return imu.lastTime() + fromSeconds(kUncoveredS) >= packet->frame.t;
+  return coveredByReadings(packet->frame.t);
+}
+
+bool BackEnd::coveredByReadings(TimeNs t) const {
+  return imu.lastTime() + fromSeconds(kUncoveredS) >= t;
 }
 
 bool BackEnd::checkTiming(const vision::TrackedFrame& frame) {

@@ -20,6 +20,7 @@ std::string text(const char* pattern, double a, double b) {
 void decideVerdict(RunSummary* s) {
   const double share =
       s->frames > 0 ? static_cast<double>(s->poses) / static_cast<double>(s->frames) : 0;
+  if (!s->error.empty()) s->doubts.push_back("the run ended early: " + s->error);
   if (s->poses == 0) {
     std::string why =
         s->longest_wait_reason.empty() ? "nothing to start from" : s->longest_wait_reason;
@@ -38,7 +39,6 @@ void decideVerdict(RunSummary* s) {
     s->doubts.push_back(text("poses for %.0f %% of the images after the first pose only (%.0f)",
                              100 * share / from_start, static_cast<double>(s->poses)));
   }
-  if (!s->error.empty()) s->doubts.push_back("the run ended early: " + s->error);
   s->verdict = s->doubts.empty()    ? Verdict::good
                : share < kLostShare ? Verdict::lost
                                     : Verdict::doubtful;

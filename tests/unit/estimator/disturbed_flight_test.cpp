@@ -57,6 +57,24 @@ TEST(DisturbedFlight, TwoSecondsWithoutReadingsAreBridgedByTheImages) {
   EXPECT_LT(bridged, 1.5 * whole + 0.03);
 }
 
+/// Found while it starts in motion: what came before and the image of that very moment are put on
+/// the clock that was found (an image left where it was ended runs with 120 ms and more).
+TEST(DisturbedFlight, AClockThatIsFarOffIsFoundBeforeTheStart) {
+  simulation::FlightOptions o;
+  o.length_m = 40;
+  o.rest_s = 0.1;
+  const auto motion = std::make_shared<simulation::Motion>(simulation::flight("helix", o));
+  for (const double late_s : {-0.19, -0.15, -0.12, 0.15}) {
+    RunSettings s = lookingAhead();
+    s.images_late_s = late_s;
+    const RunResult r = simulateRun(motion, s, 1);
+    ASSERT_TRUE(r.valid) << late_s << ": " << r.note;
+    EXPECT_NEAR(r.calibration.time_offset_s, -late_s, 0.001);
+    EXPECT_TRUE(r.doubts.empty()) << late_s << ": " << r.doubts.front();
+    EXPECT_LT(r.evaluation.ate_position_m.rmse, 0.2) << late_s;
+  }
+}
+
 /// Taken for a rest, three still seconds stop the flight: metres. On the readings alone they cost
 /// centimetres.
 TEST(DisturbedFlight, ACameraThatHangsIsNoRest) {

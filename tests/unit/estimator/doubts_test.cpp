@@ -68,6 +68,14 @@ TEST(Doubts, VelocityAgainstPositions) {
   EXPECT_TRUE(names(rising(1, 0), "against what is seen"));
 }
 
+TEST(Doubts, AGainFarBeyondItsPrior) {
+  const auto with_gain = [](double sigmas) {
+    return watched(10, [](int, StateEstimate*) {}, {true, false, sigmas});
+  };
+  EXPECT_TRUE(with_gain(5.9).all().empty());
+  EXPECT_TRUE(names(with_gain(6.1), "accelerometer's gain"));
+}
+
 TEST(Doubts, ReadingsAgainstImages) {
   const auto level = [](double mean_square) {
     return watched(100, [=](int, StateEstimate* e) { e->inertial_rms = std::sqrt(mean_square); });

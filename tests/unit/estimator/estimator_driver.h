@@ -34,7 +34,8 @@ struct EstimatorDriver {
     c.fx = c.fy = 250;
     c.cx = kWidth / 2.0;
     c.cy = kHeight / 2.0;
-    estimator.setCamera(c, vir::Pose());
+    // The identity would say that nobody knows it.
+    estimator.setCamera(c, {vir::Quat::Identity(), vir::Vec3(0.01, 0, 0)});
   }
 
   void imuAt(vir::TimeNs t) {

@@ -14,6 +14,7 @@ constexpr TimeNs kStart = 1400000000000000000;
 
 Calibration calibration() {
   Calibration c;
+  c.T_B_C.p = Vec3(0.01, 0, 0);  // the identity would say that nobody knows it
   c.camera.width = vir_test::kWidth;
   c.camera.height = vir_test::kHeight;
   c.camera.fx = c.camera.fy = 250;

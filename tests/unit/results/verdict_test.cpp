@@ -56,6 +56,15 @@ TEST(VerdictOfARun, ASensorWhoseDataAreUselessIsADoubt) {
   EXPECT_TRUE(doubts(filled(s), "the ranges are in millimetres"));
 }
 
+TEST(VerdictOfARun, AnErrorIsNamedWhereThereIsNoPoseEither) {
+  RunSummary s = good();
+  s.poses = 0;
+  s.error = "the disk is full";
+  EXPECT_EQ(filled(s).verdict, Verdict::lost);
+  EXPECT_EQ(filled(s).doubts.size(), 2u);
+  EXPECT_NE(filled(s).doubts[0].find("the disk is full"), std::string::npos);
+}
+
 TEST(VerdictOfARun, ALateStart) {
   RunSummary s = good();
   s.init_time_s = 7.9;
