@@ -17,6 +17,7 @@ constexpr double kMostOfOne = 9;
 /// Share of the tracks that are landmarks, while moving: good ones have more than 0.4.
 constexpr double kFewSeen = 0.12;
 constexpr int kTracksThatCount = 30;
+constexpr double kMovesMps = 0.1;
 /// New values count by this: about ten keyframes, or twenty images.
 constexpr double kShareOfKeyframe = 0.1, kShareOfImage = 0.05;
 constexpr int kFewestKeyframes = 8, kFewestImages = 40;
@@ -96,9 +97,9 @@ void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
                       kShareOfKeyframe);
   }
   const bool moving = e.health != Health::standing;
-  // What is seen after a rest has no depth yet.
+  // What is seen after a rest has no depth yet, nor will it have before there is some motion.
   if (!moving) seen_ = Level();
-  if (moving && e.tracks >= kTracksThatCount) {
+  if (moving && e.state.v.norm() > kMovesMps && e.tracks >= kTracksThatCount) {
     seen_.add(static_cast<double>(e.landmarks) / e.tracks, kShareOfImage);
   }
   const TimeNs t = e.state.t;

@@ -20,6 +20,8 @@ StateEstimate good(int image) {
   e.health = Health::ok;
   e.tracks = 150;
   e.landmarks = 120;
+  e.state.v = Vec3(1, 0, 0);
+  e.state.T_W_B.p = Vec3(0.05 * image, 0, 0);
   e.reprojection_rms = 1.1;
   e.inertial_rms = 0.6;
   return e;
@@ -134,6 +136,15 @@ TEST(Doubts, FewTracksAreLandmarks) {
   EXPECT_TRUE(seen(20, Health::ok).all().empty());
   EXPECT_TRUE(names(seen(15, Health::ok), "few tracks fit the motion: 15 landmarks of 150 tracks"));
   EXPECT_TRUE(seen(0, Health::standing).all().empty()) << "at rest no depth is needed";
+  EXPECT_TRUE(watched(60,
+                      [](int, StateEstimate* e) {
+                        e->landmarks = 0;
+                        e->state.v = Vec3(0.05, 0, 0);
+                        e->state.T_W_B.p.setZero();
+                      })
+                  .all()
+                  .empty())
+      << "nor before it moves";
   EXPECT_TRUE(watched(100,
                       [](int, StateEstimate* e) {
                         e->tracks = 20;  // dark, not wrong
