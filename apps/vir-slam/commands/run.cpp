@@ -82,7 +82,7 @@ void run(const RunArguments& arguments, Common& common) {
   const results::RunSummary summary = runs::runOffline(*prepared.estimator, options, folder, hooks);
   bar.clear();
   if (summary.verdict == results::Verdict::good) {  // else they are among the doubts
-    for (const std::string& line : briefLines(check)) hooks.log(LogLevel::warning, line);
+    for (const std::string& line : summary.likely_causes) hooks.log(LogLevel::warning, line);
   }
   if (summary.poses == 0) {
     const std::string& why = summary.longest_wait_reason;

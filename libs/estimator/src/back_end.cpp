@@ -281,7 +281,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   out->valid = true;
   const bool blind = t != last_seen;
   out->health = rest.standing() ? Health::standing : Health::ok;
-  doubts.look(*out, {out->keyframe, blind, gainBeyondPrior()});
+  doubts.look(*out, {out->keyframe, blind, gainBeyondPrior(out->calibration)});
   if (!doubts.current().empty()) {
     out->health = Health::doubtful;
     out->reason = doubts.current();
@@ -294,10 +294,10 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   collectRetired();
 }
 
-double BackEnd::gainBeyondPrior() const {
+double BackEnd::gainBeyondPrior(const Calibration& found) const {
   if (!config.window.calibrate) return 0;
-  const Vec3 found = window->calibration().acc_gain - given.acc_gain;
-  return found.cwiseAbs().maxCoeff() / config.window.calibration.acc_gain;
+  const Vec3 off = found.acc_gain - given.acc_gain;
+  return off.cwiseAbs().maxCoeff() / config.window.calibration.acc_gain;
 }
 
 /// Motors that idle make the readings far noisier than in the data sheet. At rest that is seen, and

@@ -53,8 +53,8 @@ struct BackEnd {
   void leaveOutWrongTracks(Packet* packet);
   void clockSetBack();
   void dropOldReadings();
-  /// How far the accelerometer's gain is from what was given, in sigmas of its prior.
-  double gainBeyondPrior() const;
+  /// How far the accelerometer's gain, as found, is from what was given, in sigmas of its prior.
+  double gainBeyondPrior(const Calibration& found) const;
   bool coveredByReadings(TimeNs t) const;
   void updateOrStart(const Packet& packet, StateEstimate* out);
   void tryStart(const vision::TrackedFrame& frame, StateEstimate* out);

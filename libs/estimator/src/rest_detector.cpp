@@ -26,23 +26,25 @@ double medianLength(const std::vector<std::pair<Vec2, Vec2>>& flow) {
 }
 
 /// Root mean square [px] of the affine motion (shift, zoom, turn, shear) that fits the tracks: what
-/// a camera that creeps has, while the noise of single tracks averages out.
-double commonMotion(std::vector<std::pair<Vec2, Vec2>> flow) {
-  // Without things that move through the image, and tracks that jump.
-  const double far = 3 * std::max(0.01, medianLength(flow));
-  flow.erase(std::remove_if(flow.begin(), flow.end(),
-                            [far](const auto& f) { return f.second.norm() > far; }),
-             flow.end());
-  const double n = static_cast<double>(flow.size());
-  if (flow.size() < 6) return 0;
+/// a camera that creeps has, while the noise of single tracks averages out. Without things that
+/// move through the image, and tracks that jump: those far beyond the `median` length.
+double commonMotion(const std::vector<std::pair<Vec2, Vec2>>& flow, double median) {
+  const double far = 3 * std::max(0.01, median);
+  const auto counts = [far](const std::pair<Vec2, Vec2>& f) { return f.second.norm() <= far; };
+  const auto count = std::count_if(flow.begin(), flow.end(), counts);
+  if (count < 6) return 0;
+  const double n = static_cast<double>(count);
   Vec2 mean = Vec2::Zero();
-  for (const auto& [px, by] : flow) mean += px / n;
+  for (const auto& f : flow) {
+    if (counts(f)) mean += f.first / n;
+  }
   Mat3 H = Mat3::Zero();
   Eigen::Matrix<double, 3, 2> b = Eigen::Matrix<double, 3, 2>::Zero();
-  for (const auto& [px, by] : flow) {
-    const Vec3 at(1, (px.x() - mean.x()) / 100, (px.y() - mean.y()) / 100);
+  for (const auto& f : flow) {
+    if (!counts(f)) continue;
+    const Vec3 at(1, (f.first.x() - mean.x()) / 100, (f.first.y() - mean.y()) / 100);
     H += at * at.transpose() / n;
-    b += at * by.transpose() / n;
+    b += at * f.second.transpose() / n;
   }
   H.diagonal().array() += 1e-6;  // tracks on a line
   const Eigen::Matrix<double, 3, 2> x = H.ldlt().solve(b);
@@ -101,7 +103,8 @@ bool RestDetector::update(const vision::TrackedFrame& frame, const imu::ImuBuffe
   if (!frame.usable) return standing_ = false;
   compare(frame);
   const int tracks = static_cast<int>(flow_.size());
-  if (tracks < options_.min_tracks || medianLength(flow_) > options_.max_flow_px) {
+  const double median = tracks > 0 ? medianLength(flow_) : 0;
+  if (tracks < options_.min_tracks || median > options_.max_flow_px) {
     setReference(frame);
     needed_s_ = options_.min_time_s;
     return false;
@@ -117,7 +120,7 @@ bool RestDetector::update(const vision::TrackedFrame& frame, const imu::ImuBuffe
       gyro_std_ < options_.max_gyro_std_radps && acc_std_ < options_.max_acc_std_mps2;
   shaken_ = !quiet;
   const bool can_creep = quiet && expected_.held;
-  if (can_creep && commonMotion(flow_) > options_.max_drift_px) {
+  if (can_creep && commonMotion(flow_, median) > options_.max_drift_px) {
     setReference(frame);
     needed_s_ = std::min(2 * needed_s_, kLongestProof * options_.min_time_s);
     return false;
