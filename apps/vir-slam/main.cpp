@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <new>
+#include <opencv2/core/utility.hpp>
 
 #include "commands/commands.h"
 #include "vir/core/settings.h"
@@ -75,6 +76,10 @@ void keepFreedMemory() {
 #endif
 }
 
+/// The program's own threads (tracking, optimisation, decoding) share the cores; OpenCV's pool
+/// would only spin between its short calls, and hides their CPU time from the stages'.
+void useOwnThreads() { cv::setNumThreads(1); }
+
 }  // namespace
 
 void loadPlugins(const Common& common) {
@@ -95,5 +100,6 @@ void requireFile(const std::string& path, const std::string& what) {
 
 int main(int argc, char** argv) {
   vir::app::keepFreedMemory();
+  vir::app::useOwnThreads();
   return vir::app::dispatch(argc, argv);
 }

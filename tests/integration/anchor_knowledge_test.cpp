@@ -90,7 +90,7 @@ nlohmann::json run(const std::string& rawlog, const std::string& out, const std:
   return nlohmann::json::parse(in, nullptr, false);
 }
 
-TEST(AnchorKnowledge, ADroppedAnchorIsUsedFromThenOn) {
+TEST(AnchorKnowledge, ADeployedAnchorIsUsedFromThenOn) {
   const test::TempFolder folder;
   const std::string with = (folder / "with.rawlog").string(),
                     without = (folder / "without.rawlog").string();

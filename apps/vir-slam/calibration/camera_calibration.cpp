@@ -128,7 +128,7 @@ CameraCalibrationResult calibrateCamera(const CameraCalibrationJob& job, const C
   CalibrationSigma assumed;
   Calibration before;
   PassMean mean;
-  while (result.passes < job.passes && !result.settled) {
+  while (result.passes < job.passes && !result.converged) {
     const auto found = pass(job, file, scratch.file("run"), common, &result);
     if (found.empty()) {
       throw std::runtime_error(
@@ -145,7 +145,7 @@ CameraCalibrationResult calibrateCamera(const CameraCalibrationJob& job, const C
     const Calibration& now = result.found.calibration;
     result.last_change_sigma = runs::largestChange(before, now, result.found.sigma);
     // The first pass began elsewhere: only those after the second can tell whether it has arrived.
-    result.settled = result.passes > 2 && result.last_change_sigma < job.settled_sigma;
+    result.converged = result.passes > 2 && result.last_change_sigma < job.converged_sigma;
     std::fprintf(stderr, "pass %d: %zu recordings, largest change %.2f sigma\n", result.passes,
                  found.size(), result.last_change_sigma);
     before = now;

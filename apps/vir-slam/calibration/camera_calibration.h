@@ -14,7 +14,7 @@ struct CameraCalibrationJob {
   std::string ini;          ///< empty: defaults
   std::string calibration;  ///< to begin with; empty: the recordings'
   int passes = 8;           ///< at most
-  double settled_sigma = 0.25;
+  double converged_sigma = 0.25;
 };
 
 struct CameraCalibrationResult {
@@ -22,7 +22,7 @@ struct CameraCalibrationResult {
   runs::PooledCalibration found;
   int passes = 0;
   double last_change_sigma = 0;  ///< between the last two passes
-  bool settled = false;
+  bool converged = false;
   bool complete = true;             ///< every recording could be used, to its end
   std::vector<std::string> doubts;  ///< of the last pass, with the recording's name
 };

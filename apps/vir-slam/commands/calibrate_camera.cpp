@@ -47,7 +47,7 @@ int runCamera(const CameraArguments& args, const Common& common) {
   for (const std::string& doubt : result.doubts) {
     std::fprintf(stderr, "vir-slam: doubt: %s\n", doubt.c_str());
   }
-  if (!result.settled) {
+  if (!result.converged) {
     std::fprintf(
         stderr,
         "vir-slam: not settled after %d passes (last change %.1f sigma): more --passes, or "
@@ -55,7 +55,7 @@ int runCamera(const CameraArguments& args, const Common& common) {
         result.passes, result.last_change_sigma);
   }
   if (!result.complete) return kRunFailed;
-  return result.settled && result.doubts.empty() ? kOk : kDoubtful;
+  return result.converged && result.doubts.empty() ? kOk : kDoubtful;
 }
 
 }  // namespace

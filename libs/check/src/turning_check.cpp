@@ -189,89 +189,111 @@ std::vector<Finding> offsetFindings(const initialization::TurnCorrelation& found
                num(found.offset_s) + "; `calibrate = online` finds the rest"}};
 }
 
-}  // namespace
+/// Reads as a gyro in deg/s.
+bool inDegrees(double ratio) { return ratio > 20 && ratio < 160; }
 
-std::vector<Finding> TurningCheck::findings(const Mat3& R_B_C, double time_offset_s) const {
-  std::vector<Finding> out;
-  std::vector<TurnPair> turning = thatTurn(pairs_);
-  if (turning.size() < kFewest) {
-    out.push_back({Severity::note, "hardly_turns", camera_label_,
-                   "turns too little to hold the gyro against it",
-                   std::to_string(turning.size()) + " of " + std::to_string(pairs_.size()) +
-                       " images turn faster than " + num(kTurning) + " rad/s",
-                   ""});
-    return out;
-  }
-  const double ratio = ratioOf(turning);
+/// What the share of turning that gyro and images see says of the gyro's unit and scale.
+std::vector<Finding> scaleFindings(double ratio, const std::string& imu_label) {
   const std::string rates = "where the images turn by 1 rad/s the gyro says " + num(ratio);
-  if (ratio > 20 && ratio < 160) {
-    out.push_back({Severity::unusable, "gyro_in_deg", imu_label_,
-                   "the gyro is in deg/s, not in rad/s", rates,
-                   "multiply it by 0.0174533 before importing"});
-    for (TurnPair& p : turning) p.gyro_B /= kDegPerRad;
-  } else if (ratio < 0.5 || ratio > 2) {
-    out.push_back({Severity::unusable, "gyro_scale", imu_label_,
-                   "gyro and images disagree on how fast it turns", rates,
-                   "check the gyro's unit and columns, and the camera's focal length"});
-    return out;
-  } else if (ratio < 0.85 || ratio > 1.18) {
-    out.push_back({Severity::doubtful, "gyro_scale", imu_label_,
-                   "gyro and images disagree on how fast it turns", rates,
-                   "check the camera's focal length and the gyro's scale"});
+  if (inDegrees(ratio)) {
+    return {{Severity::unusable, "gyro_in_deg", imu_label, "the gyro is in deg/s, not in rad/s",
+             rates, "multiply it by 0.0174533 before importing"}};
   }
-  if (ratio < 2) {
-    const auto offset =
-        offsetFindings(correlate(turns_, beside_, R_B_C), time_offset_s, camera_label_);
-    out.insert(out.end(), offset.begin(), offset.end());
-    // What is explained by an offset is not a wrong rotation.
-    if (!offset.empty() && offset[0].severity == Severity::doubtful) return out;
+  if (ratio < 0.5 || ratio > 2) {
+    return {{Severity::unusable, "gyro_scale", imu_label,
+             "gyro and images disagree on how fast it turns", rates,
+             "check the gyro's unit and columns, and the camera's focal length"}};
   }
-  const AxesFit fit = fitAxes(turning);
-  const double given = restOf(turning, R_B_C.transpose());
+  if (ratio < 0.85 || ratio > 1.18) {
+    return {{Severity::doubtful, "gyro_scale", imu_label,
+             "gyro and images disagree on how fast it turns", rates,
+             "check the camera's focal length and the gyro's scale"}};
+  }
+  return {};
+}
+
+std::string percent(double share) { return num(100 * share, 2) + " %"; }
+
+/// Both see turning of which no rotation, or only a mirror, makes the other.
+std::vector<Finding> axesFindings(const AxesFit& fit, const Mat3& R_B_C,
+                                  const std::string& camera_label, const std::string& imu_label) {
   if (std::min(fit.rotation_rest, fit.mirror_rest) > 0.7) {
-    out.push_back({Severity::doubtful, "turns_apart", camera_label_,
-                   "does not turn together with the gyro",
-                   "no rotation between the two explains " + num(100 * fit.rotation_rest, 2) +
-                       " % of the turning",
-                   "check that the stamps of both are from one clock"});
-    return out;
+    return {
+        {Severity::doubtful, "turns_apart", camera_label, "does not turn together with the gyro",
+         "no rotation between the two explains " + percent(fit.rotation_rest) + " of the turning",
+         "check that the stamps of both are from one clock"}};
   }
   if (fit.mirror_rest < 0.6 * fit.rotation_rest && fit.mirror_rest < kFits &&
       fit.second_axis > 0.15) {
     const std::string axes = axesNamed(R_B_C * fit.mirror);
-    out.push_back({Severity::unusable, "gyro_mirrored", imu_label_,
-                   "the gyro's axes are mirrored" + (axes.empty() ? "" : ": its " + axes),
-                   "a mirror leaves " + num(100 * fit.mirror_rest, 2) +
-                       " % of the turning, a "
-                       "rotation " +
-                       num(100 * fit.rotation_rest, 2) + " %",
-                   "one axis has the wrong sign, or two are exchanged"});
-    return out;
+    return {{Severity::unusable, "gyro_mirrored", imu_label,
+             "the gyro's axes are mirrored" + (axes.empty() ? "" : ": its " + axes),
+             "a mirror leaves " + percent(fit.mirror_rest) + " of the turning, a rotation " +
+                 percent(fit.rotation_rest),
+             "one axis has the wrong sign, or two are exchanged"}};
   }
+  return {};
+}
+
+/// `given`: share of the turning that the rotation given leaves unexplained.
+std::vector<Finding> rotationFindings(const AxesFit& fit, double given, const Mat3& R_B_C,
+                                      const std::string& camera_label) {
   const double off = angleDeg(R_B_C * fit.rotation);
   const bool better = fit.rotation_rest < kFits && fit.rotation_rest < 0.6 * given;
-  if (off < kWrongAngle || !better || fit.second_axis < 0.15) return out;
+  if (off < kWrongAngle || !better || fit.second_axis < 0.15) return {};
   if (R_B_C.isIdentity(1e-9)) {
-    out.push_back(
-        {Severity::note, "camera_pose_missing", camera_label_, "its pose on the IMU is not given",
-         "the rotation found explains all but " + num(100 * fit.rotation_rest, 2) +
-             " % of the turning",
+    return {
+        {Severity::note, "camera_pose_missing", camera_label, "its pose on the IMU is not given",
+         "the rotation found explains all but " + percent(fit.rotation_rest) + " of the turning",
          "a run finds it on the way; give it (T_BS, Kalibr's T_cam_imu), or find it once: "
-         "vir-slam calibrate camera"});
-    return out;
+         "vir-slam calibrate camera"}};
   }
   const bool inverted = angleDeg(R_B_C.transpose() * fit.rotation) < kWrongAngle;
   const std::string axes = axesNamed(R_B_C * fit.rotation);
-  out.push_back({Severity::unusable, inverted ? "camera_pose_inverted" : "camera_rotation",
-                 camera_label_,
-                 inverted ? "its pose on the IMU is given the wrong way round"
-                          : "its rotation on the IMU is not the one given" +
-                                (axes.empty() ? std::string() : ", or the IMU's axes are: " + axes),
-                 "by " + num(off) + " deg: what is given leaves " + num(100 * given, 2) +
-                     " % of the turning, what was found " + num(100 * fit.rotation_rest, 2) + " %",
-                 inverted ? "give the inverse (T_BS takes camera to body; Kalibr's T_cam_imu the "
-                            "other way)"
-                          : "give the pose of the camera on the IMU anew"});
+  return {{Severity::unusable, inverted ? "camera_pose_inverted" : "camera_rotation", camera_label,
+           inverted ? "its pose on the IMU is given the wrong way round"
+                    : "its rotation on the IMU is not the one given" +
+                          (axes.empty() ? std::string() : ", or the IMU's axes are: " + axes),
+           "by " + num(off) + " deg: what is given leaves " + percent(given) +
+               " of the turning, what was found " + percent(fit.rotation_rest),
+           inverted ? "give the inverse (T_BS takes camera to body; Kalibr's T_cam_imu the "
+                      "other way)"
+                    : "give the pose of the camera on the IMU anew"}};
+}
+
+}  // namespace
+
+std::vector<Finding> TurningCheck::findings(const Mat3& R_B_C, double time_offset_s) const {
+  std::vector<TurnPair> turning = thatTurn(pairs_);
+  if (turning.size() < kFewest) {
+    return {{Severity::note, "hardly_turns", camera_label_,
+             "turns too little to hold the gyro against it",
+             std::to_string(turning.size()) + " of " + std::to_string(pairs_.size()) +
+                 " images turn faster than " + num(kTurning) + " rad/s",
+             ""}};
+  }
+  const double ratio = ratioOf(turning);
+  std::vector<Finding> out = scaleFindings(ratio, imu_label_);
+  const auto append = [&](const std::vector<Finding>& more) {
+    out.insert(out.end(), more.begin(), more.end());
+  };
+  if (inDegrees(ratio)) {
+    for (TurnPair& p : turning) p.gyro_B /= kDegPerRad;
+  } else if (!out.empty() && out[0].severity == Severity::unusable) {
+    return out;
+  } else {
+    const auto offset =
+        offsetFindings(correlate(turns_, beside_, R_B_C), time_offset_s, camera_label_);
+    append(offset);
+    // What is explained by an offset is not a wrong rotation.
+    if (!offset.empty() && offset[0].severity == Severity::doubtful) return out;
+  }
+  const AxesFit fit = fitAxes(turning);
+  const auto axes = axesFindings(fit, R_B_C, camera_label_, imu_label_);
+  append(axes);
+  if (axes.empty()) {
+    append(rotationFindings(fit, restOf(turning, R_B_C.transpose()), R_B_C, camera_label_));
+  }
   return out;
 }
 

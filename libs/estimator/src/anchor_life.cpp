@@ -191,7 +191,7 @@ void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, Located* located, const 
 /// of the point the search landed on may stay behind a ridge. So a young anchor is searched for
 /// again and again, and goes where the long window, path and all, is better explained.
 bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, Located* located, const Held& held,
-                                   const std::vector<window::HeldRange>& front) {
+                                   const std::vector<window::HeldRange>& head) {
   if (!located->youth || --located->youth->next_search > 0) return false;
   located->youth->next_search = kSearchPeriod;
   window::AnchorNode& state = *window->anchor(a->key());
@@ -203,7 +203,7 @@ bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, Located* located, c
   bool moved = false;
   if (usable && !state.fixed) {
     const Vec3 there = found.solutions.front().p_W;
-    const MirrorComparison m = compareMirror(*window, a->key(), ranges, front, &there);
+    const MirrorComparison m = compareMirror(*window, a->key(), ranges, head, &there);
     const bool better_there = m.distinct && m.chi2 < -kMirrorSwitch;
     const Vec3 target = better_there ? m.mirror_p_W : m.here_p_W;
     moved = m.valid && (target - state.position()).norm() > kStuck;
@@ -216,14 +216,14 @@ bool RangeLayer::Impl::searchAgain(TimeNs t, AnchorTrack* a, Located* located, c
 }
 
 bool RangeLayer::Impl::decideMirror(TimeNs t, AnchorTrack* a, Located* located, const Held& held,
-                                    const std::vector<window::HeldRange>& front) {
+                                    const std::vector<window::HeldRange>& head) {
   const bool ruled_out = std::holds_alternative<MirrorRuledOut>(located->mirror);
   if (ruled_out || --located->next_check > 0) return false;
   const MirrorOpen* open = located->openMirror();
   located->next_check = open != nullptr ? kOpenMirrorPeriod : kMirrorPeriod;
   window::AnchorNode& state = *window->anchor(a->key());
   if (state.fixed) return false;
-  const MirrorComparison m = compareMirror(*window, a->key(), held(a->key()), front,
+  const MirrorComparison m = compareMirror(*window, a->key(), held(a->key()), head,
                                            open != nullptr ? &open->p_W : nullptr);
   if (!m.valid) return false;
   if (!m.distinct || m.chi2 > kMirrorClosed) {
@@ -327,7 +327,7 @@ void RangeLayer::Impl::reweigh(AnchorTrack* a, const Held& held) {
   state.variance_factor = std::clamp(0.5 * (state.variance_factor + now), kLeastFactor, 30.0);
 }
 
-bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& front) {
+bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& head) {
   Impl& s = *impl_;
   ++s.keyframes;
   bool changed = false;
@@ -342,9 +342,9 @@ bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::He
       changed = true;
       continue;
     }
-    changed = s.searchAgain(t, &a, located, held, front) || changed;
+    changed = s.searchAgain(t, &a, located, held, head) || changed;
     changed = s.decideBias(t, &a, located, held) || changed;
-    changed = s.decideMirror(t, &a, located, held, front) || changed;
+    changed = s.decideMirror(t, &a, located, held, head) || changed;
     if (s.window->options().anchor_fixed_after_init && t - located->found_at > fromSeconds(1.0)) {
       s.window->anchor(a.key())->fixed = true;
     }

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "cpu_clock.h"
+#include "vir/core/stage_timer.h"
 
 namespace vir::estimator {
 namespace {
@@ -65,7 +65,7 @@ Feedback BackEnd::process(Packet packet) {
 void BackEnd::takeIn(const Packet& packet) {
   for (const ImuSample& s : packet.readings) imu.add(s);
   for (const Range& r : packet.ranges) ranges.offer(r);
-  for (const DroppedAnchor& a : packet.dropped_anchors) {
+  for (const DeployedAnchor& a : packet.deployed_anchors) {
     if (running) {
       ranges.putDown(a.id, inWorld(window->newest()).T_W_B * a.p_B, a.sigma_m);
     } else {
@@ -214,7 +214,7 @@ void BackEnd::tryStart(const vision::TrackedFrame& frame, StateEstimate* out) {
           (startup->detail().empty() ? "" : ": " + startup->detail()));
   shiftTimes(startup->foundShift());
   // Its images are needed again if the clocks turn out to disagree.
-  if (!timing || timing->settled()) startup->reset();
+  if (!timing || timing->offsetKnown()) startup->reset();
   running = true;
   recent.clear();
   for (const State& s : window->states()) rememberPose(s);
@@ -237,13 +237,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   bool gap = false;
   imu::Preintegration link = imu.integrate(previous.t, t, imu_noise, previous.bg, previous.ba, &gap,
                                            window->imuIntrinsics());
-  if (gap) ++imu_gaps;
-  if (gap && !in_gap) {
-    warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
-  }
-  if (gap && !in_gap) hole = {previous.t, t};
-  if (gap) hole.to = t;
-  in_gap = gap;
+  noteHole(gap, previous.t, t);
   State predicted = window::predict(previous, link, config.imu.gravity_mps2, t);
   if (gap) guessAcrossHole(previous, frame, &predicted);
   rememberSights(frame);

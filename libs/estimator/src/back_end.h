@@ -59,7 +59,9 @@ struct BackEnd {
   void updateOrStart(const Packet& packet, StateEstimate* out);
   void tryStart(const vision::TrackedFrame& frame, StateEstimate* out);
   void update(const vision::TrackedFrame& frame, StateEstimate* out);
-  /// What the tracks alone say, where readings are missing (imu_hole.cpp).
+  /// Readings are missing before `t` (or not any more); said once per stretch (imu_hole.cpp).
+  void noteHole(bool gap, TimeNs previous, TimeNs t);
+  /// What the tracks alone say, where readings are missing.
   void guessAcrossHole(const State& previous, const vision::TrackedFrame& frame,
                        State* predicted) const;
   /// Is the last hole behind, and with it the hold on the landmarks? Told once.
@@ -79,7 +81,7 @@ struct BackEnd {
   void startLongWindow();
   State inWorld(const State& s) const;
   /// Metres of O per metre of W.
-  double odometryScale() const { return std::exp(long_window.front().x[4]); }
+  double odometryScale() const { return std::exp(long_window.head().x[4]); }
   void collectRangeWarnings() {
     for (const std::string& w : ranges.takeWarnings()) warnings.push_back(w);
   }

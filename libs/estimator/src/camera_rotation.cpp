@@ -42,7 +42,8 @@ void BackEnd::expectUnknownPose() {
 }
 
 void BackEnd::checkCameraRotation(TimeNs t) {
-  if (turned || !timing || timing->settled() || ++images_since_rotation < kImagesPerLook) return;
+  if (turned || !timing || timing->offsetKnown() || ++images_since_rotation < kImagesPerLook)
+    return;
   images_since_rotation = 0;
   const initialization::CameraRotation found = timing->rotation(imu);
   const double off = angleBetween(T_B_C.q, found.q_B_C);

@@ -30,7 +30,7 @@ void CameraTiming::reset() {
 }
 
 void CameraTiming::add(const vision::TrackedFrame& frame) {
-  if (settled_) return;
+  if (offset_known_) return;
   if (!frame.usable) {
     seen_.clear();
     return;
@@ -55,7 +55,7 @@ void CameraTiming::add(const vision::TrackedFrame& frame) {
 }
 
 CameraTiming::State CameraTiming::look(const imu::ImuBuffer& imu, const Quat& q_B_C, bool running) {
-  if (settled_) return State::agrees;
+  if (offset_known_) return State::agrees;
   if (++since_look_ < kImagesPerLook) return State::open;
   since_look_ = 0;
   found_ = initialization::correlateTurns({turns_.begin(), turns_.end()}, imu, q_B_C);
@@ -64,13 +64,13 @@ CameraTiming::State CameraTiming::look(const imu::ImuBuffer& imu, const Quat& q_
                                : std::max(kStartFindsS, kSigmasAtStart * found_.sigma_s);
   const bool clear = found_.against_none > kClearlyBetter && std::abs(found_.offset_s) > least;
   if (clear) return State::differs;
-  if (found_.sigma_s < kKnownS) settled_ = true;
+  if (found_.sigma_s < kKnownS) offset_known_ = true;
   return State::agrees;
 }
 
 bool CameraTiming::suggests() const {
   constexpr double kUncertainS = 0.03;
-  return !settled_ && std::abs(found_.offset_s) > kStartFindsS && found_.sigma_s > 0 &&
+  return !offset_known_ && std::abs(found_.offset_s) > kStartFindsS && found_.sigma_s > 0 &&
          found_.sigma_s < kUncertainS;
 }
 

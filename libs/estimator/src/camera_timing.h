@@ -26,7 +26,7 @@ class CameraTiming {
   /// `running`: a window is, and what it finds itself is left to it.
   State look(const imu::ImuBuffer& imu, const Quat& q_B_C, bool running);
   /// All that is asked has been answered.
-  bool settled() const { return settled_; }
+  bool offsetKnown() const { return offset_known_; }
   const initialization::TurnCorrelation& found() const { return found_; }
   /// The camera's rotation in the body by turning alone, from nothing known of it.
   initialization::CameraRotation rotation(const imu::ImuBuffer& imu) const {
@@ -50,7 +50,7 @@ class CameraTiming {
   std::deque<Seen> seen_;  // what the next images are compared with
   std::deque<initialization::ImageTurn> turns_;
   initialization::TurnCorrelation found_;
-  bool settled_ = false;
+  bool offset_known_ = false;
   int since_look_ = 0;
 };
 

@@ -33,7 +33,7 @@ void BackEnd::attachRanges(const State& previous, const State& newest) {
   const std::vector<Range> due = ranges.dueUntil(newest.t);
   if (due.empty()) return;
   const Pose T_B_O = newest.T_W_B.inverse();
-  const Mat3 R_W_O = rotZ(long_window.front().x[3]);
+  const Mat3 R_W_O = rotZ(long_window.head().x[3]);
   AntennaPrediction antenna;
   antenna.inner_covariance =
       R_W_O * window->newestCovariance().topLeftCorner<3, 3>() * R_W_O.transpose();
@@ -88,7 +88,7 @@ void BackEnd::startLongWindow() {
     long_window.start(oldest.t, oldest.T_W_B, oldest.T_W_B, kStartSigma, kStartSigma);
   } else {
     // A new segment: the chain goes on over an edge that says how little is known.
-    const double lost = toSeconds(oldest.t - long_window.front().t);
+    const double lost = toSeconds(oldest.t - long_window.head().t);
     Eigen::Vector4d sigma;
     sigma << Vec3::Constant(kLostPosition + kLostSpeed * std::max(0.0, lost)), kLostYaw;
     long_window.advance(oldest.t, oldest.T_W_B, {}, sigma.cwiseAbs2().asDiagonal(),
@@ -111,16 +111,16 @@ Eigen::Matrix<double, 6, 6> BackEnd::covarianceInWorld() const {
   if (joint.rows() < 5) return Mat6::Zero();
   const Pose T_W_B = long_window.toWorld(window->newest().T_W_B);
   Mat6 turn = Mat6::Identity();
-  turn.topLeftCorner<3, 3>() = rotZ(long_window.front().x[3]);
+  turn.topLeftCorner<3, 3>() = rotZ(long_window.head().x[3]);
   Eigen::Matrix<double, 6, 4> J = Eigen::Matrix<double, 6, 4>::Zero();
   J.topLeftCorner<3, 3>().setIdentity();
-  J.topRightCorner<3, 1>() = Vec3::UnitZ().cross(T_W_B.p - long_window.front().position());
+  J.topRightCorner<3, 1>() = Vec3::UnitZ().cross(T_W_B.p - long_window.head().position());
   J.bottomRightCorner<3, 1>() = T_W_B.R().row(2).transpose();
   Mat6 out = turn * window->newestCovariance() * turn.transpose() +
              J * joint.topLeftCorner<4, 4>() * J.transpose();
   if (!long_window.scaleFrozen()) {
     Eigen::Matrix<double, 6, 1> longer = Eigen::Matrix<double, 6, 1>::Zero();
-    longer.head<3>() = long_window.front().position() - T_W_B.p;
+    longer.head<3>() = long_window.head().position() - T_W_B.p;
     const Mat6 cross = J * joint.block<4, 1>(0, 4) * longer.transpose();
     out += cross + cross.transpose() + joint(4, 4) * longer * longer.transpose();
   }

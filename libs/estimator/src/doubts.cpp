@@ -46,8 +46,10 @@ std::string seconds(TimeNs t) {
 
 }  // namespace
 
-void Doubts::raiseOrClear(TimeNs t, const std::string& kind, bool bad, const std::string& text) {
+template <typename Text>
+void Doubts::raiseIf(bool bad, TimeNs t, const char* kind, const Text& made) {
   if (!bad) return;
+  const std::string text = made();
   if (current_.empty()) current_ = text;
   add(kind, t, text);
 }
@@ -76,12 +78,13 @@ void Doubts::compareVelocity(const StateEstimate& e) {
     against_path_ += kShareOfImage * (0.5 * (before_.v + now.v) - path - against_path_);
     ++compared_;
     const double by = against_path_.norm();
-    raiseOrClear(
-        now.t, "velocity",
-        compared_ >= kFewestImages && by > kAgainstPath + kAgainstPathPerSpeed * path.norm(),
-        "the readings of the IMU move by " + number(by) +
-            " m/s against what is seen: a lift or a vehicle that moves with it, a camera "
-            "that hangs, or a blow");
+    const bool apart =
+        compared_ >= kFewestImages && by > kAgainstPath + kAgainstPathPerSpeed * path.norm();
+    raiseIf(apart, now.t, "velocity", [&] {
+      return "the readings of the IMU move by " + number(by) +
+             " m/s against what is seen: a lift or a vehicle that moves with it, a camera that "
+             "hangs, or a blow";
+    });
   }
   before_ = now;
 }
@@ -103,32 +106,47 @@ void Doubts::look(const StateEstimate& e, const Evidence& evidence) {
     seen_.add(static_cast<double>(e.landmarks) / e.tracks, kShareOfImage);
   }
   const TimeNs t = e.state.t;
-  raiseOrClear(t, "inertial", inertial_.count >= kFewestKeyframes && inertial_.value > kInertial,
-               "the readings of the IMU do not fit the images (" +
-                   number(std::sqrt(inertial_.value)) +
-                   " sigma): calibration, units or axes may be wrong");
-  raiseOrClear(t, "sights",
-               reprojection_.count >= kFewestKeyframes && reprojection_.value > kReprojection,
-               "the sights contradict each other (" + number(std::sqrt(reprojection_.value)) +
-                   " sigma): calibration of the camera, its clock, or things that move");
-  raiseOrClear(t, "seen", seen_.count >= kFewestImages && moving && seen_.value < kFewSeen,
-               "few tracks fit the motion: " + std::to_string(e.landmarks) + " landmarks of " +
-                   std::to_string(e.tracks) + " tracks");
-  raiseOrClear(t, "acc_gain", evidence.acc_gain > kGainBeyondPrior,
-               "the accelerometer's gain is off by " + number(evidence.acc_gain) +
-                   " sigmas of what was assumed ([Window] acc_gain_sigma): a wrong scale or unit; "
-                   "where it is true, give [Imu] acc_gain or a larger sigma");
-  raiseOrClear(t, "bias_acc", e.state.ba.norm() > kBiasAcc,
-               "an accelerometer bias of " + number(e.state.ba.norm()) +
-                   " m/s^2 is not plausible: units, axes or calibration may be wrong");
-  raiseOrClear(t, "bias_gyro", e.state.bg.norm() > kBiasGyro,
-               "a gyro bias of " + number(e.state.bg.norm()) +
-                   " rad/s is not plausible: units, axes or calibration may be wrong");
+  const bool inertial_bad = inertial_.count >= kFewestKeyframes && inertial_.value > kInertial;
+  raiseIf(inertial_bad, t, "inertial", [&] {
+    return "the readings of the IMU do not fit the images (" + number(std::sqrt(inertial_.value)) +
+           " sigma): calibration, units or axes may be wrong";
+  });
+  const bool sights_bad =
+      reprojection_.count >= kFewestKeyframes && reprojection_.value > kReprojection;
+  raiseIf(sights_bad, t, "sights", [&] {
+    return "the sights contradict each other (" + number(std::sqrt(reprojection_.value)) +
+           " sigma): calibration of the camera, its clock, or things that move";
+  });
+  const bool few_seen = seen_.count >= kFewestImages && moving && seen_.value < kFewSeen;
+  raiseIf(few_seen, t, "seen", [&] {
+    return "few tracks fit the motion: " + std::to_string(e.landmarks) + " landmarks of " +
+           std::to_string(e.tracks) + " tracks";
+  });
+  lookAtCalibration(e, evidence.acc_gain);
   const bool blind = evidence.blind && moving;
   if (!blind || blind_since_ == 0) blind_since_ = t;
-  raiseOrClear(t, "blind", blind && toSeconds(t - blind_since_) > kBlindS,
-               "no landmarks for " + number(toSeconds(t - blind_since_)) + " s, IMU only");
+  const double blind_s = toSeconds(t - blind_since_);
+  raiseIf(blind && blind_s > kBlindS, t, "blind",
+          [&] { return "no landmarks for " + number(blind_s) + " s, IMU only"; });
   if (blind && current_.empty()) current_ = "no landmarks, IMU only";
+}
+
+/// What is found on the way must be plausible.
+void Doubts::lookAtCalibration(const StateEstimate& e, double acc_gain) {
+  const TimeNs t = e.state.t;
+  raiseIf(acc_gain > kGainBeyondPrior, t, "acc_gain", [&] {
+    return "the accelerometer's gain is off by " + number(acc_gain) +
+           " sigmas of what was assumed ([Window] acc_gain_sigma): a wrong scale or unit; where "
+           "it is true, give [Imu] acc_gain or a larger sigma";
+  });
+  raiseIf(e.state.ba.norm() > kBiasAcc, t, "bias_acc", [&] {
+    return "an accelerometer bias of " + number(e.state.ba.norm()) +
+           " m/s^2 is not plausible: units, axes or calibration may be wrong";
+  });
+  raiseIf(e.state.bg.norm() > kBiasGyro, t, "bias_gyro", [&] {
+    return "a gyro bias of " + number(e.state.bg.norm()) +
+           " rad/s is not plausible: units, axes or calibration may be wrong";
+  });
 }
 
 double Doubts::inflation() const {

@@ -40,7 +40,10 @@ class Doubts {
     int count = 0;
     void add(double x, double share) { value = count++ == 0 ? x : value + share * (x - value); }
   };
-  void raiseOrClear(TimeNs t, const std::string& kind, bool bad, const std::string& text);
+  /// `made` says it in words; asked only where `bad`.
+  template <typename Text>
+  void raiseIf(bool bad, TimeNs t, const char* kind, const Text& made);
+  void lookAtCalibration(const StateEstimate& estimate, double acc_gain);
   void compareVelocity(const StateEstimate& estimate);
   Level inertial_, reprojection_, seen_;
   State before_;                      // of the last image; t = 0: none

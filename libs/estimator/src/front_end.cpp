@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "cpu_clock.h"
+#include "vir/core/stage_timer.h"
 
 namespace vir::estimator {
 namespace {

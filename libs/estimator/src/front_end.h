@@ -31,7 +31,7 @@ class FrontEnd {
   /// Pixels are copied if the image has to wait.
   void addImage(WaitingImage image);
   void addRange(const Range& range) { next_.ranges.push_back(range); }
-  void addDroppedAnchor(const DroppedAnchor& anchor) { next_.dropped_anchors.push_back(anchor); }
+  void addDeployedAnchor(const DeployedAnchor& anchor) { next_.deployed_anchors.push_back(anchor); }
   void finish();
 
   const EstimatorCounters& counters() const { return counters_; }

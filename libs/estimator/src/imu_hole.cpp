@@ -22,6 +22,18 @@ void BackEnd::rememberSights(const vision::TrackedFrame& frame) {
   }
 }
 
+void BackEnd::noteHole(bool gap, TimeNs previous, TimeNs t) {
+  if (gap) {
+    ++imu_gaps;
+    if (!in_gap) {
+      warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
+      hole.from = previous;
+    }
+    hole.to = t;
+  }
+  in_gap = gap;
+}
+
 /// Interpolated readings may be wrong by radians per second, and sights that a guess puts far away
 /// are left out as wrong: the tracks tell how the camera turned. The velocity is as it was.
 void BackEnd::guessAcrossHole(const State& previous, const vision::TrackedFrame& frame,

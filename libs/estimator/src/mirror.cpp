@@ -15,7 +15,7 @@ constexpr double kSame = 0.1;
 
 MirrorComparison compareMirror(const window::LongWindow& window, std::uint64_t key,
                                const std::vector<window::HeldRange>& held,
-                               const std::vector<window::HeldRange>& front_ranges,
+                               const std::vector<window::HeldRange>& head_ranges,
                                const Vec3* mirror) {
   MirrorComparison out;
   if (held.size() < kFewest) return out;
@@ -28,9 +28,9 @@ MirrorComparison compareMirror(const window::LongWindow& window, std::uint64_t k
   const Vec3 normal = Eigen::SelfAdjointEigenSolver<Mat3>(scatter).eigenvectors().col(0);
   Vec3 here = window.anchors().at(key).position();
   out.mirror_p_W = mirror ? *mirror : Vec3(here - 2 * normal.dot(here - mean) * normal);
-  const double cost_here = window.costWithAnchorAt(key, here, kIterations, front_ranges, &here);
+  const double cost_here = window.costWithAnchorAt(key, here, kIterations, head_ranges, &here);
   out.chi2 =
-      window.costWithAnchorAt(key, out.mirror_p_W, kIterations, front_ranges, &out.mirror_p_W) -
+      window.costWithAnchorAt(key, out.mirror_p_W, kIterations, head_ranges, &out.mirror_p_W) -
       cost_here;
   out.here_p_W = here;
   out.distinct = (out.mirror_p_W - here).norm() > kSame;

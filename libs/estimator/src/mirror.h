@@ -17,11 +17,11 @@ struct MirrorComparison {
 
 /// The long window is solved for both, path and all: the path as it is has been bent to suit the
 /// present position. `held` are the anchor's ranges with the antenna's position in W in `motion`;
-/// `front_ranges` all ranges at the front; `mirror`: where to look for the other position, else the
+/// `head_ranges` all ranges at the head; `mirror`: where to look for the other position, else the
 /// image at the plane that fits the path best.
 MirrorComparison compareMirror(const window::LongWindow& window, std::uint64_t key,
                                const std::vector<window::HeldRange>& held,
-                               const std::vector<window::HeldRange>& front_ranges,
+                               const std::vector<window::HeldRange>& head_ranges,
                                const Vec3* mirror);
 
 }  // namespace vir::estimator

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cpu_clock.h"
 #include "start_sigma.h"
+#include "vir/core/stage_timer.h"
 
 namespace vir::estimator {
 namespace {
@@ -16,10 +16,10 @@ constexpr double kJumpPosition = 1.0, kJumpYaw = 0.3;
 constexpr double kStepAlways = 0.2;
 /// Solver iterations when an anchor has just been found or changed.
 constexpr int kIterationsOnChange = 15;
-/// Ranges of one anchor that the front holds before neighbours are averaged.
+/// Ranges of one anchor that the head holds before neighbours are averaged.
 constexpr std::size_t kMaxRangesPerNode = 16;
 
-/// What lies between the front and the newest pose: what its uncertainty grows with.
+/// What lies between the head and the newest pose: what its uncertainty grows with.
 struct Travelled {
   double metres = 0, radians = 0;
 };
@@ -97,7 +97,7 @@ struct OdometryRangeEstimator::Impl {
   LogSink log_sink;
   window::LongWindow window;
   RangeLayer ranges;
-  std::vector<window::HeldRange> front_ranges;
+  std::vector<window::HeldRange> head_ranges;
   std::vector<StateEstimate> results;
   std::vector<StampedPose> retired;
   std::vector<std::string> warnings;
@@ -134,7 +134,7 @@ Eigen::Matrix4d OdometryRangeEstimator::Impl::covarianceOf(const Travelled& done
 }
 
 void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
-  const Pose& front = window.front().T_O_B;
+  const Pose& head = window.head().T_O_B;
   std::vector<Range> late;
   for (const Range& r : ranges.dueUntil(t)) {
     if (r.t < last_t - fromSeconds(0.5)) {
@@ -144,17 +144,17 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
     const double u = std::clamp(toSeconds(r.t - last_t) / toSeconds(t - last_t), 0.0, 1.0);
     const Pose at(last.q.slerp(u, T_O_B.q), last.p + u * (T_O_B.p - last.p));
     window::HeldRange held;
-    held.motion = at.p - front.p;
+    held.motion = at.p - head.p;
     held.lever = at.q * r.p_B_U;
     AntennaPrediction antenna;
-    const Mat3 R_W_O = rotZ(window.front().x[3]);
+    const Mat3 R_W_O = rotZ(window.head().x[3]);
     antenna.p_W = window.pointToWorld(at.p) + R_W_O * held.lever;
     antenna.inner_covariance =
-        covarianceOf(travelled, toSeconds(t - window.front().t)).topLeftCorner<3, 3>();
-    if (ranges.accept(r, antenna, &held)) front_ranges.push_back(held);
+        covarianceOf(travelled, toSeconds(t - window.head().t)).topLeftCorner<3, 3>();
+    if (ranges.accept(r, antenna, &held)) head_ranges.push_back(held);
   }
   ranges.discard(late, RangeDecision::too_late);
-  window::mergeRanges(&front_ranges, kMaxRangesPerNode);
+  window::mergeRanges(&head_ranges, kMaxRangesPerNode);
 }
 
 std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uint64_t key) const {
@@ -168,26 +168,26 @@ std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uin
     }
   };
   for (const window::LongNode& n : window.nodes()) add(n, n.ranges);
-  add(window.front(), front_ranges);
+  add(window.head(), head_ranges);
   return out;
 }
 
 void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
-  Eigen::Matrix4d covariance = covarianceOf(travelled, toSeconds(t - window.front().t));
+  Eigen::Matrix4d covariance = covarianceOf(travelled, toSeconds(t - window.head().t));
   if (jumped) {
     covariance.diagonal().head<3>().array() += kJumpPosition * kJumpPosition;
     covariance(3, 3) += kJumpYaw * kJumpYaw;
   }
-  window.advance(t, T_O_B, std::move(front_ranges), covariance,
+  window.advance(t, T_O_B, std::move(head_ranges), covariance,
                  jumped ? window::NodeTie::lost : window::NodeTie::followed);
   jumped = false;
-  front_ranges.clear();
+  head_ranges.clear();
   travelled = Travelled();
   for (const window::LongNode& n : window.takeRetired()) retired.push_back({n.t, n.T_W_B()});
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
   // The covariances must know the new node before ranges are judged by them.
-  window.solve(config.iterations, front_ranges);
-  if (ranges.update(t, held, front_ranges)) window.solve(kIterationsOnChange, front_ranges);
+  window.solve(config.iterations, head_ranges);
+  if (ranges.update(t, held, head_ranges)) window.solve(kIterationsOnChange, head_ranges);
   collectRangeWarnings();
 }
 
@@ -196,13 +196,13 @@ Eigen::Matrix<double, 6, 6> OdometryRangeEstimator::Impl::covarianceInWorld(
   Eigen::Matrix<double, 6, 6> out = Eigen::Matrix<double, 6, 6>::Zero();
   const Eigen::MatrixXd& joint = window.jointCovariance();
   if (joint.rows() < 5) return out;
-  const Vec3 arm = T_W_B.p - window.front().position();
+  const Vec3 arm = T_W_B.p - window.head().position();
   Eigen::Matrix<double, 6, 5> J = Eigen::Matrix<double, 6, 5>::Zero();
   J.topLeftCorner<3, 3>().setIdentity();
   J.block<3, 1>(0, 3) = Vec3::UnitZ().cross(arm);
   J.block<3, 1>(0, 4) = -arm;
   J.block<3, 1>(3, 3) = T_W_B.R().row(2).transpose();
-  const Eigen::Matrix4d own = covarianceOf(travelled, toSeconds(last_t - window.front().t));
+  const Eigen::Matrix4d own = covarianceOf(travelled, toSeconds(last_t - window.head().t));
   out = J * joint.topLeftCorner<5, 5>() * J.transpose();
   out.topLeftCorner<3, 3>() += own.topLeftCorner<3, 3>();
   const Vec3 up_B = T_W_B.R().row(2).transpose();
@@ -240,14 +240,14 @@ void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
       const OdometryOptions& o = config.odometry;
       out.keyframe = jumped || travelled.metres >= o.node_distance_m ||
                      travelled.radians >= o.node_turn_rad ||
-                     toSeconds(t - window.front().t) >= o.node_interval_s;
+                     toSeconds(t - window.head().t) >= o.node_interval_s;
       if (out.keyframe) advance(t, T_O_B);
     }
     last = T_O_B;
     last_t = t;
     out.state.T_W_B = window.toWorld(T_O_B);
     out.covariance = covarianceInWorld(out.state.T_W_B);
-    out.odometry_scale = std::exp(window.front().x[4]);
+    out.odometry_scale = std::exp(window.head().x[4]);
     out.segment = segment;
     out.valid = true;
     out.health = Health::ok;
@@ -271,7 +271,7 @@ void OdometryRangeEstimator::addRange(const Range& range) {
   if (impl_->config.ranges.use) impl_->ranges.offer(range);
 }
 
-void OdometryRangeEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
+void OdometryRangeEstimator::anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m) {
   Impl& s = *impl_;
   if (s.window.empty()) {
     s.ranges.putDownUnseen(id);
@@ -291,7 +291,7 @@ std::vector<StampedPose> OdometryRangeEstimator::keyframes() const {
   std::vector<StampedPose> out = impl_->retired;
   if (impl_->window.empty()) return out;
   for (const window::LongNode& n : impl_->window.nodes()) out.push_back({n.t, n.T_W_B()});
-  out.push_back({impl_->window.front().t, impl_->window.front().T_W_B()});
+  out.push_back({impl_->window.head().t, impl_->window.head().T_W_B()});
   return out;
 }
 

@@ -7,16 +7,10 @@
 
 #include "vir/estimator/range_layer.h"
 #include "vir/imu/preintegration.h"
+#include "vir/types/anchor.h"
 #include "vir/vision/feature_tracker.h"
 
 namespace vir::estimator {
-
-/// The robot said that it put down an anchor.
-struct DroppedAnchor {
-  std::uint64_t id = 0;
-  Vec3 p_B = Vec3::Zero();  ///< in the body at that time [m]
-  double sigma_m = 0;
-};
 
 /// One image as the front end leaves it, with all that came in since the one before.
 struct Packet {
@@ -31,7 +25,7 @@ struct Packet {
   Kind kind = Kind::image;
   std::vector<ImuSample> readings;
   std::vector<Range> ranges;
-  std::vector<DroppedAnchor> dropped_anchors;
+  std::vector<DeployedAnchor> deployed_anchors;
   std::vector<std::string> warnings;  ///< of the front end, told by the back end: one order
   TimeNs stamp = 0;                   ///< the image's own clock
   vision::TrackedFrame frame;         ///< its time is on the clock of the IMU

@@ -125,7 +125,7 @@ RangeLayer::Impl::Innovation RangeLayer::Impl::innovation(const AnchorTrack& a,
       held.sigma_m * held.sigma_m + r.direction.dot(antenna.inner_covariance * r.direction);
   const int c = window->columnOf(a.key());
   if (c >= 0) {
-    const Vec3 arm = antenna.p_W - window->front().position();
+    const Vec3 arm = antenna.p_W - window->head().position();
     Eigen::Matrix<double, 9, 1> h;
     h << r.direction, r.direction.dot(Vec3(-arm.y(), arm.x(), 0)), 0, -r.direction, 1;
     const Eigen::MatrixXd& J = window->jointCovariance();

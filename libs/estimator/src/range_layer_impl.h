@@ -58,9 +58,9 @@ struct RangeLayer::Impl {
   bool tryToFind(TimeNs t, AnchorTrack* a, Collecting* collecting, const Held& held);
   void adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found);
   bool decideMirror(TimeNs t, AnchorTrack* a, Located* located, const Held& held,
-                    const std::vector<window::HeldRange>& front);
+                    const std::vector<window::HeldRange>& head);
   bool searchAgain(TimeNs t, AnchorTrack* a, Located* located, const Held& held,
-                   const std::vector<window::HeldRange>& front);
+                   const std::vector<window::HeldRange>& head);
   void moveTo(TimeNs t, AnchorTrack* a, Located* located, const Vec3& p_W);
   void endYouth(const AnchorTrack& a, Located* located);
   bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located& located);

@@ -39,7 +39,7 @@ bool BackEnd::coveredByReadings(TimeNs t) const {
 }
 
 bool BackEnd::checkTiming(const vision::TrackedFrame& frame) {
-  if (!timing || timing->settled()) return false;
+  if (!timing || timing->offsetKnown()) return false;
   timing->add(frame);
   if (running) {
     startup->remember(frame);

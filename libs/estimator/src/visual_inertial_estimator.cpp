@@ -95,8 +95,8 @@ void VisualInertialEstimator::addRange(const Range& range) {
   if (impl_->config.ranges.use) impl_->front_end.addRange(range);
 }
 
-void VisualInertialEstimator::anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m) {
-  impl_->front_end.addDroppedAnchor({id, p_B, sigma_m});
+void VisualInertialEstimator::anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m) {
+  impl_->front_end.addDeployedAnchor({id, p_B, sigma_m});
 }
 
 void VisualInertialEstimator::finish() {

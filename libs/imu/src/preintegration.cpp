@@ -135,6 +135,16 @@ void Preintegration::propagate(const Step& s) {
   N.middleRows<3>(kP) = 0.5 * dt * dt * a_x;
   N.middleRows<3>(kV) = dt * a_x;
   jac_intrinsics_ = F.topLeftCorner<9, 9>() * jac_intrinsics_ + N;
+  growCovariance(F, s);
+
+  dp_ += dv_ * dt + 0.5 * a * dt * dt;
+  dv_ += a * dt;
+  dq_ = q1;
+  dt_ += dt;
+}
+
+void Preintegration::growCovariance(const Mat15& F, const Step& s) {
+  const double dt = s.dt;
   cov_ = F * cov_ * F.transpose();
   // White noise of density s has variance s^2/dt over a step: it enters where the bias enters.
   const double scale = noise_.noise_scale * s.noise_factor;
@@ -146,11 +156,6 @@ void Preintegration::propagate(const Step& s) {
   cov_.diagonal().segment<3>(kP).array() += kIntegrationNoise * kIntegrationNoise * dt;
   cov_.diagonal().segment<3>(kBg).array() += std::pow(noise_.gyro_random_walk, 2) * dt;
   cov_.diagonal().segment<3>(kBa).array() += std::pow(noise_.acc_random_walk, 2) * dt;
-
-  dp_ += dv_ * dt + 0.5 * a * dt * dt;
-  dv_ += a * dt;
-  dq_ = q1;
-  dt_ += dt;
 }
 
 Mat15 Preintegration::sqrtInformation() const {

@@ -66,11 +66,7 @@ Pair makePair(const std::vector<AlignmentFrame>& frames, std::size_t i, std::siz
   return p;
 }
 
-}  // namespace
-
-GyroBiasEstimate estimateGyroBias(const std::vector<AlignmentFrame>& frames, const Quat& q_B_C,
-                                  double focal_px, const Vec3& start) {
-  GyroBiasEstimate out;
+std::vector<Pair> pairsOf(const std::vector<AlignmentFrame>& frames, const Quat& q_B_C) {
   std::vector<Pair> pairs;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     for (std::size_t step : {std::size_t{1}, std::size_t{2}, std::size_t{4}, std::size_t{8}}) {
@@ -79,6 +75,51 @@ GyroBiasEstimate estimateGyroBias(const std::vector<AlignmentFrame>& frames, con
       if (p.matches.size() >= 10) pairs.push_back(std::move(p));
     }
   }
+  return pairs;
+}
+
+/// The normal equations of the bias, and the weighted squares they leave.
+struct BiasEquations {
+  Mat3 H = Mat3::Zero();
+  Vec3 g = Vec3::Zero();
+  double sum = 0;
+  long count = 0;
+
+  /// `q`: rotation of the pair with the bias as it is; beyond `huber` [rad] a sight weighs less.
+  void add(const Pair& p, const Quat& q, double huber) {
+    const Mat3 R = q.toRotationMatrix();
+    const Mat32d B = basisOf(p.t);
+    Eigen::Matrix<double, 5, 5> N = Eigen::Matrix<double, 5, 5>::Zero();
+    Eigen::Matrix<double, 5, 1> y = Eigen::Matrix<double, 5, 1>::Zero();
+    for (const Match& m : p.matches) {
+      const Vec3 Rb = R * m.b;
+      const Vec3 n = m.a.cross(Rb);
+      const double r = p.t.dot(n);
+      Eigen::Matrix<double, 1, 5> J;
+      J.head<3>() = -(p.t.cross(m.a)).transpose() * R * hat(m.b) * p.J_bias;
+      J.tail<2>() = (B.transpose() * n).transpose();
+      const double w = std::abs(r) > huber ? huber / std::abs(r) : 1.0;
+      N += w * J.transpose() * J;
+      y += w * J.transpose() * r;
+      sum += w * r * r;
+      ++count;
+    }
+    // The direction is this pair's own unknown; a little damping where there is no parallax.
+    const Eigen::Matrix2d D =
+        N.bottomRightCorner<2, 2>() +
+        1e-8 * static_cast<double>(p.matches.size()) * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix<double, 3, 2> W = N.topRightCorner<3, 2>() * D.inverse();
+    H += N.topLeftCorner<3, 3>() - W * N.bottomLeftCorner<2, 3>();
+    g += y.head<3>() - W * y.tail<2>();
+  }
+};
+
+}  // namespace
+
+GyroBiasEstimate estimateGyroBias(const std::vector<AlignmentFrame>& frames, const Quat& q_B_C,
+                                  double focal_px, const Vec3& start) {
+  GyroBiasEstimate out;
+  std::vector<Pair> pairs = pairsOf(frames, q_B_C);
   out.pairs = static_cast<int>(pairs.size());
   if (pairs.empty()) {
     out.reason = "too few tracks";
@@ -90,37 +131,9 @@ GyroBiasEstimate estimateGyroBias(const std::vector<AlignmentFrame>& frames, con
   for (Pair& p : pairs) solveDirection(&p, rotation(p));
   const double huber = 1.0 / focal_px;
   for (int iteration = 0; iteration < 12; ++iteration) {
-    Mat3 H = Mat3::Zero();
-    Vec3 g = Vec3::Zero();
-    double sum = 0;
-    long count = 0;
-    for (Pair& p : pairs) {
-      const Quat q = rotation(p);
-      const Mat3 R = q.toRotationMatrix();
-      const Mat32d B = basisOf(p.t);
-      Eigen::Matrix<double, 5, 5> N = Eigen::Matrix<double, 5, 5>::Zero();
-      Eigen::Matrix<double, 5, 1> y = Eigen::Matrix<double, 5, 1>::Zero();
-      for (const Match& m : p.matches) {
-        const Vec3 Rb = R * m.b;
-        const Vec3 n = m.a.cross(Rb);
-        const double r = p.t.dot(n);
-        Eigen::Matrix<double, 1, 5> J;
-        J.head<3>() = -(p.t.cross(m.a)).transpose() * R * hat(m.b) * p.J_bias;
-        J.tail<2>() = (B.transpose() * n).transpose();
-        const double w = std::abs(r) > huber ? huber / std::abs(r) : 1.0;
-        N += w * J.transpose() * J;
-        y += w * J.transpose() * r;
-        sum += w * r * r;
-        ++count;
-      }
-      // The direction is this pair's own unknown; a little damping where there is no parallax.
-      const Eigen::Matrix2d D =
-          N.bottomRightCorner<2, 2>() +
-          1e-8 * static_cast<double>(p.matches.size()) * Eigen::Matrix2d::Identity();
-      const Eigen::Matrix<double, 3, 2> W = N.topRightCorner<3, 2>() * D.inverse();
-      H += N.topLeftCorner<3, 3>() - W * N.bottomLeftCorner<2, 3>();
-      g += y.head<3>() - W * y.tail<2>();
-    }
+    BiasEquations equations;
+    for (const Pair& p : pairs) equations.add(p, rotation(p), huber);
+    const auto& [H, g, sum, count] = equations;
     const Vec3 step = -(H + 1e-12 * H.trace() * Mat3::Identity()).ldlt().solve(g);
     if (!step.allFinite()) {
       out.reason = "singular";

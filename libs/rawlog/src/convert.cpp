@@ -91,11 +91,11 @@ CObservationRobotPose::Ptr toObservation(const StampedPose& pose, const std::str
   return o;
 }
 
-std::optional<DroppedAnchor> droppedAnchorOf(const CObservation& observation) {
-  const auto id = droppedAnchorOf(observation.sensorLabel);
+std::optional<DeployedAnchor> deployedAnchorOf(const CObservation& observation) {
+  const auto id = deployedAnchorOf(observation.sensorLabel);
   const auto* o = dynamic_cast<const CObservationRobotPose*>(&observation);
   if (!id || o == nullptr) return std::nullopt;
-  DroppedAnchor out;
+  DeployedAnchor out;
   out.id = *id;
   const auto& mean = o->pose.mean;
   out.p_B = Vec3(mean.x(), mean.y(), mean.z());

@@ -5,7 +5,7 @@
 namespace vir::rawlog {
 namespace {
 
-const std::string kDroppedAnchor = "ANCHOR:";
+const std::string kDeployedAnchor = "ANCHOR:";
 const std::string kSentAnchor = ":ANCHOR:";  // behind the sender's id
 
 /// All of `text` from `from` on is a number.
@@ -19,11 +19,11 @@ std::optional<std::uint64_t> numberAt(const std::string& text, std::size_t from)
 
 }  // namespace
 
-bool isDroppedAnchorLabel(const std::string& label) { return droppedAnchorOf(label).has_value(); }
+bool isDeployedAnchorLabel(const std::string& label) { return deployedAnchorOf(label).has_value(); }
 
-std::optional<std::uint64_t> droppedAnchorOf(const std::string& label) {
-  if (label.compare(0, kDroppedAnchor.size(), kDroppedAnchor) != 0) return std::nullopt;
-  return numberAt(label, kDroppedAnchor.size());
+std::optional<std::uint64_t> deployedAnchorOf(const std::string& label) {
+  if (label.compare(0, kDeployedAnchor.size(), kDeployedAnchor) != 0) return std::nullopt;
+  return numberAt(label, kDeployedAnchor.size());
 }
 
 bool isBroadcastLabel(const std::string& label, const std::string& peer_label) {

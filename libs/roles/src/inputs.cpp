@@ -53,7 +53,7 @@ bool matches(const EstimatorInput& input, const mrpt::obs::CObservation& observa
 }
 
 bool takes(const std::vector<EstimatorInput>& inputs, const mrpt::obs::CObservation& observation) {
-  return rawlog::isDroppedAnchorLabel(observation.sensorLabel) ||
+  return rawlog::isDeployedAnchorLabel(observation.sensorLabel) ||
          std::any_of(inputs.begin(), inputs.end(),
                      [&](const EstimatorInput& input) { return matches(input, observation); });
 }

@@ -15,7 +15,7 @@ constexpr std::size_t kObservationsAtLeast = 3000;
 /// Labels with a meaning that no input of an estimator has.
 bool spokenFor(const std::string& label) {
   return label == rawlog::kGroundTruthLabel || label == rawlog::kPeerLabel ||
-         rawlog::isBroadcastLabel(label) || rawlog::isDroppedAnchorLabel(label);
+         rawlog::isBroadcastLabel(label) || rawlog::isDeployedAnchorLabel(label);
 }
 
 class Survey {

@@ -104,6 +104,39 @@ double EvidenceCost::addAnchors(const Vec4& x, const Mat3& R, Mat4* H, Vec4* g) 
   return cost;
 }
 
+EvidenceCost::Weighed EvidenceCost::weigh(double r) const {
+  // The loss of RobustRange, with the logarithms gathered.
+  const double huber = options_.robust.huber_delta, nlos = options_.robust.nlos_delta;
+  if (r < 0 && huber > 0) {
+    const double root = std::sqrt(1 + r * r / (huber * huber));
+    return {2 * huber * huber * (root - 1), 1 / root, 1};
+  }
+  if (r > 0 && nlos > 0) {
+    const double tail = 1 + r * r / (nlos * nlos);
+    return {0, 1 / tail, tail};
+  }
+  return {r * r, 1, 1};
+}
+
+template <int kStates>
+void EvidenceCost::sensitivity(std::size_t k, const Mat3& R, const Sight& sight,
+                               Eigen::Matrix<double, kStates, 1>* h) const {
+  const MutualRange& m = ranges_[k];
+  const Vec3& u = sight.direction;
+  h->template head<3>().setZero();
+  if (!steps_[k].exact) {
+    Mat3 C = m.cov_A;
+    C.noalias() += R * (m.cov_B * R.transpose());
+    h->template head<3>() = rootTimes(C, u);
+  }
+  (*h)[3] = options_.slow_share * m.sigma_m;
+  if constexpr (kStates > 4) {
+    const Vec3 arm = sight.rotated_p_B - R * ranges_.back().p_B;
+    h->template tail<4>() << options_.drift_m_per_sqrt_s * u,
+        options_.drift_rad_per_sqrt_s * (u.y() * arm.x() - u.x() * arm.y());
+  }
+}
+
 template <int kStates, int kColumns>
 double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
                           std::vector<Innovation>* innovations) const {
@@ -118,7 +151,6 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
   double cost = addAnchors(x, R, H, g);
   if (ranges_.empty()) return cost;
   LogSum variances, tails;
-  const double huber = options_.robust.huber_delta, nlos = options_.robust.nlos_delta;
   // Filter: covariance of the state (position error in its own units, slow error in sigmas, drift
   // since then in its own), and the means of residual and Jacobian.
   Eigen::Matrix<double, kStates, kStates> P = Eigen::Matrix<double, kStates, kStates>::Zero();
@@ -134,23 +166,12 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
     P.diagonal() += State::Ones() - phi.cwiseProduct(phi);
     mean.array().colwise() *= phi.array();
 
+    if constexpr (kDrift) P.diagonal().template tail<4>().array() += step.dt_s;
     const Vec3 rotated = R * m.p_B;
     const Vec3 v = m.p_A - rotated - t;
     const double distance = v.norm();
     const Vec3 u = distance > kMinDistance ? Vec3(v / distance) : Vec3(Vec3::Zero());
-    h.template head<3>().setZero();
-    if (!step.exact) {
-      Mat3 C = m.cov_A;
-      C.noalias() += R * (m.cov_B * R.transpose());
-      h.template head<3>() = rootTimes(C, u);
-    }
-    h[3] = options_.slow_share * m.sigma_m;
-    if constexpr (kDrift) {
-      P.diagonal().template tail<4>().array() += step.dt_s;
-      const Vec3 arm = rotated - R * ranges_.back().p_B;
-      h.template tail<4>() << options_.drift_m_per_sqrt_s * u,
-          options_.drift_rad_per_sqrt_s * (u.y() * arm.x() - u.x() * arm.y());
-    }
+    sensitivity<kStates>(k, R, {u, rotated}, &h);
     const State Ph = P * h;
     const double variance = m.sigma_m * m.sigma_m;
     const double S = h.dot(Ph) + variance;
@@ -161,22 +182,12 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
     }
     row.noalias() -= h.transpose() * mean;
 
-    // The loss of RobustRange, with the logarithms gathered.
     const double r = row[0] / std::sqrt(S);
-    double weight = 1;
-    if (r < 0 && huber > 0) {
-      const double root = std::sqrt(1 + r * r / (huber * huber));
-      cost += 2 * huber * huber * (root - 1);
-      weight = 1 / root;
-    } else if (r > 0 && nlos > 0) {
-      const double tail = 1 + r * r / (nlos * nlos);
-      tails.add(tail);
-      weight = 1 / tail;
-    } else {
-      cost += r * r;
-    }
+    const Weighed weighed = weigh(r);
+    cost += weighed.cost;
+    if (weighed.tail != 1) tails.add(weighed.tail);
     variances.add(S / variance);
-    const double gain = weight / S;
+    const double gain = weighed.weight / S;
     if constexpr (kLinear) {
       const Eigen::Matrix<double, 1, 4> J = row.template tail<4>();
       H->noalias() += (gain * J.transpose()) * J;
@@ -186,6 +197,7 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
     mean.noalias() += (gain * Ph) * row;
     P.noalias() -= (gain * Ph) * Ph.transpose();
   }
+  const double nlos = options_.robust.nlos_delta;
   return cost + variances.value() + nlos * nlos * tails.value();
 }
 

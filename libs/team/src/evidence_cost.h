@@ -50,6 +50,20 @@ class EvidenceCost {
   /// Columns: the residual, and where `kColumns` is 5 its Jacobian.
   template <int kStates, int kColumns>
   double pass(const Vec4& x, Mat4* H, Vec4* g, std::vector<Innovation>* innovations) const;
+  /// What a whitened residual costs, its weight, and the factor its logarithm of a tail is of.
+  struct Weighed {
+    double cost, weight, tail;
+  };
+  Weighed weigh(double whitened) const;
+  /// Where a range's other end lies, in A's world.
+  struct Sight {
+    Vec3 direction;  ///< unit length, or zero on the spot
+    Vec3 rotated_p_B;
+  };
+  /// How range `k` answers to the errors that are filtered.
+  template <int kStates>
+  void sensitivity(std::size_t k, const Mat3& R, const Sight& sight,
+                   Eigen::Matrix<double, kStates, 1>* h) const;
   double addAnchors(const Vec4& x, const Mat3& R, Mat4* H, Vec4* g) const;
 
   const std::vector<MutualRange>& ranges_;

@@ -2,12 +2,12 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
 #include "tracker_impl.h"
 #include "vir/core/order_statistics.h"
+#include "vir/core/stage_timer.h"
 
 namespace vir::vision {
 
@@ -24,19 +24,6 @@ constexpr TimeNs kFaintTimeNs = 1500000000;
 // Relative change of brightness or contrast between images from which the image is brought to the
 // earlier one's before flow is computed: Lucas-Kanade assumes equal grey levels.
 constexpr double kExposureChange = 0.04;
-
-class Stopwatch {
- public:
-  double lapMs() {
-    const auto now = std::chrono::steady_clock::now();
-    const double ms = std::chrono::duration<double, std::milli>(now - start_).count();
-    start_ = now;
-    return ms;
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 Brightness measure(const cv::Mat& image) {
   cv::Scalar mean, deviation;
@@ -122,7 +109,7 @@ TrackedFrame FeatureTracker::process(TimeNs t, const cv::Mat& gray, const Mat3& 
     frame.usable = false;
     return frame;
   }
-  Stopwatch watch;
+  StageLaps watch;
   const Brightness brightness = measure(gray);
   frame.mean_intensity = brightness.mean;
   s.current.build(gray, s.window, s.levels);

@@ -124,7 +124,7 @@ void addRangeInformation(const WindowState& w, NormalEquations* eq) {
       double e = 0;
       Eigen::Matrix<double, 1, 5> Jn;
       Eigen::Matrix<double, 1, 4> Ja;
-      const double* x[2] = {lw.front().x, a.x};
+      const double* x[2] = {lw.head().x, a.x};
       double* J[2] = {Jn.data(), Ja.data()};
       factor.Evaluate(x, &e, J);
       if (a.fixed) Ja.setZero();

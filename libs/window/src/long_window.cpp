@@ -42,12 +42,12 @@ void LongWindow::start(TimeNs t, const Pose& T_O_B, const Pose& T_W_B, double si
                        double sigma_rad) {
   Impl& s = *impl_;
   s.started = true;
-  s.front = LongNode();
-  s.front.t = t;
-  s.front.T_O_B = T_O_B;
-  for (int i = 0; i < 3; ++i) s.front.x[i] = T_W_B.p[i];
+  s.head = LongNode();
+  s.head.t = t;
+  s.head.T_O_B = T_O_B;
+  for (int i = 0; i < 3; ++i) s.head.x[i] = T_W_B.p[i];
   const Mat3 R_W_O = (T_W_B.q * T_O_B.q.conjugate()).toRotationMatrix();
-  s.front.x[3] = std::atan2(R_W_O(1, 0), R_W_O(0, 0));
+  s.head.x[3] = std::atan2(R_W_O(1, 0), R_W_O(0, 0));
   Vec5 information;
   const double scale = s.options.scale_sigma > 0 ? s.options.scale_sigma : 1.0;
   information << Vec3::Constant(1 / (sigma_m * sigma_m)), 1 / (sigma_rad * sigma_rad),
@@ -56,14 +56,14 @@ void LongWindow::start(TimeNs t, const Pose& T_O_B, const Pose& T_W_B, double si
   s.prior.anchors.clear();
   s.prior.H = information.asDiagonal();
   s.prior.b = Vec5::Zero();
-  s.prior.lin = Eigen::Map<const Vec5>(s.front.x);
+  s.prior.lin = Eigen::Map<const Vec5>(s.head.x);
 }
 
-void LongWindow::advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> front_ranges,
+void LongWindow::advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> head_ranges,
                          const Eigen::Matrix4d& covariance, NodeTie tie) {
   Impl& s = *impl_;
-  LongNode node = std::move(s.front);
-  node.ranges = std::move(front_ranges);
+  LongNode node = std::move(s.head);
+  node.ranges = std::move(head_ranges);
   node.motion_O = T_O_B.p - node.T_O_B.p;
   const double k = s.options.edge_noise_scale;
   node.covariance = k * k * covariance;
@@ -76,13 +76,13 @@ void LongWindow::advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> fro
   node.sqrt_information = sqrtInformationOf(node.covariance);
   node.sigma_log_scale =
       std::max(1e-5, s.options.scale_walk_per_sqrt_m * std::sqrt(node.motion_O.norm()));
-  s.front = LongNode();
-  s.front.t = t;
-  s.front.T_O_B = T_O_B;
+  s.head = LongNode();
+  s.head.t = t;
+  s.head.T_O_B = T_O_B;
   const Vec3 p = node.position() + rotZ(node.x[3]) * (std::exp(-node.x[4]) * node.motion_O);
-  for (int i = 0; i < 3; ++i) s.front.x[i] = p[i];
-  s.front.x[3] = node.x[3];
-  s.front.x[4] = node.x[4];
+  for (int i = 0; i < 3; ++i) s.head.x[i] = p[i];
+  s.head.x[3] = node.x[3];
+  s.head.x[4] = node.x[4];
   s.nodes.push_back(std::move(node));
   if (s.position()) s.linkFront();
   while (static_cast<int>(s.nodes.size()) > s.limit()) s.marginaliseOldest();
@@ -92,7 +92,7 @@ void LongWindow::Impl::linkFront() {
   const std::size_t n = nodes.size();
   for (std::size_t back = 1; back <= 3 && back <= n; ++back) {
     LongNode& from = nodes[n - back];
-    PositionLink link{front.T_O_B.p - from.T_O_B.p, options.gamma_s};
+    PositionLink link{head.T_O_B.p - from.T_O_B.p, options.gamma_s};
     const bool lost = from.tie == NodeTie::lost;
     // Across a stretch that nobody followed only its two ends are tied, and as loosely as is known.
     if (lost && back > 1) return;
@@ -102,12 +102,12 @@ void LongWindow::Impl::linkFront() {
   }
 }
 
-void LongWindow::frontMoved(TimeNs t, const Pose& T_O_B) {
+void LongWindow::headMoved(TimeNs t, const Pose& T_O_B) {
   Impl& s = *impl_;
-  const Vec3 d_O = T_O_B.p - s.front.T_O_B.p;
-  s.front.t = t;
-  s.front.T_O_B = T_O_B;
-  const Vec3 d_W = rotZ(s.front.x[3]) * (std::exp(-s.front.x[4]) * d_O);
+  const Vec3 d_O = T_O_B.p - s.head.T_O_B.p;
+  s.head.t = t;
+  s.head.T_O_B = T_O_B;
+  const Vec3 d_W = rotZ(s.head.x[3]) * (std::exp(-s.head.x[4]) * d_O);
   double total = 0;
   for (const LongNode& n : s.nodes) total += n.covariance.topLeftCorner<3, 3>().trace();
   double sum = 0;
@@ -136,7 +136,7 @@ void LongWindow::setOdometryClaim(const Eigen::Matrix4d& covariance) {
   impl_->claim = W.transpose() * W;
 }
 
-double LongWindow::Impl::cost(const std::vector<HeldRange>& front_ranges) {
+double LongWindow::Impl::cost(const std::vector<HeldRange>& head_ranges) {
   // The elimination's constant term is not kept: a plain sum over all residuals instead.
   double sum = 0;
   const auto ranges = [&](const LongNode& n, const std::vector<HeldRange>& list) {
@@ -166,7 +166,7 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& front_ranges) {
     factor.Evaluate(blocks, e, nullptr);
     for (double v : e) sum += v * v;
   }
-  ranges(front, front_ranges);
+  ranges(head, head_ranges);
   for (const auto& [id, a] : anchors) {
     if (a.fixed) continue;
     const Eigen::Vector4d d = Eigen::Map<const Eigen::Vector4d>(a.x) - a.prior_mean;
@@ -185,17 +185,17 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& front_ranges) {
   return sum + d.dot(prior.H * d) + 2 * prior.b.dot(d);
 }
 
-bool LongWindow::solve(int iterations, const std::vector<HeldRange>& front_ranges) {
+bool LongWindow::solve(int iterations, const std::vector<HeldRange>& head_ranges) {
   Impl& s = *impl_;
-  double best = s.cost(front_ranges);
+  double best = s.cost(head_ranges);
   NormalEquations eq;
   for (int it = 0; it < iterations; ++it) {
     const std::deque<LongNode> nodes = s.nodes;
-    const LongNode front = s.front;
+    const LongNode head = s.head;
     const std::map<std::uint64_t, AnchorNode> anchors = s.anchors;
     eq = eliminate();
     Frontal f(s.band(), static_cast<int>(s.anchors.size()));
-    s.addRanges(s.front, front_ranges, &f);
+    s.addRanges(s.head, head_ranges, &f);
     const int tail = static_cast<int>(eq.H.rows()) - kNodeSize, at = f.anchorOffset(0);
     eq.H.topLeftCorner<5, 5>() += f.H.topLeftCorner<5, 5>();
     eq.H.topRightCorner(5, tail) += f.H.block(0, at, 5, tail);
@@ -209,24 +209,24 @@ bool LongWindow::solve(int iterations, const std::vector<HeldRange>& front_range
     bool better = false;
     // Half steps until the cost falls: robust losses and a far start are not quadratic.
     for (int half = 0; half < 4 && !better; ++half, factor *= 0.5) {
-      for (int i = 0; i < kNodeSize; ++i) s.front.x[i] = front.x[i] + factor * step[i];
+      for (int i = 0; i < kNodeSize; ++i) s.head.x[i] = head.x[i] + factor * step[i];
       int c = kNodeSize;
       for (auto& [id, a] : s.anchors) {
         const double* x = anchors.at(id).x;
         for (int i = 0; i < kAnchorSize; ++i, ++c) a.x[i] = x[i] + factor * step[c];
       }
-      s.before.assign(front.x, front.x + kNodeSize);
+      s.before.assign(head.x, head.x + kNodeSize);
       for (const auto& [id, a] : anchors) {
         s.before.insert(s.before.end(), a.x, a.x + kAnchorSize);
       }
       s.nodes = nodes;
       backSubstitute();
-      value = s.cost(front_ranges);
+      value = s.cost(head_ranges);
       better = value <= best;
     }
     if (!better) {
       s.nodes = nodes;
-      s.front = front;
+      s.head = head;
       s.anchors = anchors;
       break;
     }
@@ -239,33 +239,33 @@ bool LongWindow::solve(int iterations, const std::vector<HeldRange>& front_range
 }
 
 double LongWindow::costWithAnchorAt(std::uint64_t id, const Vec3& p_W, int iterations,
-                                    const std::vector<HeldRange>& front_ranges,
-                                    Vec3* settled) const {
+                                    const std::vector<HeldRange>& head_ranges,
+                                    Vec3* ends_at) const {
   LongWindow copy(impl_->options);
   *copy.impl_ = *impl_;
   AnchorNode* a = copy.anchor(id);
   if (!a) return std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) a->x[i] = p_W[i];
-  if (!copy.solve(iterations, front_ranges)) return std::numeric_limits<double>::infinity();
-  *settled = copy.anchor(id)->position();
-  return copy.impl_->cost(front_ranges);
+  if (!copy.solve(iterations, head_ranges)) return std::numeric_limits<double>::infinity();
+  *ends_at = copy.anchor(id)->position();
+  return copy.impl_->cost(head_ranges);
 }
 
 Pose LongWindow::toWorld(const Pose& T_O_B) const {
-  const LongNode& f = impl_->front;
+  const LongNode& f = impl_->head;
   return {(Quat(rotZ(f.x[3])) * T_O_B.q).normalized(), pointToWorld(T_O_B.p)};
 }
 
 Vec3 LongWindow::pointToWorld(const Vec3& p_O) const {
-  return impl_->front.position() + turnToWorld(p_O - impl_->front.T_O_B.p);
+  return impl_->head.position() + turnToWorld(p_O - impl_->head.T_O_B.p);
 }
 
 Vec3 LongWindow::turnToWorld(const Vec3& v_O) const {
-  return rotZ(impl_->front.x[3]) * (std::exp(-impl_->front.x[4]) * v_O);
+  return rotZ(impl_->head.x[3]) * (std::exp(-impl_->head.x[4]) * v_O);
 }
 
 Vec3 LongWindow::antennaToWorld(const Vec3& p_O, const Vec3& lever_O) const {
-  const LongNode& f = impl_->front;
+  const LongNode& f = impl_->head;
   // As what the scale must not take off: one that is held at 1 changes no digit.
   return pointToWorld(p_O) + rotZ(f.x[3]) * ((1 - std::exp(-f.x[4])) * lever_O);
 }
@@ -320,8 +320,8 @@ AnchorNode* LongWindow::anchor(std::uint64_t id) {
   return it == impl_->anchors.end() ? nullptr : &it->second;
 }
 const std::map<std::uint64_t, AnchorNode>& LongWindow::anchors() const { return impl_->anchors; }
-double* LongWindow::frontParameters() { return impl_->front.x; }
-const LongNode& LongWindow::front() const { return impl_->front; }
+double* LongWindow::headParameters() { return impl_->head.x; }
+const LongNode& LongWindow::head() const { return impl_->head; }
 const std::deque<LongNode>& LongWindow::nodes() const { return impl_->nodes; }
 std::vector<LongNode> LongWindow::takeRetired() { return std::exchange(impl_->retired, {}); }
 const LongWindowOptions& LongWindow::options() const { return impl_->options; }

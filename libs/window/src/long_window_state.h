@@ -24,7 +24,7 @@ struct LongWindow::Impl {
 
   LongWindowOptions options;
   std::deque<LongNode> nodes;
-  LongNode front;
+  LongNode head;
   bool started = false;
   std::map<std::uint64_t, AnchorNode> anchors;
   LongPrior prior;
@@ -33,7 +33,7 @@ struct LongWindow::Impl {
 
   // Of the last elimination.
   std::vector<EliminatedNode> eliminated;
-  std::vector<double> before;  ///< front and anchors then
+  std::vector<double> before;  ///< head and anchors then
   NormalEquations message;
   Eigen::MatrixXd joint;
   std::vector<std::uint64_t> joint_anchors;
@@ -44,9 +44,9 @@ struct LongWindow::Impl {
   int anchorIndex(std::uint64_t id) const;
   bool yawFrozen() const { return position() || !options.heading; }
   bool scaleFrozen() const { return position() || options.scale_sigma <= 0; }
-  LongNode& node(std::size_t k) { return k < nodes.size() ? nodes[k] : front; }
+  LongNode& node(std::size_t k) { return k < nodes.size() ? nodes[k] : head; }
 
-  /// The residual of a range that a node (or the front) holds.
+  /// The residual of a range that a node (or the head) holds.
   factors::NodeRangeFactor factorOf(const HeldRange& r, const AnchorNode& a) const {
     const factors::RangeTerm term{
         r.range_m, r.sigma_m * std::sqrt(a.variance_factor) / options.gamma_r, options.robust};
@@ -59,11 +59,11 @@ struct LongWindow::Impl {
   void addClaim(Frontal* f) const;
   void holdFrozen(Frontal* f) const;
   void holdFixedAnchors(Frontal* f) const;
-  /// Mode "position": ties the new front to the nodes before it.
+  /// Mode "position": ties the new head to the nodes before it.
   void linkFront();
   void marginaliseOldest();
-  std::vector<double> frontAndAnchors() const;
-  double cost(const std::vector<HeldRange>& front_ranges);
+  std::vector<double> headAndAnchors() const;
+  double cost(const std::vector<HeldRange>& head_ranges);
 };
 
 }  // namespace vir::window

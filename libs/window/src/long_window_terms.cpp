@@ -34,7 +34,7 @@ void LongWindow::Impl::addPrior(Frontal* f) const {
     at.push_back(f->nodeOffset(k));
     size.push_back(kNodeSize);
     const std::size_t i = static_cast<std::size_t>(k);
-    x.push_back(i < nodes.size() ? nodes[i].x : front.x);
+    x.push_back(i < nodes.size() ? nodes[i].x : head.x);
   }
   for (std::uint64_t id : prior.anchors) {
     at.push_back(f->anchorOffset(anchorIndex(id)));
@@ -141,13 +141,13 @@ void LongWindow::Impl::holdFixedAnchors(Frontal* f) const {
 void LongWindow::Impl::addClaim(Frontal* f) const {
   if (options.gauge_free_prior || claim.isZero()) return;
   Eigen::Vector4d d;
-  d << front.position() - front.T_O_B.p, front.x[3];
+  d << head.position() - head.T_O_B.p, head.x[3];
   f->H.topLeftCorner<4, 4>() += claim;
   f->b.head<4>() += claim * d;
 }
 
-std::vector<double> LongWindow::Impl::frontAndAnchors() const {
-  std::vector<double> out(front.x, front.x + kNodeSize);
+std::vector<double> LongWindow::Impl::headAndAnchors() const {
+  std::vector<double> out(head.x, head.x + kNodeSize);
   for (const auto& [id, a] : anchors) out.insert(out.end(), a.x, a.x + kAnchorSize);
   return out;
 }
@@ -178,20 +178,20 @@ const NormalEquations& LongWindow::eliminate() {
   m.b.head<kNodeSize>() = f.b.head<kNodeSize>();
   m.b.tail(tail) = f.b.segment(at, tail);
   m.blocks.clear();
-  m.blocks.push_back({s.front.x, kNodeSize, 0, nullptr});
+  m.blocks.push_back({s.head.x, kNodeSize, 0, nullptr});
   int offset = kNodeSize;
   for (auto& [id, a] : s.anchors) {
     m.blocks.push_back({a.x, kAnchorSize, offset, nullptr});
     offset += kAnchorSize;
   }
-  s.before = s.frontAndAnchors();
+  s.before = s.headAndAnchors();
   return m;
 }
 
 void LongWindow::backSubstitute() {
   Impl& s = *impl_;
   const int band = s.band(), tail = static_cast<int>(s.before.size()) - kNodeSize;
-  const std::vector<double> now = s.frontAndAnchors();
+  const std::vector<double> now = s.headAndAnchors();
   Eigen::VectorXd next = Eigen::VectorXd::Zero(kNodeSize * band + tail);
   for (int i = 0; i < kNodeSize; ++i) next[i] = now[i] - s.before[i];
   for (int i = 0; i < tail; ++i) {

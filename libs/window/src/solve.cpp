@@ -40,7 +40,7 @@ class Unknowns {
     add(w.imu_intrinsics, imu::kImuIntrinsicsSize);
     for (auto& [id, l] : w.landmarks) add(l.x, 3);
     if (w.ranging()) {
-      add(w.long_window->frontParameters(), 5);
+      add(w.long_window->headParameters(), 5);
       for (auto& [id, a] : w.long_window->anchors()) add(w.long_window->anchor(id)->x, 4);
     }
     values_.reserve(size_);
@@ -98,12 +98,12 @@ void addParameters(WindowState& w, Unknowns* x, ceres::Problem* problem,
   ordering->AddElementToGroup(imu, 1);
 }
 
-/// The front of the long window and the anchors.
-void addRangeParameters(WindowState& w, const ceres::Manifold* front_manifold, Unknowns* x,
+/// The head of the long window and the anchors.
+void addRangeParameters(WindowState& w, const ceres::Manifold* head_manifold, Unknowns* x,
                         ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering) {
-  double* const front = x->of(w.long_window->frontParameters());
-  problem->AddParameterBlock(front, 5, const_cast<ceres::Manifold*>(front_manifold));
-  ordering->AddElementToGroup(front, 1);
+  double* const head = x->of(w.long_window->headParameters());
+  problem->AddParameterBlock(head, 5, const_cast<ceres::Manifold*>(head_manifold));
+  ordering->AddElementToGroup(head, 1);
   for (const auto& [id, a] : w.long_window->anchors()) {
     double* const anchor = x->of(w.long_window->anchor(id)->x);
     problem->AddParameterBlock(anchor, 4);
@@ -112,12 +112,12 @@ void addRangeParameters(WindowState& w, const ceres::Manifold* front_manifold, U
   }
 }
 
-/// The long window follows what the solution did to its front.
+/// The long window follows what the solution did to its head.
 void updateLongWindow(WindowState& w) {
   if (!w.long_window || w.long_window->empty()) return;
   if (w.ranging()) w.long_window->backSubstitute();
   const Frame& oldest = *w.frames.front();
-  w.long_window->frontMoved(oldest.t, oldest.T_W_B());
+  w.long_window->headMoved(oldest.t, oldest.T_W_B());
 }
 
 /// Links whose biases or intrinsics moved far from where they were integrated are integrated again.
@@ -134,7 +134,7 @@ void relinearizeLinks(WindowState& w) {
 }
 
 /// Holds what the long window's options freeze; nullptr if all is free.
-std::unique_ptr<ceres::Manifold> frontManifold(const WindowState& w) {
+std::unique_ptr<ceres::Manifold> headManifold(const WindowState& w) {
   if (!w.ranging()) return nullptr;
   const std::vector<int> frozen = w.long_window->frozen();
   if (frozen.empty()) return nullptr;
@@ -205,12 +205,12 @@ SolveSummary solveWindow(WindowState& w, int iterations) {
   set.addAllWithRanges();
 
   ceres::Problem problem(problemOptions());
-  const std::unique_ptr<ceres::Manifold> front_manifold = frontManifold(w);
+  const std::unique_ptr<ceres::Manifold> head_manifold = headManifold(w);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   const std::unique_ptr<ceres::LossFunction> loss = lossOf(w.options);
   Unknowns x(w);
   addParameters(w, &x, &problem, ordering.get());
-  if (w.ranging()) addRangeParameters(w, front_manifold.get(), &x, &problem, ordering.get());
+  if (w.ranging()) addRangeParameters(w, head_manifold.get(), &x, &problem, ordering.get());
   for (const Term& t : set.terms()) {
     problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
                              t.robust > 0 ? loss.get() : nullptr, x.of(t.blocks));

@@ -112,19 +112,19 @@ void TermSet::addRanges() {
       if (!a->settled) {
         const RigidRange range = rigidRange(w_, *frame, r);
         rigid_ranges_.emplace_back(range.term, range.motion_O, range.lever_O);
-        terms_.push_back({&rigid_ranges_.back(), {lw.frontParameters(), a->x}, 0, false, nullptr});
+        terms_.push_back({&rigid_ranges_.back(), {lw.headParameters(), a->x}, 0, false, nullptr});
         continue;
       }
       const factors::RangeTerm term = lw.termOf(r.anchor, r.range_m, r.sigma_m);
       const Vec3 motion = lw.options().ranges_at_own_time ? r.motion : Vec3(Vec3::Zero());
       if (frame->pose == host) {
-        front_ranges_.emplace_back(term, motion, r.lever);
+        head_ranges_.emplace_back(term, motion, r.lever);
         terms_.push_back(
-            {&front_ranges_.back(), {host, lw.frontParameters(), a->x}, 0, false, nullptr});
+            {&head_ranges_.back(), {host, lw.headParameters(), a->x}, 0, false, nullptr});
       } else {
         window_ranges_.emplace_back(term, motion, r.lever);
         terms_.push_back({&window_ranges_.back(),
-                          {host, frame->pose, lw.frontParameters(), a->x},
+                          {host, frame->pose, lw.headParameters(), a->x},
                           0,
                           false,
                           nullptr});

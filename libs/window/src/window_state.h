@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "vir/factors/front_range_factor.h"
+#include "vir/factors/head_range_factor.h"
 #include "vir/factors/imu_factor.h"
 #include "vir/factors/linear_prior_factor.h"
 #include "vir/factors/motion_factors.h"
@@ -150,7 +150,7 @@ class TermSet {
 
  private:
   void addPrior();
-  /// What the long window says of its front and the anchors, and the ranges of these frames.
+  /// What the long window says of its head and the anchors, and the ranges of these frames.
   void addRanges();
   void addLink(Frame& a, Frame& b);
   /// The same with the IMU's intrinsics taken as known.
@@ -170,7 +170,7 @@ class TermSet {
   std::deque<factors::HostSightFactor> host_sights_;
   std::deque<factors::PointSightFactor> point_sights_;
   std::deque<factors::WindowRangeFactor> window_ranges_;
-  std::deque<factors::FrontRangeFactor> front_ranges_;
+  std::deque<factors::HeadRangeFactor> head_ranges_;
   std::deque<factors::NodeRangeFactor> rigid_ranges_;
   factors::LinearPrior message_;
   std::vector<std::unique_ptr<ceres::CostFunction>> others_;
@@ -193,7 +193,7 @@ void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order);
 
 /// Information of all terms of camera and IMU, over all frames.
 NormalEquations informationOf(WindowState& w);
-/// Fills in `w.covariance` and the joint covariance of front and anchors.
+/// Fills in `w.covariance` and the joint covariance of head and anchors.
 void updateCovariance(WindowState& w);
 /// Most cameras have a global shutter, and the others one that takes milliseconds: once the sights
 /// tell which, what is next to nothing is held at nothing. Call after updateCovariance().

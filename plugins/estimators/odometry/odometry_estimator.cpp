@@ -32,8 +32,8 @@ void OdometryEstimator::add(const mrpt::obs::CObservation& observation) {
     }
   } else if (observation.sensorLabel == settings_.range_label) {
     for (const Range& r : rawlog::rangesOf(observation)) estimator_.addRange(r);
-  } else if (const auto anchor = rawlog::droppedAnchorOf(observation)) {
-    estimator_.anchorDropped(anchor->id, anchor->p_B, anchor->sigma_m);
+  } else if (const auto anchor = rawlog::deployedAnchorOf(observation)) {
+    estimator_.anchorDeployed(anchor->id, anchor->p_B, anchor->sigma_m);
   }
 }
 

@@ -208,10 +208,10 @@ TEST(EstimatorBadInput, SeveralHolesAtOnce) {
 
 TEST(EstimatorBadInput, AnchorsPutDownBeforeThereIsAPose) {
   EstimatorDriver d;
-  d.estimator.anchorDropped(3, Vec3(0.1, 0, 0), 0.1);
+  d.estimator.anchorDeployed(3, Vec3(0.1, 0, 0), 0.1);
   d.run(kStart, kStart + 2000 * kMs);
-  d.estimator.anchorDropped(4, Vec3(0.1, 0, 0), 0.1);
-  d.estimator.anchorDropped(5, Vec3(0.1, 0, 0), 0);
+  d.estimator.anchorDeployed(4, Vec3(0.1, 0, 0), 0.1);
+  d.estimator.anchorDeployed(5, Vec3(0.1, 0, 0), 0);
   d.run(kStart + 2000 * kMs, kStart + 2200 * kMs);
   expectSane(&d);
   std::map<std::string, long> counts;

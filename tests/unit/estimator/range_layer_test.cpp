@@ -261,11 +261,11 @@ TEST(RangeLayer, AStraightLineIsARingForTheOdometryModeToo) {
 
 TEST(RangeLayer, AnAnchorPutDownBeforeTheFirstPoseIsCounted) {
   OdometryRangeEstimator e{OdometryRangeConfig()};
-  e.anchorDropped(3, Vec3(0.1, 0, 0), 0.1);
+  e.anchorDeployed(3, Vec3(0.1, 0, 0), 0.1);
   e.addOdometry(1000000000, Pose());
-  e.anchorDropped(4, Vec3(0.1, 0, 0), 0.1);
-  e.anchorDropped(5, Vec3(kNan, 0, 0), 0.1);
-  e.anchorDropped(static_cast<std::uint64_t>(-1), Vec3(0.1, 0, 0), 0.1);
+  e.anchorDeployed(4, Vec3(0.1, 0, 0), 0.1);
+  e.anchorDeployed(5, Vec3(kNan, 0, 0), 0.1);
+  e.anchorDeployed(static_cast<std::uint64_t>(-1), Vec3(0.1, 0, 0), 0.1);
   e.addOdometry(2000000000, Pose(Quat::Identity(), Vec3(1, 0, 0)));
   std::map<std::string, long> counts;
   for (const auto& [name, n] : e.counters()) counts[name] = n;
@@ -294,7 +294,7 @@ TEST(RangeLayer, APriorMayBeAsNarrowAsIsAllowed) {
   EXPECT_LT(ate(world, run), 1.0);
 }
 
-TEST(RangeLayer, ADroppedAnchorStartsFromItsPrior) {
+TEST(RangeLayer, ADeployedAnchorStartsFromItsPrior) {
   const RangeWorld world(simulation::flight("eight", flightOf(60)), drifting(),
                          rangesTo({kAnchor}));
   OdometryRangeConfig config;

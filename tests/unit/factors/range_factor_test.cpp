@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "vir/factors/front_range_factor.h"
+#include "vir/factors/head_range_factor.h"
 #include "vir/factors/mutual_range_factor.h"
 #include "vir/factors/node_edge_factor.h"
 #include "vir/factors/node_range_factor.h"
@@ -261,10 +261,10 @@ TEST(WindowRangeFactor, AtTheAnchor) {
   }
 }
 
-TEST(FrontRangeFactor, ResidualByHandAndJacobians) {
+TEST(HeadRangeFactor, ResidualByHandAndJacobians) {
   // A body that looks along y, antenna 1 m ahead, O turned by another 90 degrees: (-1, 0, 0) from
   // the node (4, 4, 0); anchor at the origin: 5, range 4.5, sigma 0.5: 1.
-  const FrontRangeFactor by_hand(plain(4.5, 0.5), Vec3::Zero(), Vec3(1, 0, 0));
+  const HeadRangeFactor by_hand(plain(4.5, 0.5), Vec3::Zero(), Vec3(1, 0, 0));
   const Pose T(Quat(rotZ(M_PI / 2)), Vec3(9, 9, 9));
   EXPECT_NEAR(residualOf(by_hand, {poseBlock(T), {4, 4, 0, M_PI / 2, 0.3}, {0, 0, 0, 0}})[0], 1,
               1e-12);
@@ -277,7 +277,7 @@ TEST(FrontRangeFactor, ResidualByHandAndJacobians) {
           Vec3(n.x.data()) + rotZ(n.x[3]) * (p.T.q * (std::exp(-n.x[4]) * motion + lever));
       const double expected = (p_U - Vec3(anchor.data())).norm() + anchor[3];
       for (double error : {-1.0, 0.02, 1.0}) {
-        const FrontRangeFactor f({expected + error, 0.1, {}}, motion, lever);
+        const HeadRangeFactor f({expected + error, 0.1, {}}, motion, lever);
         const Blocks x = {poseBlock(p.T), n.x, anchor};
         vir_test::expectJacobians(f, x, p.name + ", " + n.name);
         // The same as a frame of the window at the node's own place.

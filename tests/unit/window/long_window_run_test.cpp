@@ -29,7 +29,7 @@ void run(const Walk& walk, LongWindow* w, int iterations = 2) {
 }
 
 double rms(const Walk& walk, const LongWindow& w) {
-  double sum = (w.front().position() - walk.truth.back().p).squaredNorm();
+  double sum = (w.head().position() - walk.truth.back().p).squaredNorm();
   for (std::size_t k = 0; k < w.nodes().size(); ++k) {
     sum += (w.nodes()[k].position() - walk.truth[k].p).squaredNorm();
   }
@@ -62,8 +62,8 @@ TEST(LongWindowRun, ThreeAnchorsStraightenABentChain) {
   const double without = deadReckoning(walk);
   EXPECT_GT(without, 1.0) << "the drift is worth correcting";
   EXPECT_LT(rms(walk, w), 0.06);
-  EXPECT_NEAR(w.front().x[3], walk.yaw_of_O.back(), 0.03);
-  EXPECT_NEAR(w.front().x[4], std::log(1.1), 0.01);
+  EXPECT_NEAR(w.head().x[3], walk.yaw_of_O.back(), 0.03);
+  EXPECT_NEAR(w.head().x[4], std::log(1.1), 0.01);
   for (std::uint64_t a = 0; a < 3; ++a) {
     EXPECT_LT((w.anchor(a)->position() - o.anchors[a]).norm(), 0.15) << a;
   }
@@ -77,8 +77,8 @@ TEST(LongWindowRun, OneAnchorStraightensABentChain) {
   run(walk, &w);
   // What turns about the anchor's vertical is told by the start alone and by the odometry.
   EXPECT_LT(rms(walk, w), 0.4 * deadReckoning(walk));
-  EXPECT_NEAR(w.front().x[3], walk.yaw_of_O.back(), 0.2);
-  EXPECT_NEAR(w.front().x[4], std::log(1.1), 0.02);
+  EXPECT_NEAR(w.head().x[3], walk.yaw_of_O.back(), 0.2);
+  EXPECT_NEAR(w.head().x[4], std::log(1.1), 0.02);
   EXPECT_LT((w.anchor(0)->position() - walk.options.anchors[0]).norm(), 0.3);
 }
 
@@ -97,7 +97,7 @@ TEST(LongWindowRun, WithoutHeadingTheChainStaysBent) {
   }
   EXPECT_EQ(without.frozen(), (std::vector<int>{3, 4}));
   EXPECT_EQ(with.frozen(), std::vector<int>{4});
-  EXPECT_EQ(without.front().x[3], 0);
+  EXPECT_EQ(without.head().x[3], 0);
   EXPECT_LT(rms(walk, with), 0.06);
   EXPECT_GT(rms(walk, without), 2 * rms(walk, with));
 }
@@ -114,7 +114,7 @@ TEST(LongWindowRun, AShortWindowNeedsNoMemoryOfTheWay) {
     walk.start(&w);
     walk.addAnchors(&w, 0.1, 0.3);
     run(walk, &w);
-    EXPECT_LT((w.front().position() - walk.truth.back().p).norm(), 0.12) << size;
+    EXPECT_LT((w.head().position() - walk.truth.back().p).norm(), 0.12) << size;
     for (std::uint64_t a = 0; a < 3; ++a) {
       EXPECT_LT((w.anchor(a)->position() - o.anchors[a]).norm(), 0.15) << size;
     }
@@ -150,7 +150,7 @@ TEST(LongWindowRun, BoundedOverFiveThousandNodes) {
     }
     EXPECT_EQ(retired + w.nodes().size(), walk.truth.size() - 1);
     if (mode == LongWindowMode::pose) {
-      EXPECT_LT((w.front().position() - walk.truth.back().p).norm(), 0.5);
+      EXPECT_LT((w.head().position() - walk.truth.back().p).norm(), 0.5);
       EXPECT_LT((w.anchor(0)->position() - o.anchors[0]).norm(), 0.5);
     }
     for (int i = 0; i < 13; ++i) EXPECT_GE(w.jointCovariance()(i, i), 0) << name << " " << i;
@@ -186,7 +186,7 @@ TEST(LongWindowRun, CostTellsATruePositionFromAFalseOne) {
   for (LongWindow* x : {&w, &other}) {
     x->eliminate();
     if (x == &w) x->costWithAnchorAt(0, Vec3(8, 5, -3), 6, {}, &far);
-    x->frontParameters()[0] += 0.01;
+    x->headParameters()[0] += 0.01;
     x->backSubstitute();
   }
   EXPECT_EQ(valuesOf(w), valuesOf(other));
@@ -212,7 +212,7 @@ TEST(LongWindowRun, TheOdometrysClaimResistsTheRanges) {
       w->setOdometryClaim(Eigen::Vector4d(1e-4, 1e-4, 1e-4, 1e-6).asDiagonal());
       ASSERT_TRUE(w->solve(2, {}));
     }
-    error[index++] = (w->front().position() - walk.truth.back().p).norm();
+    error[index++] = (w->head().position() - walk.truth.back().p).norm();
   }
   EXPECT_LT(error[0], 0.1);
   EXPECT_GT(error[1], 3 * error[0]);
@@ -255,7 +255,7 @@ TEST(LongWindowRun, BrokenRangesMakeNothingNotFinite) {
   for (const auto& block : valuesOf(w)) {
     for (double v : block) ASSERT_TRUE(std::isfinite(v));
   }
-  EXPECT_LT((w.front().position() - walk.truth[59].p).norm(), 0.5);
+  EXPECT_LT((w.head().position() - walk.truth[59].p).norm(), 0.5);
 }
 
 }  // namespace

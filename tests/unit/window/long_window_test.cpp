@@ -47,8 +47,8 @@ TEST_P(LongWindowModes, OneStepIsThatOfTheDenseProblem) {
     walk.start(&w);
     walk.addAnchors(&w, 0.3, 0.5);
     for (std::size_t k = 1; k < walk.truth.size(); ++k) walk.advance(&w, k);
-    // The front off its odometry, so that the last edges have residuals too.
-    for (int i = 0; i < 3; ++i) w.frontParameters()[i] += 0.02 * (i + 1);
+    // The head off its odometry, so that the last edges have residuals too.
+    for (int i = 0; i < 3; ++i) w.headParameters()[i] += 0.02 * (i + 1);
     Batch batch(&w, {}, walk.truth[0]);
     const Eigen::VectorXd expected = batch.step();
     batch.apply(expected);
@@ -57,12 +57,12 @@ TEST_P(LongWindowModes, OneStepIsThatOfTheDenseProblem) {
     ASSERT_EQ(eq.H.rows(), 5 + 3 * 4);
     EXPECT_LT((eq.H - eq.H.transpose()).norm(), 1e-9 * eq.H.norm());
     const int n = static_cast<int>(eq.H.rows());
-    // The marginal of the dense problem for front and anchors.
+    // The marginal of the dense problem for head and anchors.
     const Eigen::MatrixXd P = batch.covariance.bottomRightCorner(n, n);
     EXPECT_LT((eq.H.inverse() - P).norm(), 1e-6 * P.norm());
     const Eigen::VectorXd d = -eq.H.ldlt().solve(eq.b);
     EXPECT_LT((d - expected.tail(n)).norm(), 1e-8 * (1 + expected.norm()));
-    for (int i = 0; i < 5; ++i) w.frontParameters()[i] += d[i];
+    for (int i = 0; i < 5; ++i) w.headParameters()[i] += d[i];
     for (std::uint64_t a = 0; a < 3; ++a) {
       for (int i = 0; i < 4; ++i) w.anchor(a)->x[i] += d[5 + 4 * static_cast<int>(a) + i];
     }
@@ -132,10 +132,10 @@ TEST(LongWindow, MarginalisedAndSolvedAllTheTime) {
       walk.advance(w, k);
       ASSERT_TRUE(w->solve(2, {}));
     }
-    EXPECT_LT((w->front().position() - walk.truth.back().p).norm(), 0.08);
+    EXPECT_LT((w->head().position() - walk.truth.back().p).norm(), 0.08);
   }
   // Far below the standard deviations of either (2 to 5 cm).
-  EXPECT_LT((small.front().position() - large.front().position()).norm(), 0.01);
+  EXPECT_LT((small.head().position() - large.head().position()).norm(), 0.01);
   for (std::uint64_t a = 0; a < 3; ++a) {
     EXPECT_LT((small.anchor(a)->position() - large.anchor(a)->position()).norm(), 0.01) << a;
   }
@@ -162,19 +162,19 @@ TEST(LongWindow, NoneKeepsNoNodes) {
   EXPECT_TRUE(none.takeRetired().empty());
 }
 
-TEST_P(LongWindowModes, FrontMovedSpreadsTheShift) {
+TEST_P(LongWindowModes, HeadMovedSpreadsTheShift) {
   const Walk walk(threeAnchors(20));
   LongWindow w(optionsFor(GetParam(), 100));
   walk.start(&w);
   for (std::size_t k = 1; k < walk.truth.size(); ++k) walk.advance(&w, k);
-  w.frontParameters()[3] = 0;
+  w.headParameters()[3] = 0;
   const auto before = valuesOf(w);
-  const Pose T_O = w.front().T_O_B;
+  const Pose T_O = w.head().T_O_B;
   const Vec3 shift(0.2, -0.1, 0.05), somewhere_O(1, 2, 3);
   const Vec3 somewhere_W = w.pointToWorld(somewhere_O);
-  w.frontMoved(77, Pose(T_O.q, T_O.p + shift));
+  w.headMoved(77, Pose(T_O.q, T_O.p + shift));
   const auto after = valuesOf(w);
-  EXPECT_EQ(w.front().t, 77);
+  EXPECT_EQ(w.head().t, 77);
   EXPECT_EQ(before.front(), after.front()) << "the first node stays";
   double last = 0;
   for (std::size_t k = 0; k < after.size(); ++k) {
@@ -186,7 +186,7 @@ TEST_P(LongWindowModes, FrontMovedSpreadsTheShift) {
     last = part;
   }
   EXPECT_NEAR(last, 1, 1e-12);
-  EXPECT_LT((w.toWorld(w.front().T_O_B).p - w.front().position()).norm(), 1e-12);
+  EXPECT_LT((w.toWorld(w.head().T_O_B).p - w.head().position()).norm(), 1e-12);
   EXPECT_LT((w.pointToWorld(somewhere_O) - somewhere_W).norm(), 1e-12)
       << "the odometry moved, not the world";
   // The edges moved with it: nothing pulls back.
@@ -224,23 +224,23 @@ TEST(LongWindow, AnAntennaKeepsItsLeverArmWhateverTheScale) {
   LongWindow w(optionsFor(LongWindowMode::pose, 100, 0.1));
   w.start(0, Pose(Quat::Identity(), Vec3(1, 1, 0)), Pose(Quat::Identity(), Vec3(5, 6, 7)), 0.1,
           0.1);
-  w.frontParameters()[3] = M_PI / 2;
-  w.frontParameters()[4] = std::log(2.0);
-  // The body 2 m along O's x from the front: 1 m along W's y. The lever arm points along O's y: W's
+  w.headParameters()[3] = M_PI / 2;
+  w.headParameters()[4] = std::log(2.0);
+  // The body 2 m along O's x from the head: 1 m along W's y. The lever arm points along O's y: W's
   // -x.
   EXPECT_LT((w.antennaToWorld(Vec3(3, 1.5, 0), Vec3(0, 0.5, 0)) - Vec3(4.5, 7, 7)).norm(), 1e-12);
   HeldRange r;
   r.motion = Vec3(2, 0, 0);
   r.lever = Vec3(0, 0.5, 0);
-  EXPECT_LT((w.front().antenna(r) - Vec3(4.5, 7, 7)).norm(), 1e-12);
+  EXPECT_LT((w.head().antenna(r) - Vec3(4.5, 7, 7)).norm(), 1e-12);
 }
 
 TEST(LongWindow, ToWorldTurnsAndShrinks) {
   LongWindow w(optionsFor(LongWindowMode::pose, 100, 0.1));
   w.start(0, Pose(Quat::Identity(), Vec3(1, 1, 0)), Pose(Quat(rotZ(0.5)), Vec3(5, 6, 7)), 0.1, 0.1);
-  EXPECT_NEAR(w.front().x[3], 0.5, 1e-12);
-  w.frontParameters()[3] = M_PI / 2;
-  w.frontParameters()[4] = std::log(2.0);
+  EXPECT_NEAR(w.head().x[3], 0.5, 1e-12);
+  w.headParameters()[3] = M_PI / 2;
+  w.headParameters()[4] = std::log(2.0);
   EXPECT_LT((w.turnToWorld(Vec3(2, 0, 4)) - Vec3(0, 1, 2)).norm(), 1e-12);
   EXPECT_LT((w.pointToWorld(Vec3(3, 1, 4)) - Vec3(5, 7, 9)).norm(), 1e-12);
   const Pose T = w.toWorld(Pose(expQuat(Vec3(0.2, 0, 0)), Vec3(3, 1, 4)));
@@ -256,19 +256,19 @@ TEST(LongWindow, RemoveAnchorKeepsTheRest) {
     walk.advance(&w, k);
     ASSERT_TRUE(w.solve(2, {}));
   }
-  const Vec3 front = w.front().position(), other = w.anchor(2)->position();
+  const Vec3 head = w.head().position(), other = w.anchor(2)->position();
   const double sigma = std::sqrt(w.jointCovariance()(5 + 8, 5 + 8));
   EXPECT_EQ(w.columnOf(1), 9);
   w.removeAnchor(1);
   EXPECT_EQ(w.anchor(1), nullptr);
   EXPECT_EQ(w.anchors().size(), 2u);
-  EXPECT_EQ(w.front().position(), front);
+  EXPECT_EQ(w.head().position(), head);
   ASSERT_TRUE(w.solve(5, {}));
   EXPECT_EQ(w.columnOf(1), -1);
   EXPECT_EQ(w.columnOf(2), 9);
   EXPECT_EQ(w.jointCovariance().rows(), 5 + 8);
   // Its ranges in the window are gone, so the rest settles a little, within what it knows.
-  EXPECT_LT((w.front().position() - front).norm(), 0.12);
+  EXPECT_LT((w.head().position() - head).norm(), 0.12);
   EXPECT_LT((w.anchor(2)->position() - other).norm(), 0.15);
   EXPECT_LT(std::sqrt(w.jointCovariance()(9, 9)), 2 * sigma) << "what was learnt of it stays";
   w.removeAnchor(77);  // nobody knows it

@@ -103,11 +103,11 @@ struct Walk {
 /// Everything a window holds whose nodes have never been marginalised, as one dense problem.
 class Batch {
  public:
-  Batch(LongWindow* w, const std::vector<HeldRange>& front_ranges, const Pose& start)
+  Batch(LongWindow* w, const std::vector<HeldRange>& head_ranges, const Pose& start)
       : frozen_(w->frozen()) {
     const auto add = [&](const double* v, int n) { x.emplace_back(v, v + n); };
     for (const vir::window::LongNode& n : w->nodes()) add(n.x, 5);
-    add(w->front().x, 5);
+    add(w->head().x, 5);
     nodes_ = static_cast<int>(x.size());
     std::map<std::uint64_t, int> index;
     for (const auto& [id, a] : w->anchors()) {
@@ -140,7 +140,7 @@ class Batch {
             {k, k + 1});
       }
     }
-    hold(front_ranges, nodes_ - 1);
+    hold(head_ranges, nodes_ - 1);
   }
 
   int offsetOf(int block) const {
@@ -192,7 +192,7 @@ class Batch {
   }
   int nodes() const { return nodes_; }
 
-  Blocks x;  ///< nodes, front, anchors
+  Blocks x;  ///< nodes, head, anchors
   Eigen::MatrixXd covariance;
 
  private:
@@ -216,7 +216,7 @@ class Batch {
 inline Blocks valuesOf(const LongWindow& w) {
   Blocks out;
   for (const vir::window::LongNode& n : w.nodes()) out.emplace_back(n.x, n.x + 5);
-  out.emplace_back(w.front().x, w.front().x + 5);
+  out.emplace_back(w.head().x, w.head().x + 5);
   for (const auto& [id, a] : w.anchors()) out.emplace_back(a.x, a.x + 4);
   return out;
 }

@@ -178,7 +178,7 @@ double errorWithScale(double scale_sigma, bool settled, double* log_scale) {
     d.step(0.1);
     EXPECT_TRUE(d.last.usable);
   }
-  *log_scale = d.long_window.front().x[4];
+  *log_scale = d.long_window.head().x[4];
   const Vec3 newest = d.long_window.toWorld(d.window.newest().T_W_B).p;
   return (newest - inW(d.scene.truth(d.t).T_W_B).p).norm();
 }

@@ -59,7 +59,7 @@ class OdometryRangeEstimator {
   void addRange(const Range& range);
   /// The robot has just put down an anchor at `p_B` in its body frame; before the first pose this
   /// says nothing of where the anchor is: counted and warned of.
-  void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
+  void anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m);
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();
   std::vector<Anchor> anchors() const;

@@ -43,7 +43,7 @@ void describe(OptionVisitor& v, RangeOptions& o);
 /// Where the antenna was when a range was measured.
 struct AntennaPrediction {
   Vec3 p_W = Vec3::Zero();
-  Mat3 inner_covariance = Mat3::Zero();  ///< against the front of the long window [m^2]
+  Mat3 inner_covariance = Mat3::Zero();  ///< against the head of the long window [m^2]
 };
 
 class RangeLayer {
@@ -67,8 +67,8 @@ class RangeLayer {
   /// Once per keyframe: finds new anchors, settles mirror images, reweighs correlated ranges,
   /// notices anchors that are no longer where they were. True if the anchors changed so much that
   /// the window is to be solved again.
-  /// `front`: all ranges held after the long window's nodes, as if at its front.
-  bool update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& front);
+  /// `head`: all ranges held after the long window's nodes, as if at its head.
+  bool update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& head);
 
   /// The robot says that it has put down an anchor at `p_W` (standard deviation `sigma_m`). What
   /// cannot be is counted and warned of.

@@ -86,7 +86,7 @@ class VisualInertialEstimator {
   void addRange(const Range& range);
   /// The robot has just put down an anchor at `p_B` in its body frame. Without a pose at that time
   /// this says nothing of where the anchor is: counted and warned of, and its ranges have to tell.
-  void anchorDropped(std::uint64_t id, const Vec3& p_B, double sigma_m);
+  void anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m);
   /// The input has ended: images that wait are worked on with the readings there are. Nothing is
   /// done in the background afterwards, also if it throws.
   void finish();

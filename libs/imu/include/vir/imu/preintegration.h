@@ -99,6 +99,8 @@ class Preintegration {
     Vec3 gyro0, acc0, gyro1, acc1;
   };
   void propagate(const Step& s);
+  /// `F`: how the errors go on over `s`.
+  void growCovariance(const Mat15& F, const Step& s);
   void clear();
   Vec3 rateOf(const Vec3& reading) const;
 

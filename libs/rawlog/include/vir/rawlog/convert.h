@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "vir/types/anchor.h"
 #include "vir/types/calibration.h"
 #include "vir/types/imu_sample.h"
 #include "vir/types/peer_broadcast.h"
@@ -41,12 +42,7 @@ std::shared_ptr<mrpt::obs::CObservationRobotPose> toObservation(const StampedPos
 
 /// "The robot has just put down this anchor": a CObservationRobotPose labelled `ANCHOR:<id>` whose
 /// pose is the anchor's in the body frame, with the covariance of its position.
-struct DroppedAnchor {
-  std::uint64_t id = 0;
-  Vec3 p_B = Vec3::Zero();  ///< [m]
-  double sigma_m = 0.2;
-};
-std::optional<DroppedAnchor> droppedAnchorOf(const mrpt::obs::CObservation& observation);
+std::optional<DeployedAnchor> deployedAnchorOf(const mrpt::obs::CObservation& observation);
 
 /// A CObservationRobotPose labelled as a broadcast (labels.h): a position with its covariance and
 /// no attitude. Empty for any other class or label; what it says may be no number.

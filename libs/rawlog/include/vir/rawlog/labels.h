@@ -18,8 +18,8 @@ constexpr const char* kGroundTruthLabel = "GT";
 constexpr const char* kPeerLabel = "PEER";
 
 /// `ANCHOR:<id>`: the robot has just put down this anchor. Empty for any other label.
-std::optional<std::uint64_t> droppedAnchorOf(const std::string& label);
-bool isDroppedAnchorLabel(const std::string& label);
+std::optional<std::uint64_t> deployedAnchorOf(const std::string& label);
+bool isDeployedAnchorLabel(const std::string& label);
 
 /// Whose broadcast a label announces, and of which anchor (empty: of the sender's own antenna).
 struct BroadcastSource {

@@ -19,6 +19,13 @@ const char* name(AnchorState state);
 /// False, and nothing done, for a word that is none of these.
 bool parse(const std::string& word, AnchorState* state);
 
+/// The robot has just put down this anchor.
+struct DeployedAnchor {
+  std::uint64_t id = 0;
+  Vec3 p_B = Vec3::Zero();  ///< in the body at that time [m]
+  double sigma_m = 0.2;
+};
+
 /// An anchor as now known, in W.
 struct Anchor {
   std::uint64_t id = 0;

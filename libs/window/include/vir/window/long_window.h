@@ -4,7 +4,7 @@
 ///
 /// Frames: O is the odometry's own frame (the short window's, or a tracking camera's), which
 /// drifts; W is the world the ranges hold in place. A node says where one keyframe is in W and how
-/// O is turned in W there. The youngest node, the front, is the oldest frame of the short window:
+/// O is turned in W there. The youngest node, the head, is the oldest frame of the short window:
 /// what the ranges say reaches the newest pose through it.
 #include <Eigen/Core>
 #include <deque>
@@ -118,39 +118,39 @@ class LongWindow {
   explicit LongWindow(const LongWindowOptions& options);
   ~LongWindow();
 
-  /// Begins with a front at `T_W_B` whose odometry pose is T_O_B. Standard deviations of what is
+  /// Begins with a head at `T_W_B` whose odometry pose is T_O_B. Standard deviations of what is
   /// known of its position [m] and yaw [rad] in W.
   void start(TimeNs t, const Pose& T_O_B, const Pose& T_W_B, double sigma_m, double sigma_rad);
   bool empty() const;
   void clear();
 
-  /// The front becomes an ordinary node with these ranges, and a new front follows it.
-  /// `covariance` [4x4] of (motion in O, yaw) from the old front to the new one. After a `lost` tie
+  /// The head becomes an ordinary node with these ranges, and a new head follows it.
+  /// `covariance` [4x4] of (motion in O, yaw) from the old head to the new one. After a `lost` tie
   /// it alone holds them together, whatever the options say of edges.
-  void advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> front_ranges,
+  void advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> head_ranges,
                const Eigen::Matrix4d& covariance, NodeTie tie = NodeTie::followed);
 
-  /// The odometry now has the front elsewhere in O. What it learnt belongs to the way travelled:
+  /// The odometry now has the head elsewhere in O. What it learnt belongs to the way travelled:
   /// spread over the edges by their variance.
-  void frontMoved(TimeNs t, const Pose& T_O_B);
+  void headMoved(TimeNs t, const Pose& T_O_B);
   /// gauge_free_prior = false only: the odometry's claim to know position and yaw in O, covariance
   /// [4x4] of (position, yaw). Kept to show what it does: it fights the ranges.
   void setOdometryClaim(const Eigen::Matrix4d& covariance);
 
-  /// What all nodes before the front, their edges and ranges, and the priors say about (front,
+  /// What all nodes before the head, their edges and ranges, and the priors say about (head,
   /// anchors), around the current values. Linear in the number of nodes.
   const NormalEquations& eliminate();
-  /// After front and anchors have been changed: moves all nodes before the front accordingly
+  /// After head and anchors have been changed: moves all nodes before the head accordingly
   /// (back-substitution of the last eliminate()).
   void backSubstitute();
-  /// Gauss-Newton on everything, with `front_ranges` at the front, for an odometry without short
+  /// Gauss-Newton on everything, with `head_ranges` at the head, for an odometry without short
   /// window. False if the result is not finite (nothing changed then).
-  bool solve(int iterations, const std::vector<HeldRange>& front_ranges);
+  bool solve(int iterations, const std::vector<HeldRange>& head_ranges);
 
   /// What everything would cost (twice the loss) if the anchor were at `p_W`: solved on a copy,
-  /// from there. `settled`: where it ends. Infinite if it does not solve.
+  /// from there. `ends_at`: the solution's position. Infinite if it does not solve.
   double costWithAnchorAt(std::uint64_t id, const Vec3& p_W, int iterations,
-                          const std::vector<HeldRange>& front_ranges, Vec3* settled) const;
+                          const std::vector<HeldRange>& head_ranges, Vec3* ends_at) const;
 
   /// A pose, and a vector, of the odometry in W.
   Pose toWorld(const Pose& T_O_B) const;
@@ -167,16 +167,16 @@ class LongWindow {
   AnchorNode* anchor(std::uint64_t id);
   const std::map<std::uint64_t, AnchorNode>& anchors() const;
 
-  double* frontParameters();
+  double* headParameters();
   /// Entries of a node that the options hold fixed (yaw, scale).
   std::vector<int> frozen() const;
   /// The odometry's scale is not estimated.
   bool scaleFrozen() const;
-  const LongNode& front() const;
-  const std::deque<LongNode>& nodes() const;  ///< before the front, oldest first
+  const LongNode& head() const;
+  const std::deque<LongNode>& nodes() const;  ///< before the head, oldest first
   std::vector<LongNode> takeRetired();
 
-  /// Joint covariance of (front [5], anchors [4 each, in order of id]) when last updated.
+  /// Joint covariance of (head [5], anchors [4 each, in order of id]) when last updated.
   void setJointInformation(const NormalEquations& eq);
   const Eigen::MatrixXd& jointCovariance() const;
   /// Column of an anchor in it; -1 if it was not there then.

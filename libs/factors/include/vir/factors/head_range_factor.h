@@ -8,10 +8,10 @@ namespace vir::factors {
 
 /// WindowRangeFactor at frame 0 itself: antenna at p + Rz(yaw) R_O_0 (exp(-s) motion + lever).
 /// Parameters: pose of frame 0 [7], node [5], anchor [4].
-class FrontRangeFactor final : public ceres::SizedCostFunction<1, 7, 5, 4> {
+class HeadRangeFactor final : public ceres::SizedCostFunction<1, 7, 5, 4> {
  public:
   /// As WindowRangeFactor.
-  FrontRangeFactor(const RangeTerm& range, const Vec3& motion_B, const Vec3& lever_B)
+  HeadRangeFactor(const RangeTerm& range, const Vec3& motion_B, const Vec3& lever_B)
       : range_(range), motion_B_(motion_B), offset_B_(motion_B + lever_B) {}
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
 

@@ -1,4 +1,4 @@
-#include "vir/factors/front_range_factor.h"
+#include "vir/factors/head_range_factor.h"
 
 #include <cmath>
 
@@ -7,8 +7,8 @@
 
 namespace vir::factors {
 
-bool FrontRangeFactor::Evaluate(double const* const* x, double* residuals,
-                                double** jacobians) const {
+bool HeadRangeFactor::Evaluate(double const* const* x, double* residuals,
+                               double** jacobians) const {
   const Pose T0 = poseFrom(x[0]);
   const Mat3 R = rotZ(x[1][3]);
   const double shrink = std::exp(-x[1][4]);
