@@ -10,6 +10,7 @@
 
 #include "emulated_device.h"
 #include "recording.h"
+#include "vir/core/resource_usage.h"
 
 namespace {
 
@@ -17,10 +18,6 @@ using namespace vir;
 using namespace vir::emulator;
 
 volatile std::sig_atomic_t stop_asked = 0;
-
-double steadySeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 struct Arguments {
   std::string rawlog, uwb, imu, summary;
@@ -65,7 +62,7 @@ class Emulator {
     }
     std::fflush(stdout);
     if (!arguments_.no_wait && !waitForReaders()) return false;
-    start_s_ = steadySeconds();
+    start_s_ = wallSeconds();
     if (arguments_.start_at_s > 0) {
       const auto host = std::chrono::system_clock::now().time_since_epoch();
       start_s_ += arguments_.start_at_s - std::chrono::duration<double>(host).count();
@@ -79,8 +76,8 @@ class Emulator {
       }
       offset += events.back().t + events.back().t / static_cast<TimeNs>(events.size());
     }
-    const double end = steadySeconds() + arguments_.linger_s;
-    while (steadySeconds() < end) serviceAll(0.002);
+    const double end = wallSeconds() + arguments_.linger_s;
+    while (wallSeconds() < end) serviceAll(0.002);
     return true;
   }
 
@@ -104,12 +101,12 @@ class Emulator {
 
  private:
   bool waitForReaders() {
-    const double give_up = steadySeconds() + arguments_.wait_s;
-    while (steadySeconds() < give_up && stop_asked == 0) {
+    const double give_up = wallSeconds() + arguments_.wait_s;
+    while (wallSeconds() < give_up && stop_asked == 0) {
       bool all = true;
       for (EmulatedDevice* d : devices_) {
-        d->service(0, steadySeconds());
-        all &= d->heard(steadySeconds());
+        d->service(0, wallSeconds());
+        all &= d->heard(wallSeconds());
       }
       if (all) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -117,11 +114,11 @@ class Emulator {
     return false;
   }
 
-  TimeNs now() const { return fromSeconds((steadySeconds() - start_s_) * arguments_.speed); }
+  TimeNs now() const { return fromSeconds((wallSeconds() - start_s_) * arguments_.speed); }
 
   void serviceAll(double sleep_s) {
     std::this_thread::sleep_for(std::chrono::duration<double>(sleep_s));
-    for (EmulatedDevice* d : devices_) d->service(now(), steadySeconds());
+    for (EmulatedDevice* d : devices_) d->service(now(), wallSeconds());
   }
 
   void sleepUntil(TimeNs t) {
@@ -133,7 +130,7 @@ class Emulator {
   }
 
   void play(TimeNs t, const Event& e) {
-    const double now_s = steadySeconds();
+    const double now_s = wallSeconds();
     if (const auto* range = std::get_if<RangeItem>(&e.what)) {
       if (radio_) radio_->play(t, *range, now_s);
     } else if (imu_) {

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <sstream>
+
+#include "vir/core/parse_number.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -46,15 +47,14 @@ std::vector<std::string> namesIn(const Setting& setting) {
 std::vector<int> seedsIn(const Setting& setting) {
   std::vector<int> seeds;
   for (const std::string& word : words(setting.value)) {
-    char* end = nullptr;
-    const long seed = std::strtol(word.c_str(), &end, 10);
-    if (*end != 0 || seed < 0 || seed > 1000000) {
+    int seed = 0;
+    if (!parseNumber(word, &seed) || seed < 0 || seed > 1000000) {
       throw SettingsError(setting, "seeds are whole numbers from 0 to 1000000 with blanks between");
     }
-    if (std::count(seeds.begin(), seeds.end(), static_cast<int>(seed)) > 0) {
+    if (std::count(seeds.begin(), seeds.end(), seed) > 0) {
       throw SettingsError(setting, "seed " + word + " is there twice");
     }
-    seeds.push_back(static_cast<int>(seed));
+    seeds.push_back(seed);
   }
   if (seeds.empty()) throw SettingsError(setting, "no seed named");
   return seeds;
@@ -201,9 +201,7 @@ BatchPlan readBatchPlan(const std::string& file, const std::vector<std::string>&
   const std::string ini = in.file("ini");
   std::string timeout = in.text("timeout_s"), keep = in.text("keep_recordings");
   if (!timeout.empty()) {
-    char* end = nullptr;
-    plan.timeout_s = std::strtod(timeout.c_str(), &end);
-    if (*end != 0 || !(plan.timeout_s > 0)) {
+    if (!parseNumber(timeout, &plan.timeout_s) || !(plan.timeout_s > 0)) {
       throw SettingsError(*in.find("timeout_s"), "seconds above 0 are asked for");
     }
   }

@@ -7,6 +7,7 @@
 
 #include "batch/batch_run.h"
 #include "batch/batch_table.h"
+#include "vir/core/order_statistics.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -91,8 +92,7 @@ std::vector<double> values(const std::vector<const BatchResult*>& runs, Maybe Ba
 
 Maybe median(const std::vector<double>& sorted) {
   if (sorted.empty()) return std::nullopt;
-  const std::size_t n = sorted.size();
-  return n % 2 == 1 ? sorted[n / 2] : 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]);
+  return quantileOfSorted(sorted, 0.5);
 }
 
 Maybe mean(const std::vector<double>& sorted) {

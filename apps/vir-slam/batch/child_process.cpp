@@ -6,21 +6,17 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
+#include "vir/core/resource_usage.h"
+
 extern char** environ;
 
 namespace vir::app {
 namespace {
-
-double wallSeconds() {
-  using Clock = std::chrono::steady_clock;
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
 
 /// In the child, where only what is safe after fork() may be called.
 [[noreturn]] void becomeProgram(char* const* argv, int out, pid_t parent) {

@@ -11,6 +11,7 @@
 #include "batch/batch_table.h"
 #include "commands/commands.h"
 #include "output/console.h"
+#include "vir/core/parse_number.h"
 #include "vir/results/results_folder.h"
 
 namespace vir::app {
@@ -37,9 +38,9 @@ struct Arguments {
 
 Shard readShard(const std::string& text) {
   Shard shard;
-  int read = 0;
-  if (std::sscanf(text.c_str(), "%zu/%zu%n", &shard.index, &shard.count, &read) != 2 ||
-      read != static_cast<int>(text.size()) || text.find('-') != std::string::npos ||
+  const std::size_t slash = std::min(text.find('/'), text.size());
+  if (!parseNumber(text.substr(0, slash), &shard.index) ||
+      !parseNumber(text.substr(std::min(slash + 1, text.size())), &shard.count) ||
       shard.index < 1 || shard.index > shard.count) {
     throw UsageError("--shard " + text + ": I/N with I from 1 to N is asked for, e.g. 2/8");
   }

@@ -58,12 +58,10 @@ void run(const Arguments& arguments, Common& common) {
   results::OutputFile log_file(folder.file("run.log"), results::OutputFile::Named::at_once);
   ProgressBar bar;
   const Log log = [&](LogLevel level, const std::string& text) {
-    static const char* const kLevels[] = {"debug", "info", "warning", "error"};
-    const char* const word = kLevels[static_cast<int>(level)];
-    log_file.line(std::string(word) + ": " + text);
+    log_file.line(std::string(levelName(level)) + ": " + text);
     if (level != LogLevel::warning && level != LogLevel::error && !arguments.verbose) return;
     bar.clear();
-    std::fprintf(stderr, "%s: %s\n", word, text.c_str());
+    std::fprintf(stderr, "%s: %s\n", levelName(level), text.c_str());
   };
   for (const std::string& line : prepared.calibration.said()) log(LogLevel::info, line);
   const auto create_solver = [&](const Log& sink) { return prepared.createSolver(sink); };

@@ -27,20 +27,6 @@ Examples:
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01 --set Estimator.start_offset_s=10
 Exit code 1 also where the results are there but end early: interrupted, or the recording is damaged.)";
 
-const char* levelName(LogLevel level) {
-  switch (level) {
-    case LogLevel::debug:
-      return "debug";
-    case LogLevel::info:
-      return "info";
-    case LogLevel::warning:
-      return "warning";
-    case LogLevel::error:
-      break;
-  }
-  return "error";
-}
-
 void run(const RunArguments& arguments, Common& common) {
   PreparedRun prepared = prepareRun(arguments, common);
   const results::ResultsFolder folder(arguments.out);

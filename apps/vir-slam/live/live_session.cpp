@@ -33,7 +33,7 @@ LogSink consoleLog(bool verbose) {
     const bool serious = level == LogLevel::warning || level == LogLevel::error;
     if (!serious && !verbose) return;
     std::fprintf(stderr, "%s%s: %s\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "",
-                 serious ? "warning" : "info", text.c_str());
+                 levelName(serious ? LogLevel::warning : LogLevel::info), text.c_str());
   };
 }
 
@@ -161,7 +161,7 @@ class LiveSession final : public results::RunObserver {
   void tellWhoEnded() {
     const std::vector<live::SensorStatus> sensors = acquisition_.sensors();
     for (std::size_t i = 0; i < sensors.size(); ++i) {
-      if (sensors[i].state != "running") recorder_->setEnded(i);
+      if (sensors[i].state != live::SensorState::running) recorder_->setEnded(i);
     }
   }
 
@@ -185,7 +185,8 @@ class LiveSession final : public results::RunObserver {
     std::string line = fixed(secondsFromStart(now), 0) + " s";
     for (const live::SensorStatus& s : acquisition_.sensors()) {
       line += "  " + s.name + " " + std::to_string(s.observations);
-      if (s.state != "running") line += " (" + s.state + ")";
+      if (s.state == live::SensorState::running) continue;
+      line += std::string(" (") + name(s.state) + ")";
     }
     if (estimation_) line += "  latency " + fixed(estimation_->latency().median_ms, 0) + " ms";
     std::fprintf(stderr, "\r\033[K%s", line.c_str());
@@ -206,7 +207,7 @@ class LiveSession final : public results::RunObserver {
     std::printf("%-16s %12s %9s  %s\n", "sensor", "observations", "restarts", "state");
     for (const live::SensorStatus& s : acquisition_.sensors()) {
       std::printf("%-16s %12ld %9d  %s%s%s\n", s.name.c_str(), s.observations, s.restarts,
-                  s.state.c_str(), s.problem.empty() ? "" : "; last problem: ", s.problem.c_str());
+                  name(s.state), s.problem.empty() ? "" : "; last problem: ", s.problem.c_str());
     }
     for (const live::SensorStatus& s : acquisition_.sensors()) {
       for (const auto& [name, count] : s.counters) {

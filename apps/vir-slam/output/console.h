@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "vir/core/log.h"
+
 namespace vir::app {
 
 /// One line on stderr that is redrawn; silent where stderr is no terminal.
@@ -26,6 +28,9 @@ struct TableRow {
 
 /// Metric | Value | Unit on stdout.
 void printTable(const std::vector<TableRow>& rows);
+
+/// What a line of this level begins with: debug, info, warning, error.
+const char* levelName(LogLevel level);
 
 /// `v` with `decimals` digits behind the point.
 std::string fixed(double v, int decimals);

@@ -1,6 +1,5 @@
 #include "output/run_folder.h"
 
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <locale>
@@ -10,6 +9,7 @@
 
 #include "commands/commands.h"
 #include "robots/robot_recorder.h"
+#include "vir/core/parse_number.h"
 #include "vir/core/text_file.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/rawlog/convert.h"
@@ -42,11 +42,13 @@ class Table {
     return cells_[at->second];
   }
   double number(const std::string& column) const {
-    std::istringstream in(text(column));
-    in.imbue(std::locale::classic());
     double v = 0;
-    std::string rest;
-    if (!(in >> v) || in >> rest) fail(column);
+    if (!parseFinite(text(column), &v)) fail(column);
+    return v;
+  }
+  std::uint64_t id(const std::string& column) const {
+    std::uint64_t v = 0;
+    if (!parseNumber(text(column), &v)) fail(column);
     return v;
   }
   TimeNs stamp() const {
@@ -121,8 +123,7 @@ void readAnchors(const std::string& file, team::RobotRecord* record) {
   };
   while (table.next()) {
     Anchor a;
-    const std::string& id = table.text("id");
-    std::from_chars(id.data(), id.data() + id.size(), a.id);
+    a.id = table.id("id");
     parse(table.text("state"), &a.state);
     a.has_position = !table.text("x").empty();
     if (a.has_position) {

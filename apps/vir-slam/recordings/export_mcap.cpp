@@ -12,6 +12,7 @@
 
 #include "recordings/exporter.h"
 #include "recordings/ros_messages.h"
+#include "vir/core/parse_number.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
@@ -108,11 +109,9 @@ std::vector<double> numbersOf(const std::string& line, std::size_t most) {
   std::vector<double> out;
   std::istringstream in(line);
   for (std::string field; out.size() < most && std::getline(in, field, ',');) {
-    try {
-      out.push_back(std::stod(field));
-    } catch (const std::exception&) {
-      return {};
-    }
+    double value = 0;
+    if (!parseNumber(field, &value)) return {};
+    out.push_back(value);
   }
   return out;
 }

@@ -1,9 +1,7 @@
 #include "recordings/uwb_recording.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <optional>
 #include <sstream>
@@ -11,28 +9,17 @@
 
 #include "commands/commands.h"
 #include "output/console.h"
-#include "vir/rawlog/mrpt_pose.h"
-#include "vir/rawlog/mrpt_time.h"
+#include "vir/core/parse_number.h"
+#include "vir/core/text_file.h"
+#include "vir/rawlog/convert.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/types/interpolation.h"
-// After Eigen, whose types MRPT only declares.
-#include <mrpt/obs/CObservationBeaconRanges.h>
-#include <mrpt/obs/CObservationRobotPose.h>
-
-#include "vir/core/text_file.h"
-#include "vir/rawlog/labels.h"
 
 namespace vir::app {
 namespace {
 
 constexpr TimeNs kMaxGap = 100'000'000;  // the ground truth is not interpolated across more
-
-struct Range {
-  TimeNs t = 0;
-  int anchor = 0;
-  double measured_m = 0;
-  Vec3 p_B_U = Vec3::Zero();
-};
 
 std::vector<std::string> split(const std::string& text) {
   std::vector<std::string> fields;
@@ -45,19 +32,12 @@ std::vector<std::string> split(const std::string& text) {
   return fields;
 }
 
-bool parse(const std::string& text, double* value) {
-  if (text.empty()) return false;
-  char* end = nullptr;
-  *value = std::strtod(text.c_str(), &end);
-  return *end == '\0' && std::isfinite(*value);
-}
-
 /// Empty, or what is wrong with the fields.
 std::string takeAnchor(const std::vector<std::string>& fields, AnchorPositions* anchors) {
   double v[4];
   if (fields.size() < 4) return "expected id,x,y,z";
   for (std::size_t k = 0; k < 4; ++k) {
-    if (!parse(fields[k], &v[k])) return "'" + fields[k] + "' is no finite number";
+    if (!parseFinite(fields[k], &v[k])) return "'" + fields[k] + "' is no finite number";
   }
   if (v[0] != std::floor(v[0]) || std::abs(v[0]) > 2e9) {
     return "the id '" + fields[0] + "' is no whole number";
@@ -73,19 +53,13 @@ void read(rawlog::RawlogReader* reader, Trajectory* truth, std::vector<Range>* r
   while (const auto observation = reader->next()) {
     if (interrupted()) throw std::runtime_error("interrupted; nothing has been written");
     bar.show(reader->progress());
-    const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
-    if (const auto pose =
-            std::dynamic_pointer_cast<mrpt::obs::CObservationRobotPose>(observation)) {
-      if (pose->sensorLabel == rawlog::kGroundTruthLabel)
-        truth->push_back({t, rawlog::fromMrptPose(pose->pose.mean)});
+    const std::string& label = observation->sensorLabel;
+    if (const auto pose = rawlog::poseOf(*observation);
+        pose && label == rawlog::kGroundTruthLabel) {
+      truth->push_back(*pose);
     }
-    const auto beacons =
-        std::dynamic_pointer_cast<mrpt::obs::CObservationBeaconRanges>(observation);
-    if (!beacons || beacons->sensorLabel == rawlog::kPeerLabel) continue;
-    for (const auto& m : beacons->sensedData) {
-      const auto& u = m.sensorLocationOnRobot;
-      ranges->push_back({t, m.beaconID, m.sensedDistance, Vec3(u.x(), u.y(), u.z())});
-    }
+    if (label == rawlog::kPeerLabel) continue;
+    for (const Range& r : rawlog::rangesOf(*observation)) ranges->push_back(r);
   }
   const auto earlier = [](const auto& a, const auto& b) { return a.t < b.t; };
   std::stable_sort(truth->begin(), truth->end(), earlier);
@@ -120,7 +94,7 @@ void addAnchorFile(const std::string& path, AnchorPositions* anchors) {
     const std::vector<std::string> fields = split(line);
     if (fields.empty() || fields[0].empty() || fields[0][0] == '#') continue;
     double value = 0;
-    const bool header = first && !parse(fields[0], &value);
+    const bool header = first && !parseFinite(fields[0], &value);
     first = false;
     if (header) continue;
     const std::string problem = takeAnchor(fields, anchors);
@@ -147,10 +121,11 @@ void addRecording(const std::string& rawlog, const AnchorPositions& anchors, Uwb
   const int first_series = out->samples.empty() ? 0 : out->samples.back().series + 1000;
   for (const Range& r : ranges) {
     ++out->ranges;
-    if (check.check(r.anchor, r.t, r.measured_m) != RangeDecision::accepted) continue;
-    const auto anchor = anchors.find(r.anchor);
+    const int id = static_cast<int>(r.anchor);  // as the radio says it
+    if (check.check(id, r.t, r.range_m) != RangeDecision::accepted) continue;
+    const auto anchor = anchors.find(id);
     if (anchor == anchors.end()) {
-      ++out->unknown_anchor[r.anchor];
+      ++out->unknown_anchor[id];
       continue;
     }
     const std::optional<Pose> pose = poseAt(truth, r.t, kMaxGap);
@@ -158,11 +133,11 @@ void addRecording(const std::string& rawlog, const AnchorPositions& anchors, Uwb
       ++out->without_truth;
       continue;
     }
-    const int id =
-        series.emplace(r.anchor, first_series + static_cast<int>(series.size())).first->second;
+    const int of_series =
+        series.emplace(id, first_series + static_cast<int>(series.size())).first->second;
     const double distance = (anchor->second - *pose * r.p_B_U).norm();
-    out->samples.push_back({r.t, id, distance, r.measured_m - distance});
-    out->anchor.push_back(r.anchor);
+    out->samples.push_back({r.t, of_series, distance, r.range_m - distance});
+    out->anchor.push_back(id);
   }
   addCounters(check.counters(), &out->checks);
 }

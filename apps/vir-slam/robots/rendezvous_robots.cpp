@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -15,6 +14,7 @@
 #include "setup/auto_driver.h"
 #include "setup/prepared_run.h"
 #include "vir/core/ini_writer.h"
+#include "vir/core/parse_number.h"
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/rendezvous_registry.h"
 #include "vir/runs/offline_run.h"
@@ -43,10 +43,7 @@ RobotFile robotOf(const std::string& text, const std::string& rawlog, std::size_
   robot.rawlog = rawlog;
   checkName(robot.name, text);
   if (colon != std::string::npos) {
-    const char* const first = text.data() + colon + 1;
-    const char* const last = text.data() + text.size();
-    const auto number = std::from_chars(first, last, robot.id);
-    if (number.ec != std::errc() || number.ptr != last) {
+    if (!parseNumber(text.substr(colon + 1), &robot.id)) {
       throw UsageError("'" + text + "': behind the colon stands the robot's id, a whole number");
     }
   } else if (robot.name.size() == 1 && std::isalpha(static_cast<unsigned char>(robot.name[0]))) {

@@ -1,9 +1,10 @@
 #include "vir/bags/message_definition.h"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <set>
+
+#include "vir/core/parse_number.h"
 
 namespace vir::bags {
 namespace {
@@ -172,9 +173,7 @@ class DefinitionParser {
       count.remove_suffix(1);
       kind = kind.substr(0, bracket);
       if (!count.empty() && count.substr(0, 2) != "<=") {
-        const auto end = count.data() + count.size();
-        const auto [p, error] = std::from_chars(count.data(), end, field.fixed_count);
-        if (error != std::errc() || p != end || field.fixed_count == 0 ||
+        if (!parseNumber(count, &field.fixed_count) || field.fixed_count == 0 ||
             field.fixed_count > kEndless) {
           fail(type->name, whole, "the length of the array is no number");
         }

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "vir/core/parse_number.h"
+
 namespace vir {
 inline namespace core {
 namespace {
@@ -27,8 +29,9 @@ HostClocks& clocks() {
 
 std::optional<TimeNs> pinned() {
   const char* text = std::getenv(kPinned);
-  if (text == nullptr) return std::nullopt;
-  return std::strtoll(text, nullptr, 10);
+  TimeNs offset = 0;
+  if (text == nullptr || !parseNumber(text, &offset)) return std::nullopt;
+  return offset;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "vir/core/ini_writer.h"
+#include "vir/core/parse_number.h"
 
 namespace vir::ini {
 namespace {
@@ -56,7 +57,9 @@ std::string shortReason(const std::exception& e, int* line) {
   if (message != std::string::npos) text = text.substr(message + 8);
   text = trim(text.substr(0, text.find('\n', text.find_first_not_of(kBlank))));
   std::smatch match;
-  if (std::regex_search(text, match, std::regex("Line ([0-9]{1,8}):"))) *line = std::stoi(match[1]);
+  if (std::regex_search(text, match, std::regex("Line ([0-9]{1,8}):"))) {
+    parseNumber(match[1].str(), line);
+  }
   return text;
 }
 

@@ -1,7 +1,7 @@
-#include <charconv>
 #include <cmath>
 
 #include "ini_text.h"
+#include "vir/core/parse_number.h"
 #include "vir/core/settings.h"
 
 namespace vir {
@@ -10,15 +10,6 @@ namespace {
 
 [[noreturn]] void refuse(const Setting& s, const std::string& problem, const std::string& allowed) {
   throw SettingsError(s, problem + "; allowed: " + allowed);
-}
-
-/// The whole of `text` as a finite number.
-bool parseNumber(const std::string& text, double* v) {
-  const char* first = text.data();
-  const char* last = first + text.size();
-  if (first != last && *first == '+') ++first;
-  const auto result = std::from_chars(first, last, *v);
-  return result.ec == std::errc() && result.ptr == last && std::isfinite(*v);
 }
 
 std::string listedNames(const std::vector<std::string>& names) {
@@ -55,7 +46,7 @@ void SettingsReader::value(const char* key, int& v, Bounds<int> bounds, const ch
   if (s == nullptr) return;
   // By way of a double, because $eval{} writes every result as one (1.500000e+01).
   double number = 0;
-  if (!parseNumber(s->value, &number) || number != std::floor(number)) {
+  if (!parseFinite(s->value, &number) || number != std::floor(number)) {
     refuse(*s, "not a whole number", ini::allowedText(bounds));
   }
   if (number < bounds.min || number > bounds.max) {
@@ -68,7 +59,7 @@ void SettingsReader::value(const char* key, double& v, Bounds<double> bounds, co
   const Setting* s = lookUp(key);
   if (s == nullptr) return;
   double number = 0;
-  if (!parseNumber(s->value, &number)) refuse(*s, "not a number", ini::allowedText(bounds));
+  if (!parseFinite(s->value, &number)) refuse(*s, "not a number", ini::allowedText(bounds));
   if (number < bounds.min || number > bounds.max) {
     refuse(*s, "out of bounds", ini::allowedText(bounds));
   }
@@ -88,7 +79,7 @@ void SettingsReader::value(const char* key, std::vector<double>& v, std::size_t 
     const std::size_t end = rest.find_first_of(" \t");
     const std::string word = rest.substr(0, end);
     double number = 0;
-    if (!parseNumber(word, &number)) {
+    if (!parseFinite(word, &number)) {
       refuse(*s, "'" + ini::shown(word) + "' is not a number", ini::allowedListText(size));
     }
     numbers.push_back(number);

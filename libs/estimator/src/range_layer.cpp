@@ -250,7 +250,6 @@ std::vector<Anchor> RangeLayer::anchors() const {
 
 std::vector<RangeRecord> RangeLayer::take() { return std::exchange(impl_->decisions, {}); }
 std::vector<std::string> RangeLayer::takeWarnings() { return std::exchange(impl_->warnings, {}); }
-bool RangeLayer::anyPending() const { return !impl_->pending.empty(); }
 
 std::vector<std::pair<std::string, long>> RangeLayer::counters() const {
   std::vector<std::pair<std::string, long>> out;

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <istream>
 #include <map>
 #include <ostream>
 
+#include "vir/core/parse_number.h"
 #include "vir/core/text_file.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/tables/layout.h"
@@ -22,24 +22,14 @@ struct Habit {
   char separator = ' ';
   tables::PoseColumns columns;
   tables::StampUnit unit = tables::StampUnit::seconds;
-  std::size_t exactly = 0;    ///< fields that a line must have; 0: at least those that are needed
-  bool whole_stamps = false;  ///< nothing but digits
-  bool header = false;        ///< a first line without numbers is one
+  std::size_t exactly = 0;  ///< fields that a line must have; 0: at least those that are needed
+  bool header = false;      ///< a first line without numbers is one
 };
 
 Habit tumHabit() {
   Habit h;
   for (int i = 0; i < 4; ++i) h.columns.q[i] = 4 + i;
   h.exactly = 8;
-  return h;
-}
-
-Habit eurocHabit() {
-  Habit h;
-  h.separator = ',';
-  h.unit = tables::StampUnit::nanoseconds;
-  for (int i = 0; i < 4; ++i) h.columns.q[i] = i == 3 ? 4 : 5 + i;
-  h.whole_stamps = true;
   return h;
 }
 
@@ -70,17 +60,6 @@ std::string clean(std::string line) {
   line.erase(last == std::string::npos ? 0 : last + 1);
   line.erase(0, std::min(line.find_first_not_of(blanks), line.size()));
   return line;
-}
-
-bool parseNumber(std::string_view text, double* value) {
-  if (text.size() > 1 && text[0] == '+') text.remove_prefix(1);
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), *value);
-  return result.ec == std::errc() && result.ptr == text.data() + text.size();
-}
-
-bool parseWhole(std::string_view text, TimeNs* value) {
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), *value);
-  return result.ec == std::errc() && result.ptr == text.data() + text.size();
 }
 
 std::string quoted(std::string_view field) { return "'" + std::string(field.substr(0, 60)) + "'"; }
@@ -151,11 +130,6 @@ class Reader {
   }
 
   bool parseStamp(std::string_view text, long number, TimeNs* t) {
-    if (habit_.whole_stamps) {
-      if (parseWhole(text, t)) return true;
-      return skip(&report_->malformed, "stamp", number,
-                  quoted(text) + " is not a stamp in integer ns");
-    }
     if (tables::parseStamp(text, habit_.unit, t)) return true;
     const bool seconds = habit_.unit == tables::StampUnit::seconds;
     const bool looks_ns = seconds && text.find_first_of("0123456789") == 0 && text.size() >= 16;
@@ -259,11 +233,6 @@ Trajectory readTum(std::istream& in, ReadReport* report) {
   return read(in, report, &habit);
 }
 
-Trajectory readEurocGroundTruth(std::istream& in, ReadReport* report) {
-  const Habit habit = eurocHabit();
-  return read(in, report, &habit);
-}
-
 Trajectory readTrajectory(std::istream& in, ReadReport* report) {
   return read(in, report, nullptr);
 }
@@ -276,7 +245,7 @@ std::vector<TimeNs> readStamps(std::istream& in) {
     TimeNs t = 0;
     const std::string cleaned = clean(line);
     tables::splitLine(cleaned, ',', &fields);
-    if (parseWhole(fields.front(), &t)) stamps.push_back(t);
+    if (parseNumber(fields.front(), &t)) stamps.push_back(t);
   }
   std::sort(stamps.begin(), stamps.end());
   return stamps;

@@ -60,7 +60,6 @@ const std::vector<ImuSample>& SpikeFilter::add(const ImuSample& s) {
   }
   if (s.gyro.norm() > kMostRate || s.acc.norm() > kMostAcceleration) {
     ++impossible_;
-    last_left_out_ = s.t;
     return accepted_;
   }
   const bool gap = last_ && toSeconds(s.t - last_->t) > kGapS;
@@ -68,7 +67,6 @@ const std::vector<ImuSample>& SpikeFilter::add(const ImuSample& s) {
     acceptPending();
     accept(s);
   } else if (!far(*last_, s)) {
-    if (!pending_.empty()) last_left_out_ = pending_.back().t;
     spikes_ += static_cast<long>(pending_.size());
     pending_.clear();
     accept(s);

@@ -57,6 +57,11 @@ SteadyClock::duration seconds(double s) {
 
 }  // namespace
 
+const char* name(SensorState state) {
+  static const char* const kNames[] = {"starting", "running", "waiting", "ended", "missing"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
 std::vector<std::string> sensorSections(const Settings& settings) {
   std::vector<std::string> names;
   for (const std::string& section : settings.sections()) {
@@ -76,11 +81,11 @@ class Acquisition::Sensor {
       : owner_(owner),
         index_(index),
         section_(roles::readSensorSection(settings, section)),
+        keeps_stamps_(section_.clock == "keep"),
         config_(configOf(settings)),
         image_folder_(std::move(image_folder)) {
     status_.name = section;
     status_.driver = section_.driver;
-    status_.state = "starting";
     try {
       device_ = create();  // wrong settings are found before anything is started
     } catch (const roles::PluginError&) {
@@ -119,6 +124,10 @@ class Acquisition::Sensor {
   }
 
   bool optional() const { return section_.optional; }
+  bool ended() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return status_.state == SensorState::ended;
+  }
   SensorStatus status() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return status_;
@@ -151,7 +160,7 @@ class Acquisition::Sensor {
           const std::lock_guard<std::mutex> lock(mutex_);
           ++status_.restarts;
         }
-        if (play()) return setState("ended");
+        if (play()) return setState(SensorState::ended);
       } catch (const std::exception& e) {
         problem = rawlog::shortReason(e);
       }
@@ -167,7 +176,7 @@ class Acquisition::Sensor {
 
   /// Until it is stopped, fails (false) or has come to its end (true).
   bool play() {
-    setState("running");
+    setState(SensorState::running);
     const auto* source = dynamic_cast<const roles::RecordedSource*>(device_.get());
     auto next = SteadyClock::now();
     const auto period = seconds(1 / section_.rate_hz);
@@ -192,7 +201,7 @@ class Acquisition::Sensor {
     if (live == nullptr) return;
     const bool there = live->connected();
     for (const roles::SensorMessage& m : live->takeMessages()) say(m.level, m.text);
-    if (there != connected_) setState(there ? "running" : "waiting");
+    if (there != connected_) setState(there ? SensorState::running : SensorState::waiting);
     connected_ = there;
     const auto now = SteadyClock::now();
     if (now - counted_ < std::chrono::seconds(1)) return;
@@ -241,7 +250,7 @@ class Acquisition::Sensor {
   }
 
   void putOnHostClock(mrpt::obs::CObservation* observation, TimeNs now) {
-    if (section_.clock == "keep") return;
+    if (keeps_stamps_) return;
     TimeNs t = rawlog::fromMrptTime(observation->timestamp);
     // A driver that takes the wall clock for its stamps went along when that was set.
     const TimeNs step = hostClockStep();
@@ -265,7 +274,8 @@ class Acquisition::Sensor {
   void fail(const std::string& problem) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      status_.state = status_.restarts == 0 && status_.observations == 0 ? "missing" : "waiting";
+      const bool never = status_.restarts == 0 && status_.observations == 0;
+      status_.state = never ? SensorState::missing : SensorState::waiting;
       if (status_.problem == problem && said_) return;
       status_.problem = problem;
       said_ = true;
@@ -273,12 +283,12 @@ class Acquisition::Sensor {
     warn(problem + "; it is tried again");
   }
 
-  void setState(const char* state) {
+  void setState(SensorState state) {
     bool back = false;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (status_.state == state) return;
-      back = status_.state != "starting" && std::string(state) == "running";
+      back = status_.state != SensorState::starting && state == SensorState::running;
       status_.state = state;
       said_ = false;
     }
@@ -304,6 +314,7 @@ class Acquisition::Sensor {
   Acquisition* owner_;
   std::size_t index_;
   roles::SensorSection section_;
+  bool keeps_stamps_;
   mrpt::config::CConfigFileMemory config_;
   std::string image_folder_;
   CGenericSensor::Ptr device_;
@@ -368,7 +379,7 @@ std::vector<Arrival> Acquisition::take(TimeNs timeout) {
 
 bool Acquisition::ended() const {
   return std::all_of(sensors_.begin(), sensors_.end(),
-                     [](const auto& sensor) { return sensor->status().state == "ended"; });
+                     [](const auto& sensor) { return sensor->ended(); });
 }
 
 void Acquisition::stop() {

@@ -179,7 +179,6 @@ void LineServer::send(const std::string& line) {
       ++it;
       continue;
     }
-    cut_off_ += slow ? 1 : 0;
     close(it->first);
     it = clients_.erase(it);
   }
@@ -189,11 +188,6 @@ std::size_t LineServer::clients() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(),
                                                 [](const auto& c) { return c.second.admitted; }));
-}
-
-long LineServer::clientsCutOff() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return cut_off_;
 }
 
 long LineServer::refused() const {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <sstream>
 
+#include "vir/core/parse_number.h"
 #include "vir/core/text_file.h"
 
 namespace vir::ranging {
@@ -20,13 +20,6 @@ const char* const kHeader = "distance_m,bias_m,sigma_m";
   throw RangeBiasModelError(name + ":" + std::to_string(line) + ": " + problem);
 }
 
-bool parse(const std::string& text, double* value) {
-  if (text.empty()) return false;
-  char* end = nullptr;
-  *value = std::strtod(text.c_str(), &end);
-  return *end == '\0' && std::isfinite(*value);
-}
-
 std::string number(double v) {
   char text[40];
   std::snprintf(text, sizeof text, "%.17g", v);
@@ -38,7 +31,8 @@ RangeBiasModel::Node parseNode(const std::string& line, const std::string& name,
   std::istringstream fields(line);
   for (std::string field; std::getline(fields, field, ',');) {
     double value = 0;
-    if (!parse(field, &value)) fail(name, at, "'" + field + "' is no finite number");
+    field.erase(0, std::min(field.find_first_not_of(" \t"), field.size()));
+    if (!parseFinite(field, &value)) fail(name, at, "'" + field + "' is no finite number");
     values.push_back(value);
   }
   if (values.size() != 3) {
@@ -143,7 +137,8 @@ RangeBiasModel RangeBiasModel::fromText(const std::string& text, const std::stri
     if (at == 1 && line != kFirstLine) {
       fail(name, at, "not a bias model: the first line must be '" + std::string(kFirstLine) + "'");
     }
-    if (line.rfind(kNoise, 0) == 0 && !parse(line.substr(std::string(kNoise).size()), &noise)) {
+    if (line.rfind(kNoise, 0) == 0 &&
+        !parseFinite(line.substr(std::string(kNoise).size()), &noise)) {
       fail(name, at, "the noise is no finite number");
     }
     if (line.empty() || line[0] == '#') continue;

@@ -37,15 +37,15 @@ RangeDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2,
               travelled_m,
               false};
   remember(entry);
-  widening_short_ = widening(2 * options_.max_reject_s);
   const bool blocked = allTooLong();
-  widening_long_ = blocked ? widening(2 * options_.max_blocked_s) : widening_short_;
+  const bool by_long_past = blocked && residual_m > 0;
+  const double factor =
+      widening(2 * (by_long_past ? options_.max_blocked_s : options_.max_reject_s));
 
   const double half_width = std::sqrt(options_.chi2) * sigma;
-  const double widening = residual_m > 0 ? widening_long_ : widening_short_;
   const double most = blocked ? options_.max_widening_long : options_.max_widening;
   const double limit =
-      std::min(widening * half_width, std::max(most * half_width, options_.min_offset_m));
+      std::min(factor * half_width, std::max(most * half_width, options_.min_offset_m));
   const bool accept = std::abs(residual_m) <= limit;
   entries_.back().rejected = !accept;
   updateSuspicion();
@@ -62,7 +62,6 @@ RangeDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2,
 void RangeGate::reset() {
   entries_.clear();
   suspicious_ = false;
-  widening_long_ = widening_short_ = 1;
 }
 
 void RangeGate::remember(const Entry& entry) {

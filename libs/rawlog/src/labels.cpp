@@ -1,6 +1,9 @@
 #include "vir/rawlog/labels.h"
 
-#include <charconv>
+#include <algorithm>
+#include <string_view>
+
+#include "vir/core/parse_number.h"
 
 namespace vir::rawlog {
 namespace {
@@ -11,15 +14,17 @@ const std::string kSentAnchor = ":ANCHOR:";  // behind the sender's id
 /// All of `text` from `from` on is a number.
 std::optional<std::uint64_t> numberAt(const std::string& text, std::size_t from) {
   std::uint64_t value = 0;
-  const char* const last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data() + from, last, value);
-  if (error != std::errc() || end != last) return std::nullopt;
+  if (!parseNumber(std::string_view(text).substr(from), &value)) return std::nullopt;
   return value;
 }
 
 }  // namespace
 
 bool isDeployedAnchorLabel(const std::string& label) { return deployedAnchorOf(label).has_value(); }
+
+std::string furtherLabel(const std::string& first, const std::string& number) {
+  return first.substr(0, first.find_last_not_of("0123456789") + 1) + number;
+}
 
 std::optional<std::uint64_t> deployedAnchorOf(const std::string& label) {
   if (label.compare(0, kDeployedAnchor.size(), kDeployedAnchor) != 0) return std::nullopt;
@@ -35,13 +40,12 @@ std::optional<BroadcastSource> broadcastSourceOf(const std::string& label,
                                                  const std::string& peer_label) {
   if (!isBroadcastLabel(label, peer_label)) return std::nullopt;
   BroadcastSource out;
-  const char* const last = label.data() + label.size();
-  const auto id = std::from_chars(label.data() + peer_label.size() + 1, last, out.peer);
-  if (id.ec != std::errc()) return std::nullopt;
-  if (id.ptr == last) return out;
-  const auto rest = static_cast<std::size_t>(id.ptr - label.data());
-  if (label.compare(rest, kSentAnchor.size(), kSentAnchor) != 0) return std::nullopt;
-  out.anchor = numberAt(label, rest + kSentAnchor.size());
+  const std::string_view text = label;
+  const std::size_t id = peer_label.size() + 1, behind = std::min(text.find(':', id), text.size());
+  if (!parseNumber(text.substr(id, behind - id), &out.peer)) return std::nullopt;
+  if (behind == text.size()) return out;
+  if (text.compare(behind, kSentAnchor.size(), kSentAnchor) != 0) return std::nullopt;
+  out.anchor = numberAt(label, behind + kSentAnchor.size());
   if (!out.anchor) return std::nullopt;
   return out;
 }

@@ -105,7 +105,7 @@ class LiveRecording::DiskSync {
 };
 
 LiveRecording::LiveRecording(const std::string& path, const LiveRecordingOptions& options)
-    : stem_(stemOf(path)), options_(options) {
+    : stem_(stemOf(path)), options_(options), images_inside_(options.images == "embed") {
   const fs::path folder = fs::path(path).parent_path();
   std::error_code error;
   if (!folder.empty()) fs::create_directories(folder, error);
@@ -194,13 +194,12 @@ void LiveRecording::writeInto(const mrpt::obs::CObservation& observation, bool i
 
 void LiveRecording::writeTo(File& file, const mrpt::obs::CObservation& observation) {
   const auto* image = dynamic_cast<const CObservationImage*>(&observation);
-  const bool inside = options_.images == "embed";
-  if (image == nullptr || (inside && !image->image.isExternallyStored())) {
+  if (image == nullptr || (images_inside_ && !image->image.isExternallyStored())) {
     file.archive->writeWhole(observation);
     return;
   }
   CObservationImage copy(*image);  // pixels are shared
-  if (inside) {
+  if (images_inside_) {
     copy.image = copy.image.makeDeepCopy();
     copy.image.unload();
     file.archive->writeWhole(copy);

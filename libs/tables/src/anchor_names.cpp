@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
+
+#include "vir/core/parse_number.h"
 
 namespace vir::tables {
 namespace {
@@ -20,23 +21,18 @@ bool isName(std::string_view text) {
 
 /// Whole numbers in any decimal notation (`7`, `7.0`), and 0x84.
 bool asNumber(std::string_view text, std::int32_t* number) {
-  const char* first = text.data();
-  const char* last = text.data() + text.size();
   if (text.size() > 2 && text[0] == '0' && (text[1] == 'x' || text[1] == 'X')) {
-    const auto r = std::from_chars(first + 2, last, *number, 16);
-    return r.ec == std::errc() && r.ptr == last;
+    return parseNumber(text.substr(2), number, 16);
   }
-  const auto r = std::from_chars(first, last, *number);
-  const std::string_view rest(r.ptr, static_cast<std::size_t>(last - r.ptr));
-  return r.ec == std::errc() && (rest.empty() || rest.find_first_not_of("0", 1) == rest.npos) &&
-         (rest.empty() || rest[0] == '.');
+  const std::size_t point = std::min(text.find('.'), text.size());
+  const std::string_view part = text.substr(std::min(point + 1, text.size()));
+  return part.find_first_not_of('0') == part.npos && parseNumber(text.substr(0, point), number);
 }
 
 /// `3.5`, `nan`: a number, but nobody's name.
 bool isOtherNumber(std::string_view text) {
   double v = 0;
-  const auto r = std::from_chars(text.data(), text.data() + text.size(), v);
-  return r.ptr == text.data() + text.size() && (!std::isfinite(v) || v != std::floor(v));
+  return parseNumber(text, &v) && (!std::isfinite(v) || v != std::floor(v));
 }
 
 /// Stays what it is: not taken for names.

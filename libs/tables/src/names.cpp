@@ -1,10 +1,10 @@
 /// What columns are called, and where they are when nothing is said.
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 
 #include "vir/core/order_statistics.h"
+#include "vir/core/parse_number.h"
 #include "vir/tables/layout.h"
 
 namespace vir::tables {
@@ -92,19 +92,14 @@ double forceUnit(const Layout& layout, const int columns[3]) {
   return 1.0;
 }
 
-bool wholeNumber(const std::string& text, long* value) {
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), *value);
-  return result.ec == std::errc() && result.ptr == text.data() + text.size();
-}
-
 /// 0 1 2 3 ..., or from 1 on.
 bool onlyCounts(const std::vector<std::string>& column) {
   if (column.size() < 3) return false;
   long first = 0;
-  if (!wholeNumber(column.front(), &first) || first < 0 || first > 1) return false;
+  if (!parseNumber(column.front(), &first) || first < 0 || first > 1) return false;
   for (std::size_t i = 1; i < column.size(); ++i) {
     long value = 0;
-    if (!wholeNumber(column[i], &value) || value != first + static_cast<long>(i)) return false;
+    if (!parseNumber(column[i], &value) || value != first + static_cast<long>(i)) return false;
   }
   return true;
 }
@@ -321,8 +316,7 @@ double medianNorm(const Layout& layout, const int columns[3]) {
     for (int i = 0; i < 3 && whole; ++i) {
       const auto c = static_cast<std::size_t>(columns[i]);
       double v = 0;
-      whole = c < row.size() &&
-              std::from_chars(row[c].data(), row[c].data() + row[c].size(), v).ec == std::errc();
+      whole = c < row.size() && parseFinite(row[c], &v);
       squared += v * v;
     }
     if (whole) norms.push_back(std::sqrt(squared));

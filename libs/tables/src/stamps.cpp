@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
 #include "vir/core/order_statistics.h"
+#include "vir/core/parse_number.h"
 
 namespace vir::tables {
 namespace {
@@ -61,12 +61,10 @@ bool parseDecimal(std::string_view text, Decimal* d) {
   if (!any) return false;
   if (i == text.size()) return true;
   if (text[i] != 'e' && text[i] != 'E') return false;
-  const char* first = text.data() + i + 1;
-  const char* last = text.data() + text.size();
-  if (first != last && *first == '+') ++first;
+  std::string_view exponent = text.substr(i + 1);
   int e = 0;
-  const auto result = std::from_chars(first, last, e);
-  if (result.ec != std::errc() || result.ptr != last || std::abs(e) > 400) return false;
+  if (exponent.substr(0, 1) == "+") exponent.remove_prefix(1);
+  if (!parseNumber(exponent, &e) || e < -400 || e > 400) return false;
   d->exponent += e;
   return true;
 }

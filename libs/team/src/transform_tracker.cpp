@@ -14,14 +14,11 @@ void describe(OptionVisitor& v, TransformTrackerOptions& o) {
 }
 
 void TransformTracker::add(const MutualRange& range, int segment_A, int segment_B) {
-  if (seen_ + old_ == 0) {
+  if (seen_ == 0) {
     segment_A_ = segment_A;
     segment_B_ = segment_B;
   }
-  if (segment_A < segment_A_ || segment_B < segment_B_) {
-    ++old_;
-    return;
-  }
+  if (segment_A < segment_A_ || segment_B < segment_B_) return;
   if (segment_A > segment_A_ || segment_B > segment_B_) {
     ranges_.clear();
     hints_.clear();

@@ -3,10 +3,10 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <thread>
 
+#include "vir/core/parse_number.h"
 #include "vir/core/resource_usage.h"
 
 namespace vir {
@@ -20,11 +20,8 @@ void sleepMs(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)
 void splitAddress(const std::string& port, const std::string& address, std::string* host,
                   int* number) {
   const std::size_t colon = address.rfind(':');
-  const char* end = address.data() + address.size();
   if (colon != std::string::npos) {
-    const char* begin = address.data() + colon + 1;
-    const auto [stop, error] = std::from_chars(begin, end, *number);
-    if (error == std::errc() && stop == end && *number > 0 && *number < 65536) {
+    if (parseNumber(address.substr(colon + 1), number) && *number > 0 && *number < 65536) {
       *host = address.substr(0, colon);
       if (host->size() > 2 && host->front() == '[' && host->back() == ']') {
         *host = host->substr(1, host->size() - 2);

@@ -4,11 +4,11 @@
 //
 #include <mrpt/config/CConfigFileBase.h>
 
-#include <chrono>
 #include <stdexcept>
 
 #include "live_logger.h"
 #include "vir/core/host_clock.h"
+#include "vir/core/resource_usage.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/grabber_settings.h"
 
@@ -19,11 +19,6 @@ constexpr int kWaitMs = 20;
 constexpr int kMostReads = 16;  // per doProcess()
 constexpr double kMuteS = 5;    // bytes without a message for so long are worth a word
 constexpr std::uint64_t kMuteBytes = 500;
-
-/// For intervals only.
-double steadySeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 
@@ -50,7 +45,7 @@ void DeviceSensor::initialize() {
   bytes_then_ = 0;
   begin();
   source_->open();
-  understood_s_ = steadySeconds();
+  understood_s_ = wallSeconds();
   m_state = ssWorking;
 }
 
@@ -64,7 +59,7 @@ void DeviceSensor::doProcess() {
     if (n == 0) break;
     take(buffer, n, arrival);
   }
-  const double now_s = steadySeconds();
+  const double now_s = wallSeconds();
   noteNothingUnderstood(now_s);
   converse(now_s);
   for (const std::string& event : source_->takeEvents()) reports_.say(LogLevel::warning, event);

@@ -1,9 +1,7 @@
 #include "text_fields.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
-#include <limits>
 
 #include "input_error.h"
 
@@ -105,43 +103,6 @@ void splitFields(std::string_view line, std::vector<std::string_view>* fields) {
   }
 }
 
-bool parseNumber(std::string_view field, double* value) {
-  if (!field.empty() && field.front() == '+') field.remove_prefix(1);
-  if (field.empty()) return false;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), *value);
-  if (end != field.data() + field.size()) return false;
-  // 1e-400 is reported as out of range: too small to matter. 1e400 is as good as infinite.
-  if (error == std::errc::result_out_of_range) {
-    const bool tiny = field.find("e-") != field.npos || field.find("E-") != field.npos;
-    *value = tiny ? 0.0 : std::numeric_limits<double>::infinity();
-    return true;
-  }
-  return error == std::errc();
-}
-
-bool parseNs(std::string_view field, TimeNs* t) {
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), *t);
-  return error == std::errc() && end == field.data() + field.size() && *t >= 0;
-}
-
-bool parseDecimalSeconds(std::string_view field, TimeNs* t) {
-  constexpr int kDigits = 9;
-  const std::size_t dot = field.find('.');
-  const std::string_view whole = field.substr(0, dot);
-  const std::string_view part = dot == field.npos ? std::string_view() : field.substr(dot + 1);
-  TimeNs seconds = 0;
-  if (!parseNs(whole, &seconds)) return false;
-  if (seconds > std::numeric_limits<TimeNs>::max() / 1000000000 - 1) return false;
-  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
-  if (!std::all_of(part.begin(), part.end(), is_digit)) return false;
-  TimeNs ns = 0;
-  for (int i = 0; i < kDigits; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    ns = ns * 10 + (k < part.size() ? part[k] - '0' : 0);
-  }
-  if (part.size() > kDigits && part[kDigits] >= '5') ++ns;
-  *t = seconds * 1000000000 + ns;
-  return true;
-}
+bool parseNs(std::string_view field, TimeNs* t) { return parseNumber(field, t) && *t >= 0; }
 
 }  // namespace vir

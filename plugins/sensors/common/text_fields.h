@@ -1,12 +1,13 @@
 #pragma once
 /// Text files of numbers, read line by line: comments, blank lines, CRLF and a byte-order mark are
-/// dealt with here. Numbers are parsed without the locale.
+/// dealt with here.
 #include <cstdint>
 #include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "vir/core/parse_number.h"
 #include "vir/core/time.h"
 
 namespace vir {
@@ -46,14 +47,7 @@ class LineReader {
 /// Splits at commas, or at blanks where there is no comma; fields come without surrounding blanks.
 void splitFields(std::string_view line, std::vector<std::string_view>* fields);
 
-/// The whole field as a number; accepts nan and inf (the caller judges them).
-bool parseNumber(std::string_view field, double* value);
-
 /// A whole, non-negative number of nanoseconds.
 bool parseNs(std::string_view field, TimeNs* t);
-
-/// Decimal seconds ("1403636580.83856") to nanoseconds digit by digit: a double would be 100 ns
-/// off. Further digits are rounded. False for anything else, an exponent included.
-bool parseDecimalSeconds(std::string_view field, TimeNs* t);
 
 }  // namespace vir

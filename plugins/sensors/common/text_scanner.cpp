@@ -1,7 +1,6 @@
 #include "text_scanner.h"
 
-#include <charconv>
-#include <cmath>
+#include "vir/core/parse_number.h"
 
 namespace vir {
 namespace {
@@ -44,7 +43,7 @@ bool TextScanner::integer(std::int64_t* value) {
   const std::size_t sign = peek("-") ? 1 : 0;
   const std::size_t digits = digitsAt(sign);
   if (digits == 0 || digits > 18) return false;
-  std::from_chars(rest_.data(), rest_.data() + sign + digits, *value);
+  parseNumber(rest_.substr(0, sign + digits), value);
   rest_.remove_prefix(sign + digits);
   return true;
 }
@@ -62,8 +61,7 @@ bool TextScanner::hex(std::size_t least, std::size_t most, std::int64_t* value) 
 }
 
 bool TextScanner::take(std::size_t size, double* value) {
-  const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + size, *value);
-  if (error != std::errc() || end != rest_.data() + size || !std::isfinite(*value)) return false;
+  if (!parseFinite(rest_.substr(0, size), value)) return false;
   rest_.remove_prefix(size);
   return true;
 }

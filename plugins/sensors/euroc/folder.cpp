@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "input_error.h"
+#include "vir/core/parse_number.h"
+#include "vir/rawlog/labels.h"
 
 namespace vir::euroc {
 namespace fs = std::filesystem;
@@ -66,16 +68,15 @@ void findGroundTruth(const fs::path& mav0, Folder* f) {
 
 /// Folders `<kind><number>` with a data.csv, by number; `kind` alone counts as the first.
 std::vector<std::string> numbered(const fs::path& mav0, const std::string& kind) {
-  std::set<std::pair<long, std::string>> found;
+  std::set<std::pair<unsigned, std::string>> found;
   std::error_code ec;
   for (fs::directory_iterator it(mav0, ec), end; !ec && it != end; it.increment(ec)) {
     const std::string name = it->path().filename().string();
     const std::string number = name.substr(std::min(name.size(), kind.size()));
-    const bool digits = number.find_first_not_of("0123456789") == std::string::npos;
-    if (name.rfind(kind, 0) != 0 || !digits || number.size() > 4) continue;
-    if (!ifThere(it->path() / "data.csv").empty()) {
-      found.emplace(number.empty() ? 0 : std::stol(number), name);
-    }
+    unsigned n = 0;
+    if (name.rfind(kind, 0) != 0 || number.size() > 4) continue;
+    if (!number.empty() && !parseNumber(number, &n)) continue;
+    if (!ifThere(it->path() / "data.csv").empty()) found.emplace(n, name);
   }
   std::vector<std::string> names;
   for (const auto& [number, name] : found) names.push_back(name);
@@ -131,10 +132,9 @@ Folder findFolder(const std::string& source, const std::string& camera) {
   return f;
 }
 
-std::string labelOf(const std::string& name, const char* kind) {
+std::string labelOf(const std::string& name, const char* first) {
   const std::size_t digits = name.find_last_not_of("0123456789") + 1;
-  const std::string number = digits < name.size() ? name.substr(digits) : "0";
-  return kind + number;
+  return digits < name.size() ? rawlog::furtherLabel(first, name.substr(digits)) : first;
 }
 
 }  // namespace vir::euroc

@@ -32,8 +32,9 @@ struct Folder {
   std::vector<std::string> notes;
 };
 
-/// "CAM1" of "cam1"; of a name without number the first of its kind.
-std::string labelOf(const std::string& name, const char* kind);
+/// "CAM1" of "cam1", where `first` is the label of the first of its kind; that of a name without a
+/// number.
+std::string labelOf(const std::string& name, const char* first);
 
 /// Does `source` contain mav0, or is it mav0?
 bool isFolder(const std::string& source);

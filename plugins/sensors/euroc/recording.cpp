@@ -74,11 +74,11 @@ void Recording::openCalibration(const EurocOptions& o) {
     }
     CameraStream camera;
     camera.files = files;
-    camera.label =
-        cameras_.empty() ? std::string(rawlog::kCameraLabel) : labelOf(files.name, "CAM");
+    camera.label = cameras_.empty() ? std::string(rawlog::kCameraLabel)
+                                    : labelOf(files.name, rawlog::kCameraLabel);
     // The estimator's camera is CAM0, whichever it is.
     if (!cameras_.empty() && camera.label == rawlog::kCameraLabel) {
-      camera.label = labelOf(cameras_[0].files.name, "CAM");
+      camera.label = labelOf(cameras_[0].files.name, rawlog::kCameraLabel);
     }
     openCamera(o, &camera, cameras_.empty());
     cameras_.push_back(std::move(camera));
@@ -185,7 +185,7 @@ void Recording::openRangeStreams(const EurocOptions& o) {
   if (!o.read_ranges) return;
   for (const RangeFiles& files : folder_.ranges) {
     RangeStream s;
-    s.label = labelOf(files.name, "UWB");
+    s.label = labelOf(files.name, rawlog::kRangeLabel);
     s.antenna = antenna_;
     s.sigma_m = o.range_sigma_m;
     if (!files.yaml.empty()) {

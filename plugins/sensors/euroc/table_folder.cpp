@@ -11,6 +11,7 @@
 #include "input_error.h"
 #include "table_kind.h"
 #include "vir/formats/calibration_file.h"
+#include "vir/rawlog/labels.h"
 #include "vir/tables/layout.h"
 
 namespace vir::euroc {
@@ -281,7 +282,7 @@ class Finder {
         r.anchors = found_.tables[TableKind::anchors].front();
         say("positions of anchors", r.anchors);
       }
-      say("ranges (" + labelOf(r.name, "UWB") + ")", file);
+      say("ranges (" + labelOf(r.name, rawlog::kRangeLabel) + ")", file);
       folder_.ranges.push_back(r);
     }
   }

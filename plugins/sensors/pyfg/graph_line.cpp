@@ -2,11 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <vector>
 
 #include "text_fields.h"
+#include "vir/core/parse_number.h"
 #include "vir/evaluation/trajectory.h"
 
 namespace vir::pyfg {
@@ -34,9 +34,7 @@ bool parseName(std::string_view field, Name* name) {
   const char c = field.front();
   if (!((c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'))) return false;
   name->letter = c;
-  const char* end = field.data() + field.size();
-  const auto [stop, error] = std::from_chars(field.data() + 1, end, name->number);
-  return error == std::errc() && stop == end && name->number >= 0;
+  return parseNumber(field.substr(1), &name->number) && name->number >= 0;
 }
 
 /// Takes the fields of one line from left to right; after a failure it takes no more.

@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "input_error.h"
+#include "vir/rawlog/labels.h"
 
 namespace vir::simulator {
 namespace fs = std::filesystem;
@@ -28,7 +29,7 @@ std::string ImageWriter::write(TimeNs t, const rendering::GrayImage& image) {
   const std::vector<int> parameters{jpeg ? cv::IMWRITE_JPEG_QUALITY : cv::IMWRITE_PNG_COMPRESSION,
                                     jpeg ? jpeg_quality_ : 1};
   cv::imencode("." + format_, pixels, bytes_, parameters);
-  const std::string name = "CAM0_" + std::to_string(t) + "." + format_;
+  const std::string name = rawlog::kCameraLabel + ("_" + std::to_string(t)) + "." + format_;
   std::ofstream out(folder_ + "/" + name, std::ios::binary);
   out.write(reinterpret_cast<const char*>(bytes_.data()),
             static_cast<std::streamsize>(bytes_.size()));

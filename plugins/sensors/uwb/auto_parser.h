@@ -21,7 +21,6 @@ class AutoParser : public RangeParser {
   bool clockTrusted() const override { return chosen_ != nullptr && chosen_->clockTrusted(); }
   /// Of the protocols chosen so far; bytes that none recognised count as skipped.
   const ParserCounters& counters() const override;
-  bool decided() const { return chosen_ != nullptr; }
 
  private:
   void startSearch();

@@ -1,8 +1,9 @@
 #include "uwb_options.h"
 
-#include <charconv>
 #include <sstream>
 #include <stdexcept>
+
+#include "vir/core/parse_number.h"
 
 namespace vir::uwb {
 
@@ -41,11 +42,8 @@ std::set<std::int64_t> parseIds(const std::string& text) {
   std::set<std::int64_t> ids;
   for (std::string word; words >> word;) {
     const bool hex = word.size() > 2 && word[0] == '0' && (word[1] == 'x' || word[1] == 'X');
-    const char* begin = word.data() + (hex ? 2 : 0);
-    const char* end = word.data() + word.size();
     std::int64_t id = -1;
-    const auto [stop, error] = std::from_chars(begin, end, id, hex ? 16 : 10);
-    if (error != std::errc() || stop != end || id < 0 || id > INT32_MAX) {
+    if (!parseNumber(word.substr(hex ? 2 : 0), &id, hex ? 16 : 10) || id < 0 || id > INT32_MAX) {
       throw std::invalid_argument("`" + word + "` is no id; write whole numbers, decimal or 0x..");
     }
     ids.insert(id);

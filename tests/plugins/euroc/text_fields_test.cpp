@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "input_error.h"
 #include "vir_test_temp_folder.h"
 
@@ -69,43 +67,12 @@ TEST(Fields, SplitsAtCommasOrElseAtBlanks) {
   EXPECT_EQ(f, (std::vector<std::string_view>{"1.5", "2", "3"}));
 }
 
-TEST(Numbers, WholeFieldOrNothing) {
-  double v = 0;
-  EXPECT_TRUE(parseNumber("+1.5e-3", &v));
-  EXPECT_DOUBLE_EQ(v, 1.5e-3);
-  EXPECT_TRUE(parseNumber("nan", &v));
-  EXPECT_TRUE(std::isnan(v));
-  EXPECT_TRUE(parseNumber("1e999", &v));
-  EXPECT_TRUE(std::isinf(v));
-  EXPECT_TRUE(parseNumber("1e-999", &v));
-  EXPECT_EQ(v, 0.0);
-  for (const char* bad : {"", "abc", "1.5x", "1,5", "--1", "0x10", "1e"}) {
-    EXPECT_FALSE(parseNumber(bad, &v)) << bad;
-  }
-}
-
 TEST(Stamps, NanosecondsAreWholeAndNotNegative) {
   TimeNs t = 0;
   EXPECT_TRUE(parseNs("1403636580838555648", &t));
   EXPECT_EQ(t, 1403636580838555648);
   for (const char* bad : {"", "-5", "1.5", "1e18", "99999999999999999999", "12 "}) {
     EXPECT_FALSE(parseNs(bad, &t)) << bad;
-  }
-}
-
-TEST(Stamps, DecimalSecondsKeepEveryNanosecond) {
-  TimeNs t = 0;
-  // As a double, 1403636580.123456789 is off by some 100 ns.
-  EXPECT_TRUE(parseDecimalSeconds("1403636580.123456789", &t));
-  EXPECT_EQ(t, 1403636580123456789);
-  EXPECT_TRUE(parseDecimalSeconds("1403636580.83856", &t));
-  EXPECT_EQ(t, 1403636580838560000);
-  EXPECT_TRUE(parseDecimalSeconds("7", &t));
-  EXPECT_EQ(t, 7'000'000'000);
-  EXPECT_TRUE(parseDecimalSeconds("0.9999999996", &t));  // rounded up over all digits
-  EXPECT_EQ(t, 1'000'000'000);
-  for (const char* bad : {"", ".5", "-1.5", "1.4e9", "1.5.5", "99999999999.0", "nan"}) {
-    EXPECT_FALSE(parseDecimalSeconds(bad, &t)) << bad;
   }
 }
 

@@ -25,5 +25,15 @@ TEST(OrderStatistics, QuantilesReachFromTheLeastToTheLargest) {
   EXPECT_EQ(quantileInPlace(&v, 0.5), 0);
 }
 
+TEST(OrderStatistics, QuantilesBetweenTwoOfTheSorted) {
+  EXPECT_EQ(quantileOfSorted({}, 0.5), 0);
+  EXPECT_EQ(quantileOfSorted({4}, 0.95), 4);
+  EXPECT_EQ(quantileOfSorted({1, 4}, 0.5), 2.5);
+  EXPECT_EQ(quantileOfSorted({1, 4, 9}, 0.5), 4);
+  EXPECT_EQ(quantileOfSorted({1, 4, 9}, 0.75), 6.5);
+  EXPECT_EQ(quantileOfSorted({1, 4, 9}, 0), 1);
+  EXPECT_EQ(quantileOfSorted({1, 4, 9}, 1), 9);
+}
+
 }  // namespace
 }  // namespace vir

@@ -43,7 +43,7 @@ struct Starter {
     }
     vision::TrackedFrame frame;
     frame.t = t;
-    frame.features = scene.observe(t);
+    frame.features = scene.observe(t - late);
     if (spoil) spoil(&frame);
     rest.update(frame, readings);
     const StartupStatus status = startup.offer(frame, readings, rest, origin, &window);
@@ -68,6 +68,7 @@ struct Starter {
   window::ShortWindow window;
   Pose origin;
   TimeNs t = fromSeconds(1.0), next_imu = fromSeconds(1.0);
+  TimeNs late = 0;  ///< the stamps of the images against the readings'
   StartupStatus status = StartupStatus::waiting;
   std::set<std::string> reasons;
   std::function<void(vision::TrackedFrame*)> spoil;
@@ -175,6 +176,21 @@ TEST(Startup, WaitsForSightsThatAgree) {
   EXPECT_FALSE(s.run(3));
   EXPECT_EQ(s.reasons.count("inconsistent"), 1u);
   EXPECT_TRUE(s.window.empty()) << "a refused start leaves nothing behind";
+}
+
+TEST(Startup, WaitsForTheClockOfTheCamera) {
+  // Stamps that are 30 ms late are put right on the way. Those that are 150 ms late are beyond what
+  // a start looks for: what the solver makes of them is refused.
+  Starter near(vir_test::circling), far(vir_test::circling);
+  near.late = fromSeconds(0.03);
+  far.late = fromSeconds(0.15);
+  for (Starter* s : {&near, &far}) s->startup.setTimeOffsetSigma(0.05);
+  ASSERT_TRUE(near.run(3)) << near.startup.reason();
+  EXPECT_NEAR(near.startup.foundShift(), -0.03, 0.002);
+  EXPECT_FALSE(far.run(3)) << far.startup.foundShift();
+  EXPECT_EQ(far.reasons.count("the camera's time offset is not known"), 1u);
+  EXPECT_EQ(far.window.timeOffset(), 0) << "as it was given";
+  EXPECT_TRUE(far.window.empty()) << "a refused start leaves nothing behind";
 }
 
 TEST(StartupOptions, Spans) {

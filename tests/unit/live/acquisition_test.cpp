@@ -173,7 +173,7 @@ TEST(Acquisition, AMissingSensorEndsItAllUnlessItIsOptional) {
   }
   EXPECT_TRUE(acquisition.take(0).empty());
   const Collected got = collectFor(kGood + bad + "optional = true\n", 0.3);
-  EXPECT_EQ(got.status[1].state, "missing");
+  EXPECT_EQ(got.status[1].state, live::SensorState::missing);
   EXPECT_GE(got.by_sensor.at(0).size(), 15u);
 }
 

@@ -23,6 +23,11 @@ TEST(BroadcastLabel, BothWays) {
   EXPECT_EQ(broadcastLabel({5, 7}, "MATE"), "MATE:5:ANCHOR:7");
 }
 
+TEST(FurtherLabel, HasItsOwnNumber) {
+  EXPECT_EQ(furtherLabel(kCameraLabel, "12"), "CAM12");
+  EXPECT_EQ(furtherLabel(kGroundTruthLabel, "1"), "GT1");
+}
+
 TEST(BroadcastLabel, OthersAreNone) {
   for (const char* label :
        {"PEER:x", "PEER:5x", "PEER:5:", "PEER:5:ANCHOR", "PEER:5:ANCHOR:", "PEER:5:ANCHOR:-1",

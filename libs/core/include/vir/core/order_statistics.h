@@ -32,5 +32,15 @@ T median(std::vector<T> values) {
   return medianInPlace(&values);
 }
 
+/// Of values in ascending order: what `share` (0..1) of them do not exceed, in a straight line
+/// between the two nearest; at 0.5 the mean of the two in the middle of an even number. 0 for none.
+inline double quantileOfSorted(const std::vector<double>& sorted, double share) {
+  if (sorted.empty()) return 0;
+  const double x = share * static_cast<double>(sorted.size() - 1);
+  const auto i = static_cast<std::size_t>(x);
+  const std::size_t j = std::min(i + 1, sorted.size() - 1);
+  return sorted[i] + (x - static_cast<double>(i)) * (sorted[j] - sorted[i]);
+}
+
 }  // namespace core
 }  // namespace vir

@@ -80,7 +80,6 @@ class RangeLayer {
   std::vector<RangeRecord> take();
   std::vector<std::pair<std::string, long>> counters() const;
   std::vector<std::string> takeWarnings();
-  bool anyPending() const;
 
  private:
   struct Impl;

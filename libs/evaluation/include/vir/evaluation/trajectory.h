@@ -41,10 +41,6 @@ std::string formatSeconds(TimeNs t);
 /// TUM: `t x y z qx qy qz qw`, seconds and metres, separated by blanks; `#` starts a comment.
 Trajectory readTum(std::istream& in, ReadReport* report);
 
-/// EuRoC ground truth: `t,x,y,z,qw,qx,qy,qz[,...]`, nanoseconds and metres; further columns are
-/// ignored; `#` starts a comment.
-Trajectory readEurocGroundTruth(std::istream& in, ReadReport* report);
-
 /// Any table of poses (vir/tables/layout.h): columns by the names of a header, else TUM's where
 /// there are blanks and EuRoC's where there are commas or semicolons; stamps in the unit that they
 /// can only be in; positions alone.

@@ -22,7 +22,6 @@ class SpikeFilter {
 
   long spikes() const { return spikes_; }          ///< left out, far from both neighbours
   long impossible() const { return impossible_; }  ///< left out, beyond what any IMU can read
-  TimeNs lastLeftOut() const { return last_left_out_; }
 
  private:
   bool far(const ImuSample& a, const ImuSample& b) const;
@@ -36,7 +35,6 @@ class SpikeFilter {
   double acc_change_ = 0;            ///< [m/s^2]
   int known_ = 0;                    ///< readings that average stands for
   long spikes_ = 0, impossible_ = 0;
-  TimeNs last_left_out_ = 0;
 };
 
 }  // namespace vir::imu

@@ -24,11 +24,20 @@ struct Arrival {
   TimeNs arrival = 0;  ///< host's clock (Unix time)
 };
 
+enum class SensorState {
+  starting,
+  running,
+  waiting,  ///< to be started again, or for its device
+  ended,
+  missing  ///< it has never worked
+};
+const char* name(SensorState state);
+
 /// How a sensor is doing.
 struct SensorStatus {
-  std::string name;     ///< the ini's section
-  std::string driver;   ///< class
-  std::string state;    ///< starting, running, waiting (to be restarted), ended, missing
+  std::string name;    ///< the ini's section
+  std::string driver;  ///< class
+  SensorState state = SensorState::starting;
   std::string problem;  ///< the last one; empty if there was none
   long observations = 0;
   int restarts = 0;

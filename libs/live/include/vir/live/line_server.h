@@ -29,8 +29,6 @@ class LineServer {
   int port() const { return port_; }
   /// Those that are sent lines.
   std::size_t clients() const;
-  /// Connections closed because the client did not read.
-  long clientsCutOff() const;
   /// Connections not taken: too many, or without the token.
   long refused() const;
 
@@ -55,7 +53,7 @@ class LineServer {
   mutable std::mutex mutex_;
   int listening_ = -1, port_ = 0, wake_ = -1;
   std::map<int, Client> clients_;
-  long cut_off_ = 0, refused_ = 0;
+  long refused_ = 0;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -52,9 +52,6 @@ class RangeGate {
   void reset();
 
   const GateCounters& counters() const { return counters_; }
-  /// Factor on sigma in effect for ranges that are too long / too short; 1 = not widened.
-  double wideningLong() const { return widening_long_; }
-  double wideningShort() const { return widening_short_; }
 
  private:
   static constexpr double kMoving = -1;
@@ -73,7 +70,6 @@ class RangeGate {
   std::deque<Entry> entries_;
   GateCounters counters_;
   TimeNs started_ = 0;
-  double widening_long_ = 1, widening_short_ = 1;
   bool suspicious_ = false;
 };
 

@@ -17,6 +17,10 @@ constexpr const char* kGroundTruthLabel = "GT";
 /// Ranges to other robots; what they broadcast begins with it: `PEER:<id>`, `PEER:<id>:ANCHOR:<a>`.
 constexpr const char* kPeerLabel = "PEER";
 
+/// Of a further sensor of the kind of `first`, one of the labels above: `CAM1` of kCameraLabel and
+/// "1".
+std::string furtherLabel(const std::string& first, const std::string& number);
+
 /// `ANCHOR:<id>`: the robot has just put down this anchor. Empty for any other label.
 std::optional<std::uint64_t> deployedAnchorOf(const std::string& label);
 bool isDeployedAnchorLabel(const std::string& label);

@@ -65,6 +65,7 @@ class LiveRecording {
 
   std::string stem_;
   LiveRecordingOptions options_;
+  bool images_inside_;
   std::unique_ptr<DiskSync> sync_;
   std::unique_ptr<File> file_, aside_;
   std::vector<std::string> parts_;

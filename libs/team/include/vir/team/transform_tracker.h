@@ -20,7 +20,7 @@ class TransformTracker {
 
   /// A range with the segments of both robots' worlds (they count up when an estimator starts
   /// anew). A new segment is a new world: what was known of the old one is dropped. Ranges of older
-  /// segments are counted and left out.
+  /// segments are left out.
   void add(const MutualRange& range, int segment_A = 0, int segment_B = 0);
   /// All anchors that both know, as believed now; replaces what was set before.
   void setAnchors(const std::vector<SharedAnchor>& anchors) { anchors_ = anchors; }
@@ -30,7 +30,6 @@ class TransformTracker {
 
   std::size_t kept() const { return ranges_.size(); }
   long seen() const { return seen_; }  ///< ranges of the present segments
-  long ofOldSegments() const { return old_; }
   int restarts() const { return restarts_; }
 
  private:
@@ -42,7 +41,7 @@ class TransformTracker {
   std::vector<WorldTransform> hints_;
   std::optional<WorldTransform> decided_;  ///< as last answered
   int segment_A_ = 0, segment_B_ = 0, restarts_ = 0;
-  long seen_ = 0, old_ = 0;
+  long seen_ = 0;
 };
 
 }  // namespace vir::team
