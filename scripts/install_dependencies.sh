@@ -8,7 +8,8 @@ set -euo pipefail
 
 packages=(
   build-essential cmake ninja-build
-  libeigen3-dev libceres-dev libopencv-dev libnlopt-cxx-dev
+  libeigen3-dev libceres-dev libnlopt-cxx-dev
+  libopencv-dev                         # videoio (videos of phones) included
   libmrpt-hwdrivers-dev libmrpt-obs-dev libmrpt-opengl-dev
   mrpt-apps                             # RawLogViewer and rawlog-edit
   libcli11-dev nlohmann-json3-dev libyaml-cpp-dev

@@ -6,36 +6,13 @@
 #include <iterator>
 
 #include "fuzz_damage.h"
-#include "vir/bags/message_view.h"
+#include "fuzz_memory.h"
+#include "fuzz_message_fields.h"
 
 namespace {
 
 using vir::bags::BagError;
-using vir::bags::MessageType;
 using vir::bags::MessageView;
-
-/// Every field of a message, as deep as it goes.
-void readFields(const MessageView& m, int depth) {
-  for (const vir::bags::Field& f : m.type().fields) {
-    try {
-      if (f.type != nullptr && f.array) {
-        int n = 0;
-        m.each(f.name, [&](const MessageView& e) {
-          if (++n < 10 && depth < 4) readFields(e, depth + 1);
-        });
-      } else if (f.array) {
-        m.numbers(f.name, 1000);
-      } else if (f.kind == vir::bags::Kind::text) {
-        m.text(f.name);
-      } else if (f.type != nullptr || f.kind == vir::bags::Kind::time) {
-        m.time(f.name);
-      } else {
-        m.number(f.name);
-      }
-    } catch (const BagError&) {
-    }
-  }
-}
 
 std::string goodFile() {
   std::ifstream file(VIR_FUZZ_FILE, std::ios::binary);
@@ -50,13 +27,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string bytes = vir::fuzz::input(data, size, good);
   // A copy of its own, so that reading beyond its end is noticed.
   const vir::bags::Bytes file(bytes.begin(), bytes.end());
+  // A chunk may unpack to 64 MB whatever its size (and is copied while its buffer grows).
+  const vir::fuzz::MemoryWatch watch(bytes.size(), 4, 192 << 20);
   try {
     const auto reader = vir::bags::openBag({file.data(), file.size()}, "fuzz");
     vir::bags::BagMessage message;
     while (reader->next(&message)) {
       try {
         const auto definition = vir::bags::Definition::of(*message.channel);
-        readFields(MessageView(*definition, message.data), 0);
+        vir::fuzz::readFields(MessageView(*definition, message.data), 0);
       } catch (const BagError&) {
       }
     }

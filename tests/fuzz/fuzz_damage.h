@@ -9,10 +9,12 @@
 
 namespace vir::fuzz {
 
-inline std::string input(const std::uint8_t* data, std::size_t size, const std::string& good) {
+inline std::string input(const std::uint8_t* data, std::size_t size, const std::string& good,
+                         int copies = 2) {
   if (size == 0) return {};
   if ((data[0] & 3) == 0) return {reinterpret_cast<const char*>(data + 1), size - 1};
-  std::string stream = good + good;
+  std::string stream;
+  for (int i = 0; i < copies; ++i) stream += good;
   for (std::size_t i = 1; i + 3 < size && !stream.empty(); i += 4) {
     const std::size_t at = (data[i] | data[i + 1] << 8) % stream.size();
     const char byte = static_cast<char>(data[i + 3]);

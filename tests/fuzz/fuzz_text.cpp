@@ -1,16 +1,16 @@
 /// Any bytes, or damage to a good file, as a table, a trajectory or a calibration. One program per
 /// kind (VIR_FUZZ_KIND: table, trajectory, calibration):
 ///   VIR_FUZZ_BYTES=10000000 fuzz_table -max_len=256
-#include <unistd.h>
-
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "fuzz_damage.h"
+#include "fuzz_folder.h"
+#include "fuzz_memory.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/formats/calibration_file.h"
 #include "vir/tables/anchor_names.h"
@@ -20,11 +20,26 @@ namespace {
 
 const std::string kind = VIR_FUZZ_KIND;
 
-std::string goodFile() {
-  if (kind == "calibration") {
-    std::ifstream file(VIR_FUZZ_FILE, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
+const vir::fuzz::Folder& folder() {
+  static const vir::fuzz::Folder f;
+  return f;
+}
+
+/// Of every kind of calibration one.
+std::vector<std::string> calibrations() {
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(VIR_FUZZ_FOLDER)) {
+    paths.push_back(entry.path());
+    // Files that name others are to find them beside themselves.
+    std::filesystem::copy_file(entry.path(), folder().path() / entry.path().filename());
   }
+  std::sort(paths.begin(), paths.end());
+  std::vector<std::string> texts;
+  for (const auto& path : paths) texts.push_back(vir::fuzz::Folder::readFile(path.string()));
+  return texts;
+}
+
+std::string goodTable() {
   std::string text = kind == "table"
                          ? ",timestamp [ns],anchor_id,range (mm),ax,ay,az,gx_dps,gy,gz\n"
                          : "#timestamp,x,y,z,qw,qx,qy,qz\n";
@@ -68,9 +83,9 @@ void readPath(const std::string& text) {
 }
 
 void readCalibration(const std::string& text) {
-  static const std::string path = "/tmp/vir-fuzz-" + std::to_string(::getpid()) + ".yaml";
-  std::ofstream(path, std::ios::binary) << text;
+  folder().write("fuzzed.yaml", text);
   try {
+    const std::string path = (folder().path() / "fuzzed.yaml").string();
     for (const auto& c : vir::formats::readCalibrationFile(path).cameras) {
       if (!std::isfinite(c.camera.fx)) std::abort();
     }
@@ -81,12 +96,21 @@ void readCalibration(const std::string& text) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::string good = goodFile();
-  if (good.empty()) std::abort();
-  const std::string bytes = vir::fuzz::input(data, size, good);
-  if (kind == "table") readTable(bytes);
-  if (kind == "trajectory") readPath(bytes);
-  if (kind == "calibration") readCalibration(bytes);
+  static const std::vector<std::string> goods =
+      kind == "calibration" ? calibrations() : std::vector<std::string>{goodTable()};
+  if (goods.empty() || goods[0].empty()) std::abort();
+  if (size < 2) return 0;
+  const std::string& good = goods[data[0] % goods.size()];
+  // Keys that come twice are an error of their own: not the file twice over.
+  const std::string bytes =
+      vir::fuzz::input(data + 1, size - 1, good, kind == "calibration" ? 1 : 2);
+  {
+    // A field of one letter is a string in a list, a key of YAML a node with its place.
+    const vir::fuzz::MemoryWatch watch(bytes.size(), kind == "calibration" ? 400 : 40, 1 << 20);
+    if (kind == "table") readTable(bytes);
+    if (kind == "trajectory") readPath(bytes);
+    if (kind == "calibration") readCalibration(bytes);
+  }
   vir::fuzz::count(bytes.size());
   return 0;
 }

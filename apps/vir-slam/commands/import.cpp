@@ -45,6 +45,7 @@ void addImport(CLI::App& app, Common& common) {
       "  vir-slam import euroc V1_02 --out v102.rawlog \\\n"
       "    --set euroc.simulate_ranges=true --set \"euroc.anchor_m=2 0 2.5\"\n"
       "  vir-slam import euroc flight --out flight.rawlog --calibration camchain-imucam.yaml\n"
+      "  vir-slam import clip.mp4 --topic imu=imu.csv --calibration cam.yaml --out clip.rawlog\n"
       "  vir-slam import pyfg tiers_AB.pyfg --out tiers_A.rawlog --set pyfg.robot=A");
   command
       ->add_option("SOURCE", a->what,
@@ -59,7 +60,7 @@ void addImport(CLI::App& app, Common& common) {
   command
       ->add_option("--topic", a->job.topics,
                    "ROLE=/topic[:field,field], ROLE one of camera imu accel gyro range peer "
-                   "odometry truth; none: by the types of messages")
+                   "odometry truth times; none: by the types of messages")
       ->allow_extra_args(false);
   command->add_flag("--list", a->list, "Show topics, types and rates, and stop");
   command->add_option("--set", a->job.set, "Section.key=value, e.g. euroc.max_duration_s=20")

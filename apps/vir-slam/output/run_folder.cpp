@@ -1,5 +1,6 @@
 #include "output/run_folder.h"
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <locale>
@@ -51,6 +52,11 @@ class Table {
     if (!parseNumber(text(column), &v)) fail(column);
     return v;
   }
+  int whole(const std::string& column) const {
+    const double v = number(column);
+    if (!(std::abs(v) <= 1e9)) fail(column);
+    return static_cast<int>(v);
+  }
   TimeNs stamp() const {
     TimeNs t = 0;
     if (!evaluation::parseSeconds(text("t_s"), &t)) fail("t_s");
@@ -91,7 +97,7 @@ Trajectory readPath(const std::string& file) {
 void readPoses(const std::string& folder, team::RobotRecord* record) {
   std::map<TimeNs, int> segments;
   Table frames(folder + "/frames.csv");
-  while (frames.next()) segments[frames.stamp()] = static_cast<int>(frames.number("segment"));
+  while (frames.next()) segments[frames.stamp()] = frames.whole("segment");
   for (const StampedPose& p : readPath(folder + "/trajectory.tum")) {
     const auto segment = segments.find(p.t);
     record->poses.push_back({p.t, p.T_W_B, Eigen::Matrix<double, 6, 6>::Zero(),

@@ -15,6 +15,15 @@ namespace vir::bags {
 namespace {
 
 constexpr std::size_t kStep = std::size_t{1} << 18;
+// A block of this size may be anything (black images pack a thousandfold); beyond it what packs
+// more than images ever do was made to fill the memory.
+constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{64} << 20;
+constexpr std::uint64_t kGrowth = 200;
+
+/// What may come out of `packed` bytes.
+std::uint64_t mostOf(std::size_t packed) {
+  return std::min(kMostBlock, std::max(kAlwaysAllowed, kGrowth * packed));
+}
 
 /// What one call of a decompressor did.
 struct Step {
@@ -121,7 +130,8 @@ bool knownCompression(const std::string& name) {
 }
 
 std::string decompress(const std::string& name, ByteView in, std::uint64_t size, Bytes* out) {
-  const std::uint64_t most = size == 0 ? kMostBlock : std::min(size, kMostBlock);
+  const std::uint64_t bound = mostOf(in.size);
+  const std::uint64_t most = size == 0 ? bound : std::min(size, bound);
   // The buffer is kept from block to block: what it has grown to is no news.
   out->resize(static_cast<std::size_t>(std::min<std::uint64_t>(out->capacity(), most + 1)));
   std::string why;
@@ -138,6 +148,10 @@ std::string decompress(const std::string& name, ByteView in, std::uint64_t size,
     const std::size_t n = static_cast<std::size_t>(std::min<std::uint64_t>(in.size, most));
     out->assign(in.data, in.data + n);
   }
+  if (!why.empty() && out->size() == bound) {
+    why = "it unpacks to more than 64 MB and more than " + std::to_string(kGrowth) +
+          " times its size in the file";
+  }
   if (why.empty() && size != 0 && out->size() != size) {
     why =
         "it holds " + std::to_string(out->size()) + " bytes where it says " + std::to_string(size);
@@ -149,6 +163,8 @@ std::string decompressFile(const std::string& from, int to_fd) {
   InputFile file(from);
   const ZstdContext context = zstdContext();
   Bytes in, out(kStep);
+  const std::uint64_t most = std::max(kMostBlock, kGrowth * file.size());
+  std::uint64_t written = 0;
   std::string why = "it ends early";
   while (file.left() > 0) {
     file.readUpTo(kStep, &in);
@@ -157,6 +173,8 @@ std::string decompressFile(const std::string& from, int to_fd) {
     for (bool more = true; more;) {
       const Step s = zstdStep(context.get(), rest, out.data(), out.size());
       if (!s.error.empty()) return s.error;
+      written += s.given;
+      if (written > most) return "it unpacks to more than 1 GB and more than 200 times its size";
       for (std::size_t done = 0; done < s.given;) {
         const ssize_t n = ::write(to_fd, out.data() + done, s.given - done);
         if (n <= 0) throw BagError(from + ": no room to unpack it; set TMPDIR to a larger disk");

@@ -14,7 +14,8 @@ bool knownCompression(const std::string& name);
 
 /// Decompresses as far as it goes: `out` has what came out, and the text returned says why that is
 /// not all (empty: it is). `size` = what should come out, 0 if not known; never more than
-/// kMostBlock. Memory is taken as bytes come out, so that a size that is a lie costs nothing.
+/// kMostBlock, nor than 64 MB and 200 times what goes in. Memory is taken as bytes come out, so
+/// that a size that is a lie costs nothing.
 std::string decompress(const std::string& name, ByteView in, std::uint64_t size, Bytes* out);
 
 /// A whole file of zstd into another. Throws BagError. Returns what is wrong with its end.

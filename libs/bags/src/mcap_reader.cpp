@@ -163,7 +163,7 @@ class McapReader : public BagReader {
       return false;
     }
     message->channel = &channel->second;
-    message->received = static_cast<TimeNs>(logged);
+    message->received = receivedAt(static_cast<TimeNs>(logged));
     cursor.take(cursor.left(), &message->data);
     return true;
   }

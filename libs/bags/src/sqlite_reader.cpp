@@ -240,7 +240,7 @@ class SqliteReader : public BagReader {
     const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(s, 3));
     const int size = sqlite3_column_bytes(s, 3);
     message->channel = &channel->second;
-    message->received = sqlite3_column_int64(s, 2);
+    message->received = receivedAt(sqlite3_column_int64(s, 2));
     message->data = {data, data == nullptr ? 0 : static_cast<std::size_t>(size)};
     // CDR begins with 0, so that this cannot be one.
     if (message->data.size >= 4 && std::memcmp(data, kZstdMagic, 4) == 0) {

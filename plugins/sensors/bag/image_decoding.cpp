@@ -5,6 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "image_head.h"
+
 namespace vir::bag {
 namespace {
 
@@ -124,6 +126,9 @@ RawPicture decodeCompressed(const MessageView& m) {
   const bool jpeg = startsWith(data, "\xFF\xD8"), png = startsWith(data, "\x89PNG");
   if ((jpeg && !endsSoon(data, "\xFF\xD9")) || (png && !endsSoon(data, "IEND"))) {
     throw BagError("a compressed image is cut short");
+  }
+  if (!pixelsFit(data.data, data.size)) {
+    throw BagError("a compressed image claims more pixels than it can hold");
   }
   if (data.size > 0) {
     try {

@@ -11,6 +11,12 @@ void ProblemLog::add(const std::string& counter, const std::string& where,
   if (n == kShown + 1) messages_.push_back(counter + ": further cases are only counted");
 }
 
+void ProblemLog::takeOver(const ProblemLog& other) {
+  for (const auto& [counter, n] : other.counts_) counts_[counter] += n;
+  for (const auto& [counter, text] : other.first_) first_.emplace(counter, text);
+  messages_.insert(messages_.end(), other.messages_.begin(), other.messages_.end());
+}
+
 void ProblemLog::note(const std::string& text) {
   if (first_.emplace("note:" + text, text).second) messages_.push_back(text);
 }

@@ -16,6 +16,8 @@ class ProblemLog {
   void add(const std::string& counter, const std::string& where, const std::string& what);
   /// Counts without a message.
   void count(const std::string& counter, long n = 1) { counts_[counter] += n; }
+  /// All that another one holds.
+  void takeOver(const ProblemLog& other);
   /// A message that belongs to no counter, said once.
   void note(const std::string& text);
 

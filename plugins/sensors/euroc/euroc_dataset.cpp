@@ -197,8 +197,11 @@ void FolderSource::emit(const Event& event) {
 void FolderSource::emitImage(const Event& event, const euroc::ImageRow& row) {
   euroc::StoredImage stored;
   Camera& camera = cameras_[event.stream];
-  const std::string file = euroc::imageFile(camera.dir, row.file);
-  if (!camera.store->store(event.t, file, event.where, &stored)) return;
+  const bool stored_well =
+      row.pixels.empty() ? camera.store->store(event.t, euroc::imageFile(camera.dir, row.file),
+                                               event.where, &stored)
+                         : camera.store->store(event.t, row.pixels, event.where, &stored);
+  if (!stored_well) return;
   auto obs = std::make_shared<mrpt::obs::CObservationImage>(*camera.image_template);
   obs->timestamp = rawlog::toMrptTime(event.t);
   if (stored.external_name.empty()) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "input_error.h"
+#include "vir/tables/stamps.h"
 
 namespace vir::euroc {
 
@@ -13,10 +14,17 @@ void describe(OptionVisitor& v, EurocOptions& o) {
   const bool tables = o.section == "csv";
   if (tables) {
     v.section("csv", "Folder of tables (csv, txt) and images, whatever they are called");
-    v.value("source", o.source, "the folder");
+    v.value("source", o.source, "the folder, or a video beside its tables");
     v.value("topics", o.topics,
-            "ROLE=FILE with blanks between; roles: imu, accel, gyro, camera (a list or "
-            "a folder), range, truth; ROLE=none leaves one out; empty: found by headers and names");
+            "ROLE=FILE with blanks between; roles: imu, accel, gyro, camera (a list, a folder or a "
+            "video), times (of a video's frames), range, truth; ROLE=none leaves one out; empty: "
+            "found by headers and names");
+    v.value(
+        "video_start", o.video_start,
+        "time of a video's first frame on the IMU's clock [s], where no table says the times of "
+        "its frames; auto: 0 if the IMU's clock begins with the video, else the IMU's first");
+    v.choice("turn_video", o.turn_video, {"0", "90", "180", "270"},
+             "turn a video's frames clockwise; what its file says of turning is not followed");
   } else {
     v.section("euroc", "Recording in the EuRoC (ASL) folder layout, TUM-VI included");
     v.value("source", o.source, "folder that contains mav0, or mav0 itself");
@@ -56,12 +64,16 @@ void validate(const EurocOptions& o) {
     if (!ok) throw InputError("[" + o.section + "] " + text);
   };
   require(!o.source.empty(), o.section == "csv"
-                                 ? "source is empty: give the folder"
+                                 ? "source is empty: give the folder or the video"
                                  : "source is empty: give the folder that contains mav0");
   require(!o.camera.empty() && o.camera.find('/') == std::string::npos,
           "camera = " + o.camera + ": give the name of a folder below mav0, or none");
   require(o.anchor_m.size() % 3 == 0, "anchor_m has " + std::to_string(o.anchor_m.size()) +
                                           " numbers; three per anchor are needed");
+  TimeNs start = 0;
+  require(o.video_start == "auto" ||
+              (tables::parseStamp(o.video_start, tables::StampUnit::seconds, &start) && start >= 0),
+          "video_start = " + o.video_start + ": give seconds, not negative, or auto");
   if (!o.simulate_ranges) return;
   require(!o.anchor_m.empty(), "simulate_ranges = true needs anchor_m = x y z");
   const std::size_t anchors = o.anchor_m.size() / 3;

@@ -19,9 +19,13 @@ struct EurocOptions {
   bool read_ranges = true;
   std::string antenna;  ///< only its ranges, where a column names antennas; empty: all
   std::string acc_unit = "auto", gyro_unit = "auto", range_unit = "auto";
-  int width_px = 0;           ///< images are made this wide; 0: as they are
-  double start_s = 0;         ///< [s] after the first image
-  double max_duration_s = 0;  ///< [s] from the start, 0 = all
+  int width_px = 0;  ///< images are made this wide; 0: as they are
+  /// [csv] only: when the first frame of a video was taken, on the IMU's clock [s]; "auto": see
+  /// startOfVideo(). Text, since a double is too coarse for dates.
+  std::string video_start = "auto";
+  std::string turn_video = "0";  ///< [csv] only: its frames, clockwise [deg]
+  double start_s = 0;            ///< [s] after the first image
+  double max_duration_s = 0;     ///< [s] from the start, 0 = all
 
   bool simulate_ranges = false;
   std::vector<double> anchor_m;   ///< x y z of each anchor in the ground truth's world [m]

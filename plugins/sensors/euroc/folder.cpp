@@ -85,7 +85,7 @@ std::vector<std::string> numbered(const fs::path& mav0, const std::string& kind)
 
 CameraFiles cameraIn(const fs::path& mav0, const std::string& name) {
   const fs::path dir = mav0 / name;
-  return {name, dir.string(), (dir / "data.csv").string(), ifThere(dir / "sensor.yaml")};
+  return {name, dir.string(), (dir / "data.csv").string(), "", ifThere(dir / "sensor.yaml")};
 }
 
 }  // namespace

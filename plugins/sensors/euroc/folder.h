@@ -6,10 +6,11 @@
 namespace vir::euroc {
 
 struct CameraFiles {
-  std::string name;  ///< "cam0", ...; its images are CAM0
-  std::string dir;   ///< images are here or in `data` below
-  std::string list;  ///< empty: the images are called after their stamps
-  std::string yaml;  ///< sensor.yaml; empty: none
+  std::string name;   ///< "cam0", ...; its images are CAM0
+  std::string dir;    ///< images are here or in `data` below
+  std::string list;   ///< empty: the images are called after their stamps
+  std::string video;  ///< a file that holds the images; `list` has its frames' times, or is empty
+  std::string yaml;   ///< sensor.yaml; empty: none
 };
 
 struct RangeFiles {

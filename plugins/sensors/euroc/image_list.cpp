@@ -107,13 +107,14 @@ bool isFile(const std::string& path) {
 /// Rows whose files do not exist take the images of the folder in order, if there are as many.
 std::unique_ptr<RowStream<ImageRow>> inOrder(const CameraFiles& camera, ProblemLog* log) {
   const std::vector<std::string> files = imagesIn(camera.dir);
-  ProblemLog silent;
-  const auto list = openImageList(camera.list, &silent);
+  ProblemLog of_list;
+  const auto list = openImageList(camera.list, &of_list);
   std::vector<ImageRow> rows;
   for (; list->peek() != nullptr && rows.size() < kMostImages; list->pop()) {
     rows.push_back(*list->peek());
   }
   if (files.empty() || files.size() != rows.size()) return nullptr;
+  log->takeOver(of_list);
   for (std::size_t i = 0; i < rows.size(); ++i) rows[i].file = files[i];
   log->note(camera.list + ": holds stamps only, " + std::to_string(rows.size()) +
             ", as many as there are images: they were given out in the order of the names");

@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "image_head.h"
 #include "input_error.h"
 
 namespace vir::euroc {
@@ -68,6 +69,10 @@ bool ImageStore::decode(const std::string& file, const std::string& where) {
     log_->add("image_undecodable", where, file + (size == 0 ? " is empty" : " is cut short"));
     return false;
   }
+  if (!pixelsFit(bytes_.data(), bytes_.size())) {
+    log_->add("image_undecodable", where, file + " claims more pixels than it can hold");
+    return false;
+  }
   try {
     image_ = cv::imdecode(bytes_, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception& e) {
@@ -77,20 +82,33 @@ bool ImageStore::decode(const std::string& file, const std::string& where) {
     log_->add("image_undecodable", where, file + " is not an image that can be decoded");
     return false;
   }
-  if (image_.cols != width_ || image_.rows != height_) {
-    log_->add("image_wrong_size", where,
-              file + " has " + std::to_string(image_.cols) + "x" + std::to_string(image_.rows) +
-                  " pixels, the calibration " + std::to_string(width_) + "x" +
-                  std::to_string(height_));
-    return false;
-  }
-  return true;
+  return rightSize(file, where);
+}
+
+bool ImageStore::rightSize(const std::string& what, const std::string& where) {
+  if (image_.cols == width_ && image_.rows == height_) return true;
+  log_->add("image_wrong_size", where,
+            what + " has " + std::to_string(image_.cols) + "x" + std::to_string(image_.rows) +
+                " pixels, the calibration " + std::to_string(width_) + "x" +
+                std::to_string(height_));
+  return false;
 }
 
 bool ImageStore::store(TimeNs t, const std::string& file, const std::string& where,
                        StoredImage* out) {
-  if (!decode(file, where)) return false;
   converted_ = false;
+  return decode(file, where) && keep(t, file, where, out);
+}
+
+bool ImageStore::store(TimeNs t, const cv::Mat& pixels, const std::string& where,
+                       StoredImage* out) {
+  image_ = pixels;
+  converted_ = true;
+  return rightSize("it", where) && keep(t, "", where, out);
+}
+
+bool ImageStore::keep(TimeNs t, const std::string& file, const std::string& where,
+                      StoredImage* out) {
   if (image_.depth() == CV_16U) {
     const double scale = 255.0 / (white_ - black_);
     image_.convertTo(image_, CV_8U, scale, -black_ * scale);
@@ -134,7 +152,8 @@ void ImageStore::place(const std::string& file, const std::string& target) {
   fs::remove(target, ec);
   if (converted_) {
     std::vector<unsigned char> png;
-    cv::imencode(".png", image_, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+    // With any level given OpenCV tries all filters of PNG: half as fast again for 8 % of size.
+    cv::imencode(".png", image_, png);
     write(target, png.data(), png.size());
     return;
   }

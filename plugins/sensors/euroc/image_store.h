@@ -44,8 +44,12 @@ class ImageStore {
   /// Decodes `file` and stores it. False, counted in the log with `where`, if it is missing, cannot
   /// be decoded or has another size. Throws InputError if the folder cannot be written.
   bool store(TimeNs t, const std::string& file, const std::string& where, StoredImage* out);
+  /// The same of an image that is in memory; outside of the rawlog it becomes a PNG.
+  bool store(TimeNs t, const cv::Mat& pixels, const std::string& where, StoredImage* out);
 
  private:
+  bool rightSize(const std::string& what, const std::string& where);
+  bool keep(TimeNs t, const std::string& file, const std::string& where, StoredImage* out);
   bool decode(const std::string& file, const std::string& where);
   void place(const std::string& file, const std::string& target);
   void write(const std::string& target, const void* data, std::size_t size);

@@ -5,7 +5,11 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
+
+#include "image_head.h"
 
 namespace vir::euroc {
 namespace fs = std::filesystem;
@@ -20,6 +24,19 @@ void addHistogram(const cv::Mat& image, std::vector<std::uint64_t>* histogram) {
   for (int y = 0; y < image.rows; ++y) {
     const auto* row = image.ptr<std::uint16_t>(y);
     for (int x = 0; x < values; ++x) ++(*histogram)[row[x]];
+  }
+}
+
+/// Empty if it is none.
+cv::Mat decoded(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  if (bytes.empty() || !pixelsFit(data, bytes.size())) return {};
+  try {
+    return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+    return {};
   }
 }
 
@@ -42,11 +59,7 @@ ImageSurvey surveyImages(const std::vector<std::string>& files) {
   ImageSurvey survey;
   std::vector<std::uint64_t> histogram;
   for (const std::string& file : files) {
-    cv::Mat image;
-    try {
-      image = cv::imread(file, cv::IMREAD_UNCHANGED);
-    } catch (const cv::Exception&) {
-    }
+    const cv::Mat image = decoded(file);
     if (image.empty()) continue;
     if (survey.width == 0) {
       survey.width = image.cols;

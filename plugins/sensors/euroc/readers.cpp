@@ -54,8 +54,8 @@ bool stamp(const Fields& f, const Stamps& stamps, TimeNs* t, RowFault* fault) {
   const bool is_time = tables::parseStamp(text, stamps.unit, t);
   if (is_time && *t >= 0) return true;
   if (is_time) {
-    *fault = {"malformed", "`" + std::string(text.substr(0, 40)) +
-                               "` is a time before 0; add the same to all stamps of all tables"};
+    *fault = {"before_zero", "`" + std::string(text.substr(0, 40)) +
+                                 "` is a time before 0; add the same to all stamps of all tables"};
     return false;
   }
   const bool ns = stamps.unit == tables::StampUnit::nanoseconds;

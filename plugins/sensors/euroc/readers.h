@@ -1,6 +1,7 @@
 #pragma once
 /// The streams of a recording, each a file read in time order.
 #include <memory>
+#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct VectorRow {
 struct ImageRow {
   TimeNs t = 0;
   std::string file;  ///< name as listed
+  cv::Mat pixels;    ///< of a frame of a video, which has no file of its own; empty: in `file`
 };
 
 struct RangeRow {

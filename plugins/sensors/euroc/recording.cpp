@@ -27,8 +27,8 @@ template <typename Row>
 void requireRows(const RowStream<Row>& c, const ProblemLog& log) {
   if (c.peek()) return;
   std::string why;
-  for (const char* kind :
-       {"malformed", "not_finite", "implausible", "cut_line", "too_late", "repeated"}) {
+  for (const char* kind : {"malformed", "before_zero", "not_finite", "implausible", "cut_line",
+                           "too_late", "repeated"}) {
     if (why.empty()) why = log.first(c.name() + "_" + kind);
   }
   throw InputError(c.path() + ": holds no usable row" +
@@ -216,9 +216,10 @@ void Recording::openStreams(const EurocOptions& o) {
     origin = imu_->peek()->t;
   }
   for (CameraStream& camera : cameras_) {
-    camera.rows = openImages(camera.files, log_);
+    const auto imu_start = imu_ ? std::optional<TimeNs>(imu_->peek()->t) : std::nullopt;
+    camera.rows = openCameraImages(o, camera.files, imu_start, log_);
     requireRows(*camera.rows, *log_);
-    fitToImages(o.width_px, &camera, log_);
+    fitToImages(o, &camera, log_);
   }
   if (!cameras_.empty()) origin = cameras_[0].rows->peek()->t;
   const bool has_truth = !folder_.truth_file.empty();

@@ -6,7 +6,8 @@ namespace vir {
 VIR_REGISTER_SENSOR(EurocDataset, "euroc",
                     "EuRoC (ASL) or TUM-VI folder: camera, IMU, ranges, ground truth");
 
-VIR_REGISTER_SENSOR(CsvDataset, "csv",
-                    "Folder of tables (csv, txt) and images: camera, IMU, ranges, ground truth");
+VIR_REGISTER_SENSOR(
+    CsvDataset, "csv",
+    "Folder of tables (csv, txt) and images or a video: camera, IMU, ranges, ground truth");
 
 }  // namespace vir

@@ -18,7 +18,8 @@ namespace vir::euroc {
 
 /// Why a row is not used.
 struct RowFault {
-  std::string kind;  ///< end of the counter's name: "malformed", "not_finite", "implausible"
+  /// End of the counter's name: "malformed", "before_zero", "not_finite", "implausible".
+  std::string kind;
   std::string text;
 };
 
@@ -87,8 +88,9 @@ class RowCursor : public RowStream<Row> {
       return true;
     }
     if (!spec_.parse(fields_, &row, &fault)) {
-      const bool header = first && !line.empty() && line[0] != '-' && line[0] != '+' &&
-                          line[0] != '.' && std::isdigit(static_cast<unsigned char>(line[0])) == 0;
+      const char c = fields_.empty() || fields_[0].empty() ? 'x' : fields_[0][0];  // unquoted
+      const bool header = first && c != '-' && c != '+' && c != '.' &&
+                          std::isdigit(static_cast<unsigned char>(c)) == 0;
       if (!header) report(fault.kind.c_str(), lines_.lineNumber(), fault.text);
       return true;
     }

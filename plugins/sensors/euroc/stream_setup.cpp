@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "image_list.h"
+#include "video_frames.h"
 
 namespace vir::euroc {
 
@@ -22,6 +23,28 @@ Units unitsOf(const EurocOptions& o) {
 }
 
 namespace {
+
+/// The file's times begin with 0, whatever the IMU's clock is. Both are taken to have begun
+/// together unless the IMU's stamps lie within the video's.
+TimeNs startOfVideo(const EurocOptions& o, const std::string& path, std::optional<TimeNs> imu_start,
+                    ProblemLog* log) {
+  TimeNs start = 0;
+  if (o.video_start != "auto") {
+    tables::parseStamp(o.video_start, tables::StampUnit::seconds, &start);
+    return start;
+  }
+  const VideoInfo info = lookAtVideo(path, std::stoi(o.turn_video));
+  const double length_s = info.rate_hz > 0 ? static_cast<double>(info.frames) / info.rate_hz : 0;
+  if (imu_start && toSeconds(*imu_start) > length_s) start = *imu_start;
+  char text[400];
+  std::snprintf(text, sizeof text,
+                ": its times count from its beginning; the first frame was put at %.3f s%s. "
+                "video_start = SECONDS on the IMU's clock sets it. It must be right to 0.2 s: what "
+                "is left of a constant offset a run finds by itself, and `vir-slam check` tells",
+                toSeconds(start), start > 0 ? ", where the IMU begins" : "");
+  log->note(path + text);
+  return start;
+}
 
 /// The intrinsics of images that are `width`x`height` instead.
 void scaleTo(int width, int height, CameraCalibration* c) {
@@ -55,8 +78,27 @@ std::vector<std::string> someImages(const CameraFiles& camera) {
 
 }  // namespace
 
-void fitToImages(int wanted_width, CameraStream* camera, ProblemLog* log) {
-  const ImageSurvey survey = surveyImages(someImages(camera->files));
+std::unique_ptr<RowStream<ImageRow>> openCameraImages(const EurocOptions& o,
+                                                      const CameraFiles& files,
+                                                      std::optional<TimeNs> imu_start,
+                                                      ProblemLog* log) {
+  if (files.video.empty()) return openImages(files, log);
+  VideoTimes times;
+  times.table = files.list;
+  if (times.table.empty()) times.start = startOfVideo(o, files.video, imu_start, log);
+  return openVideo(files.video, times, std::stoi(o.turn_video), log);
+}
+
+void fitToImages(const EurocOptions& o, CameraStream* camera, ProblemLog* log) {
+  const int wanted_width = o.width_px;
+  ImageSurvey survey;
+  if (camera->files.video.empty()) {
+    survey = surveyImages(someImages(camera->files));
+  } else {
+    const VideoInfo info = lookAtVideo(camera->files.video, std::stoi(o.turn_video));
+    survey.width = info.width;
+    survey.height = info.height;
+  }
   camera->stretch = stretchOf(survey);
   const std::string& dir = camera->files.dir;
   if (!camera->stretch.said.empty()) log->note(dir + ": " + camera->stretch.said);
@@ -72,6 +114,11 @@ void fitToImages(int wanted_width, CameraStream* camera, ProblemLog* log) {
           survey.width, survey.height, c.width, c.height, sx);
       log->note(dir + text);
       scaleTo(survey.width, survey.height, &c);
+    } else if (survey.width == c.height && survey.height == c.width) {
+      std::snprintf(text, sizeof text,
+                    ": images of %dx%d, the calibration is of %dx%d: was it made with turned ones?",
+                    survey.width, survey.height, c.width, c.height);
+      log->note(dir + text + (camera->files.video.empty() ? "" : " (turn_video)"));
     }
   }
   camera->file_width = c.width;

@@ -7,8 +7,15 @@ namespace vir::euroc {
 
 Units unitsOf(const EurocOptions& o);
 
+/// The images of a camera, from files or a video. `imu_start`: of the IMU's first reading; empty:
+/// there is no IMU.
+std::unique_ptr<RowStream<ImageRow>> openCameraImages(const EurocOptions& o,
+                                                      const CameraFiles& files,
+                                                      std::optional<TimeNs> imu_start,
+                                                      ProblemLog* log);
+
 /// Looks at some images: stretch of 16 bits, and intrinsics for images of another size than the
-/// calibration's. `wanted_width` is that after resizing; 0: as they are.
-void fitToImages(int wanted_width, CameraStream* camera, ProblemLog* log);
+/// calibration's. They become as wide as the options say.
+void fitToImages(const EurocOptions& o, CameraStream* camera, ProblemLog* log);
 
 }  // namespace vir::euroc

@@ -6,10 +6,12 @@
 #include <set>
 #include <sstream>
 
+#include "folder_look.h"
 #include "image_list.h"
 #include "image_survey.h"
 #include "input_error.h"
 #include "table_kind.h"
+#include "video_frames.h"
 #include "vir/formats/calibration_file.h"
 #include "vir/rawlog/labels.h"
 #include "vir/tables/layout.h"
@@ -18,60 +20,11 @@ namespace vir::euroc {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kDepth = 4;
-constexpr std::size_t kMostTables = 256;
-
-struct Found {
-  std::map<TableKind, std::vector<std::string>> tables;  // full names, shallow ones first
-  std::vector<std::string> image_dirs;
-  std::vector<std::string> yamls;
-};
-
-bool deeperOrLater(const std::string& a, const std::string& b) {
-  const auto depth = [](const std::string& s) { return std::count(s.begin(), s.end(), '/'); };
-  return depth(a) != depth(b) ? depth(a) < depth(b) : a < b;
-}
-
-/// Files below `dir`, of a folder of many images only the first few.
-void listFiles(const fs::path& dir, int depth, std::vector<std::string>* files, Found* found) {
-  std::error_code ec;
-  int images = 0;
-  std::vector<fs::path> below;
-  for (fs::directory_iterator it(dir, ec), end; !ec && it != end; it.increment(ec)) {
-    std::error_code ignored;
-    if (it->is_directory(ignored)) {
-      if (it->path().filename().string().front() != '.') below.push_back(it->path());
-    } else if (mayBeTable(it->path().string())) {
-      files->push_back(it->path().string());
-    } else if (const auto ending = it->path().extension(); ending == ".yaml" || ending == ".yml") {
-      found->yamls.push_back(it->path().string());
-    } else if (images < 2 && isImageFile(it->path().string()) && ++images == 2) {
-      found->image_dirs.push_back(dir.string());
-    }
-  }
-  if (depth >= kDepth) return;
-  for (const fs::path& d : below) listFiles(d, depth + 1, files, found);
-}
-
-Found lookAround(const std::string& source) {
-  Found found;
-  std::vector<std::string> files;
-  listFiles(source, 1, &files, &found);
-  std::sort(files.begin(), files.end(), deeperOrLater);
-  std::sort(found.image_dirs.begin(), found.image_dirs.end(), deeperOrLater);
-  std::sort(found.yamls.begin(), found.yamls.end(), deeperOrLater);
-  if (files.size() > kMostTables) files.resize(kMostTables);
-  for (const std::string& file : files) {
-    const TableKind kind = kindOfTable(file, fs::path(file).lexically_relative(source).string());
-    if (kind != TableKind::none) found.tables[kind].push_back(file);
-  }
-  return found;
-}
-
 class Finder {
  public:
-  explicit Finder(const EurocOptions& o) : root_(fs::absolute(o.source).lexically_normal()) {
-    if (!fs::is_directory(root_)) throw InputError(o.source + ": is no folder");
+  explicit Finder(const EurocOptions& o) : root_(folderOfSource(o.source)) {
+    if (!fs::is_directory(root_)) throw InputError(o.source + ": is no folder and no video");
+    if (isVideoFile(o.source)) video_ = fs::absolute(o.source).lexically_normal().string();
     found_ = lookAround(root_.string());
     std::istringstream words(o.topics);
     for (std::string word; words >> word;) addWish(word);
@@ -96,17 +49,21 @@ class Finder {
   void addWish(const std::string& word) {
     const std::size_t at = word.find('=');
     const std::string role = word.substr(0, at);
-    static const std::set<std::string> roles{"imu", "accel", "gyro", "camera", "range", "truth"};
+    static const std::set<std::string> roles{"imu",   "accel", "gyro", "camera",
+                                             "times", "range", "truth"};
     if (at == std::string::npos || roles.count(role) == 0) {
-      throw InputError("[csv] topics: `" + word +
-                       "` is not ROLE=FILE with a role of imu, accel, gyro, camera, range, truth");
+      throw InputError(
+          "[csv] topics: `" + word +
+          "` is not ROLE=FILE with a role of imu, accel, gyro, camera, times, range, truth");
     }
     const std::string file = word.substr(at + 1);
     if (file == "none") {
       wishes_[role];
       return;
     }
-    const fs::path path = fs::path(file).is_absolute() ? fs::path(file) : root_ / file;
+    fs::path path = fs::path(file).is_absolute() ? fs::path(file) : root_ / file;
+    // As somebody names it who gives a video, not a folder.
+    if (!fs::exists(path) && fs::exists(file)) path = fs::absolute(file);
     if (!fs::exists(path)) {
       throw InputError("[csv] topics: " + word + ": there is no " + path.string());
     }
@@ -125,7 +82,9 @@ class Finder {
     if (wished(role)) return wishes_[role].empty() ? "" : wishes_[role].front();
     std::vector<std::string> files = found_.tables[kind];
     if (files.empty()) return {};
+    const std::string stem = fs::path(video_).stem().string();
     const auto score = [&](const std::string& f) {
+      if (!stem.empty() && fs::path(f).filename().string().rfind(stem, 0) == 0) return true;
       std::string name = shortName(f);
       std::transform(name.begin(), name.end(), name.begin(),
                      [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -189,6 +148,7 @@ class Finder {
 
   /// A list or a folder as somebody named it.
   CameraFiles cameraAt(const std::string& path) {
+    if (isVideoFile(path)) return videoAt(path);
     CameraFiles c;
     if (fs::is_directory(path)) {
       c.dir = path;
@@ -217,13 +177,17 @@ class Finder {
     std::vector<CameraFiles> cameras;
     if (wished("camera")) {
       for (const std::string& path : wishes_["camera"]) cameras.push_back(cameraAt(path));
+    } else if (!video_.empty()) {
+      cameras.push_back(videoAt(video_));
     } else {
       std::set<std::string> covered;
       for (const std::string& list : found_.tables[TableKind::images]) {
         CameraFiles c;
         c.list = list;
         c.dir = folderOf(list);
-        if (c.dir.empty()) {
+        if (c.dir.empty() && !found_.videos.empty()) {
+          continue;  // the times of its frames
+        } else if (c.dir.empty()) {
           folder_.notes.push_back(shortName(list) +
                                   ": taken for a list of images, but they are not there");
         } else {
@@ -245,23 +209,55 @@ class Finder {
                                   "--topic camera=LIST names one");
         }
       }
+      for (const std::string& video : found_.videos) {
+        CameraFiles c;
+        c.video = video;
+        cameras.push_back(c);
+      }
       for (std::size_t i = 1; i < cameras.size(); ++i) {
         folder_.notes.push_back(shortName(placeOf(cameras[i])) + " not read, the camera is " +
                                 shortName(placeOf(cameras[0])) +
                                 "; --topic camera=" + shortName(placeOf(cameras[i])) + " takes it");
       }
       if (cameras.size() > 1) cameras.resize(1);
+      if (!cameras.empty() && !cameras[0].video.empty()) cameras[0] = videoAt(cameras[0].video);
       if (!cameras.empty()) say("images", placeOf(cameras[0]));
     }
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       cameras[i].name = "cam" + std::to_string(i);
-      const fs::path yaml = fs::path(cameras[i].dir) / "sensor.yaml";
+      const fs::path place = cameras[i].dir;
+      const fs::path yaml =
+          (cameras[i].video.empty() ? place : place.parent_path()) / "sensor.yaml";
       if (fs::is_regular_file(yaml)) cameras[i].yaml = yaml.string();
     }
     folder_.cameras = std::move(cameras);
   }
 
-  static std::string placeOf(const CameraFiles& c) { return c.list.empty() ? c.dir : c.list; }
+  static std::string placeOf(const CameraFiles& c) {
+    if (!c.video.empty()) return c.video;
+    return c.list.empty() ? c.dir : c.list;
+  }
+
+  /// With the table of its frames' times: the one named, else a list of stamps alone, best one that
+  /// is called as the video is.
+  CameraFiles videoAt(const std::string& path) {
+    CameraFiles c;
+    c.video = c.dir = path;
+    if (wished("times")) {
+      if (!wishes_["times"].empty()) c.list = wishes_["times"].front();
+      return c;
+    }
+    const std::string stem = fs::path(path).stem().string();
+    for (const std::string& list : found_.tables[TableKind::images]) {
+      const tables::Layout layout = tables::layoutOf(list);
+      if (layout.columns > 1 && tables::imageColumns(layout).file >= 0) continue;
+      const bool same = fs::path(list).filename().string().rfind(stem, 0) == 0;
+      if (c.list.empty() || same) c.list = list;
+      if (same) break;
+    }
+    if (!c.list.empty()) say("the times of the frames of " + shortName(path), c.list);
+    return c;
+  }
 
   static std::string firstImage(const CameraFiles& c) {
     ProblemLog silent;
@@ -311,6 +307,7 @@ class Finder {
   }
 
   fs::path root_;
+  std::string video_;  ///< the source itself; empty: that is a folder
   Found found_;
   std::map<std::string, std::vector<std::string>> wishes_;
   Folder folder_;
@@ -318,15 +315,22 @@ class Finder {
 
 }  // namespace
 
+std::string folderOfSource(const std::string& source) {
+  const fs::path whole = fs::absolute(source).lexically_normal();
+  return (isVideoFile(source) ? whole.parent_path() : whole).string();
+}
+
 bool isTableFolder(const std::string& source) {
   std::error_code ec;
   const fs::path root(source);
+  if (fs::is_regular_file(root, ec)) return isVideoFile(source);
   if (!fs::is_directory(root, ec) || isFolder(source)) return false;
   // Folders of ours and of ROS hold tables too.
   for (const char* other : {"used.ini", "metadata.yaml"}) {
     if (fs::exists(root / other, ec)) return false;
   }
   const Found found = lookAround(fs::absolute(root).lexically_normal().string());
+  if (!found.videos.empty() && !found.tables.empty()) return true;
   return std::any_of(found.tables.begin(), found.tables.end(), [](const auto& kind) {
     return kind.first == TableKind::imu || kind.first == TableKind::gyro ||
            kind.first == TableKind::range;
@@ -334,31 +338,5 @@ bool isTableFolder(const std::string& source) {
 }
 
 Folder findTables(const EurocOptions& options) { return Finder(options).find(); }
-
-std::string listTables(const std::string& source) {
-  const std::string root = fs::absolute(source).lexically_normal().string();
-  const Found found = lookAround(root);
-  std::string out;
-  const auto add = [&](const std::string& path, const std::string& what) {
-    out += fs::path(path).lexically_relative(root).string() + ": " + what + "\n";
-  };
-  for (const auto& [kind, files] : found.tables) {
-    for (const std::string& file : files) {
-      const tables::Layout layout = tables::layoutOf(file);
-      const int stamp = kind == TableKind::images ? tables::imageColumns(layout).stamp
-                                                  : tables::stampColumn(layout);
-      add(file, std::string(name(kind)) + ", " + std::to_string(layout.columns) + " columns" +
-                    (kind == TableKind::anchors
-                         ? std::string()
-                         : std::string(", stamps in ") +
-                               tables::name(tables::stampUnit(layout, stamp, 0.01).unit)));
-    }
-  }
-  for (const std::string& dir : found.image_dirs) {
-    add(dir, std::to_string(imagesIn(dir).size()) + " images");
-  }
-  for (const std::string& yaml : found.yamls) add(yaml, "calibration or settings");
-  return out.empty() ? "no tables, no images\n" : out;
-}
 
 }  // namespace vir::euroc

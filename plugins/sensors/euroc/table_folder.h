@@ -7,8 +7,11 @@
 
 namespace vir::euroc {
 
-/// Does a folder that is not EuRoC's hold tables of an IMU or of ranges? Looks at names and at the
-/// beginnings of files.
+/// The folder itself, or that of a video.
+std::string folderOfSource(const std::string& source);
+
+/// Does a folder that is not EuRoC's hold tables of an IMU or of ranges, or a video and tables; or
+/// is it a video? Looks at names and at the beginnings of files.
 bool isTableFolder(const std::string& source);
 
 /// By `topics` where a role is named there, else by headers, names and numbers; what else is there

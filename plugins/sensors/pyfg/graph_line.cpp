@@ -51,7 +51,12 @@ class FieldReader {
 
   bool stamp(TimeNs* t) {
     const std::string_view field = fields_[at_++];
-    if (evaluation::parseSeconds(std::string(field), t) && *t >= 0) return true;
+    const bool is_time = evaluation::parseSeconds(std::string(field), t);
+    if (is_time && *t >= 0) return true;
+    if (is_time) {
+      return fail(fault_, "line_malformed",
+                  shown(field) + " is a time before 0; add the same to all stamps");
+    }
     return fail(fault_, "line_malformed", shown(field) + " is not a time in seconds");
   }
 

@@ -57,6 +57,7 @@ class CsvFolder : public ::testing::Test {
     std::vector<PoseRow> truth;
     std::vector<std::pair<TimeNs, std::string>> images;
     std::string notes;
+    ProblemLog log;
   };
   Content read(const std::string& topics = "") {
     EurocOptions o;
@@ -79,6 +80,7 @@ class CsvFolder : public ::testing::Test {
       }
     }
     for (const std::string& m : log.messages()) c.notes += m + "\n";
+    c.log = log;
     return c;
   }
 
@@ -189,6 +191,34 @@ TEST_F(CsvFolder, TimesBeforeZeroAreLeftOutAndSaid) {
   EXPECT_EQ(c.imu.front().t, 0);
   EXPECT_NE(c.notes.find("imu.csv:2: `-0.500000` is a time before 0; add the same to all stamps"),
             std::string::npos)
+      << c.notes;
+}
+
+/// Whatever table they are in, quoted or not, and where only as many images as usable stamps exist.
+TEST_F(CsvFolder, TimesBeforeZeroAreCountedInEveryTable) {
+  calibration();
+  images("rgb", [](int i, TimeNs) { return std::to_string(i) + ".png"; });
+  const auto rows = [](const std::string& header, const std::string& quote, const std::string& rest,
+                       int before, int after, double step) {
+    std::string text = header;
+    for (int i = -before; i < after; ++i) {
+      text += quote + std::to_string(step * i) + quote + rest + "\n";
+    }
+    return text;
+  };
+  test::writeText(root() / "gyro.csv", rows("t,gx,gy,gz\n", "", ",0.1,0,0", 7, 100, 0.005));
+  test::writeText(root() / "accel.csv", rows("", "\"", ",0.1,0.2,9.8", 6, 100, 0.005));
+  test::writeText(root() / "uwb.csv", rows("t,anchor_id,range\n", "", ",1,2.5", 5, 20, 0.05));
+  test::writeText(root() / "gt.csv", rows("t,x,y,z\n", "", ",1,2,3", 4, 20, 0.05));
+  test::writeText(root() / "rgb" / "times.csv", rows("", "", "", 3, kImages, 0.05));
+  const Content c = read("gyro=gyro.csv accel=accel.csv camera=rgb/times.csv");
+  EXPECT_EQ(c.log.get("gyro_before_zero"), 7) << c.notes;
+  EXPECT_EQ(c.log.get("accelerometer_before_zero"), 6) << c.notes;
+  EXPECT_EQ(c.log.get("range_before_zero"), 5) << c.notes;
+  EXPECT_EQ(c.log.get("ground_truth_before_zero"), 4) << c.notes;
+  EXPECT_EQ(c.log.get("image_before_zero"), 3) << c.notes;
+  EXPECT_EQ(c.images.size(), static_cast<std::size_t>(kImages)) << c.notes;
+  EXPECT_NE(c.notes.find("times.csv:1: `-0.150000` is a time before 0"), std::string::npos)
       << c.notes;
 }
 

@@ -2,12 +2,45 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "image_head.h"
 #include "image_store.h"
 #include "input_error.h"
 #include "vir_test_euroc_folder.h"
 
 namespace vir::euroc {
 namespace {
+
+/// A head that claims what the bytes behind it cannot hold is not believed: decoders make room
+/// first.
+TEST(ImageHead, ClaimsOfPixels) {
+  const cv::Mat small(48, 64, CV_8UC1, cv::Scalar(7));
+  for (const char* kind : {".png", ".jpg", ".bmp", ".tif"}) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(kind, small, bytes);
+    EXPECT_TRUE(pixelsFit(bytes.data(), bytes.size())) << kind;
+    for (std::size_t n = 0; n < bytes.size(); ++n) {
+      const std::vector<unsigned char> cut(bytes.begin(), bytes.begin() + static_cast<long>(n));
+      pixelsFit(cut.data(), cut.size());  // reads nothing beyond the end
+    }
+    int refused = 0;
+    for (std::size_t at = 0; at + 4 <= bytes.size(); ++at) {
+      std::vector<unsigned char> lie = bytes;
+      // A TIFF has width and height 12 bytes apart, others beside each other.
+      for (const std::size_t from : {at, at + 12}) {
+        for (std::size_t i = from; i < std::min(from + 4, lie.size()); ++i) {
+          lie[i] = (i - from) % 2 == 0 ? 0x7F : 0xFF;
+        }
+        if (std::string(kind) != ".tif") break;
+      }
+      if (!pixelsFit(lie.data(), lie.size())) ++refused;
+    }
+    EXPECT_GT(refused, 0) << kind;
+  }
+  // A black image of 24 megapixels packs a thousandfold, and is one.
+  std::vector<unsigned char> black;
+  cv::imencode(".png", cv::Mat(4000, 6000, CV_8UC1, cv::Scalar(0)), black);
+  EXPECT_TRUE(pixelsFit(black.data(), black.size())) << black.size();
+}
 
 namespace fs = std::filesystem;
 

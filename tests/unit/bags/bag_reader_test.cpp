@@ -171,6 +171,29 @@ TEST(CutBag, McapBare) { cutEverywhere("ros2_bare.mcap", 1); }
 TEST(CutBag, McapLz4) { cutEverywhere("ros2_lz4.mcap", 1); }
 TEST(CutBag, McapZstd) { cutEverywhere("ros2_zstd.mcap", 1); }
 TEST(CutBag, Sqlite) { cutEverywhere("ros2_foxy.db3", 1); }
+TEST(CutBag, SqliteOfPackedMessages) { cutEverywhere("ros2_message_zstd/packed_0.db3", 1); }
+
+/// A file that was compressed as a whole: each part of it gives a beginning of the messages.
+TEST(CutBag, PackedFile) {
+  const Bytes whole = bytesOf(fixture("ros2_file_zstd/whole_0.db3.zstd"));
+  const std::size_t all = readAll(*openBag(fixture("ros2_file_zstd/whole_0.db3.zstd"))).size();
+  const vir::test::TempFolder folder;
+  const std::string path = (folder / "cut.db3.zstd").string();
+  for (std::size_t n = 0; n < whole.size(); ++n) {
+    vir::test::writeText(path, std::string(whole.begin(), whole.begin() + static_cast<long>(n)));
+    bool told = false;
+    std::size_t got = 0;
+    try {
+      const auto reader = openBag(path);
+      got = readAll(*reader).size();
+      told = !reader->damage().empty();
+    } catch (const BagError&) {
+      told = true;
+    }
+    ASSERT_TRUE(told) << n;
+    ASSERT_LE(got, all) << n;
+  }
+}
 
 TEST(DamagedBag, AChunkWithAWrongChecksumIsLeftOut) {
   Bytes bytes = bytesOf(fixture("ros2_none.mcap"));
@@ -197,6 +220,30 @@ TEST(DamagedBag, SizesThatAreLiesCostNothing) {
     const auto reader = openBag({bytes.data(), bytes.size()}, "x.bag");
     readAll(*reader);
     EXPECT_FALSE(reader->damage().empty());
+  }
+}
+
+/// The difference of any two times must fit, whatever the file says.
+TEST(DamagedBag, TimesAtTheEndsOfWhatANumberHolds) {
+  const Bytes whole = bytesOf(fixture("ros2_bare.mcap"));
+  const std::vector<Kept> all = readAll(*openBag({whole.data(), whole.size()}, "x.mcap"));
+  Bytes time(8);
+  for (std::size_t i = 0; i < 8; ++i) {
+    time[i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(all[5].received) >> (8 * i));
+  }
+  for (const int top : {0x7F, 0x80}) {
+    Bytes bytes = whole;
+    const auto at = std::search(bytes.begin(), bytes.end(), time.begin(), time.end());
+    ASSERT_NE(at, bytes.end());
+    std::fill(at, at + 7, static_cast<std::uint8_t>(top == 0x7F ? 0xFF : 0));
+    *(at + 7) = static_cast<std::uint8_t>(top);
+    TimeNs low = 0, high = 0, apart = 0;
+    for (const Kept& k : readAll(*openBag({bytes.data(), bytes.size()}, "x.mcap"))) {
+      low = std::min(low, k.received);
+      high = std::max(high, k.received);
+    }
+    EXPECT_TRUE(top == 0x7F ? high > INT64_MAX / 4 : low < -(INT64_MAX / 4));
+    EXPECT_FALSE(__builtin_sub_overflow(high, low, &apart));
   }
 }
 

@@ -20,7 +20,8 @@ void readOrRefuse(const std::filesystem::path& file, const std::string& text) {
 
 TEST(DamagedCalibration, CutAtEveryByte) {
   const test::TempFolder folder;
-  for (const char* name : {"kalibr", "opencv", "vins"}) {
+  for (const char* name : {"kalibr", "opencv", "vins", "vins_main", "openvins", "orbslam3", "run",
+                           "camera_info", "rational"}) {
     const std::string text =
         test::readText(test::sourceDir() + "/tests/fixtures/calibration/" + name + ".yaml");
     ASSERT_FALSE(text.empty());

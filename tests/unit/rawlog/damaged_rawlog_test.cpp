@@ -88,6 +88,35 @@ TEST(DamagedRawlog, CutAnywhere) {
   }
 }
 
+/// Of a recording with an object of each kind, wherever it ends: what comes before, and a word
+/// unless it ends between two objects that are stored plainly.
+TEST(DamagedRawlog, CutAtEveryByte) {
+  for (const int compression : {0, 1}) {
+    const TempFolder folder;
+    {
+      RawlogWriter writer((folder / "whole.rawlog").string(), compression);
+      writer.write(*imuAt(kStart));
+      writer.write(*test::rangeAt(kStart + test::kMs, 3));
+      writer.write(*test::imageAt(kStart + 2 * test::kMs));
+      writer.write(*test::truthAt(kStart + 3 * test::kMs, 1));
+      writer.finish();
+    }
+    const std::string whole = test::readText(folder / "whole.rawlog");
+    ASSERT_EQ(readAll(folder / "whole.rawlog").observations, 4u);
+    std::size_t last = 0, silent = 0;
+    for (std::size_t n = 1; n < whole.size(); ++n) {
+      test::writeText(folder / "cut.rawlog", whole.substr(0, n));
+      const Outcome outcome = readAll(folder / "cut.rawlog");
+      ASSERT_GE(outcome.observations, last) << n;
+      ASSERT_LE(outcome.observations, 4u) << n;
+      last = outcome.observations;
+      if (outcome.damage.empty()) ++silent;
+    }
+    EXPECT_EQ(silent, compression == 0 ? 3u : 0u);
+    EXPECT_GE(last, 3u);
+  }
+}
+
 /// The checksum at the end is all that is missing: every object is there, and the cut is reported.
 TEST(DamagedRawlog, CutInTheChecksum) {
   const TempFolder folder;

@@ -2,7 +2,10 @@
 /// Recordings of ROS, whatever file they are in, as one stream of messages. Memory does not grow
 /// with the length of the recording, no index is needed, and files that end early give what they
 /// have.
+#include <algorithm>
+#include <cstdint>
 #include <deque>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,6 +46,12 @@ class BagReader {
   const std::vector<std::string>& damage() const { return damage_; }
 
  protected:
+  /// A time of receipt as a file says it, which may be anything: the difference of two always fits
+  /// (until 2116 nothing is changed).
+  static TimeNs receivedAt(std::int64_t ns) {
+    constexpr TimeNs kMost = std::numeric_limits<TimeNs>::max() / 2;
+    return std::clamp<std::int64_t>(ns, -kMost, kMost);
+  }
   /// Kept to the first few.
   void report(const std::string& text) {
     if (damage_.size() < 20) damage_.push_back(text);
