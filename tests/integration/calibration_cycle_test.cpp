@@ -39,6 +39,7 @@ Calibration wrong() {
   c.camera.fy *= 1.01;
   c.camera.cx += 3;
   c.camera.cy -= 3;
+  c.camera.dist[0] += 0.01;
   c.T_B_C.q = c.T_B_C.q * expQuat(kDeg * Vec3(0.6, -0.6, 0.5));
   c.T_B_C.p += Vec3(0.006, -0.006, 0.005);
   c.time_offset_s = 0;
@@ -84,10 +85,10 @@ CalibrationSigma sigmaIn(const std::string& yaml) {
   const auto file = formats::readCalibrationFile(yaml);
   const formats::CameraSigma s = file.cameras.at(0).sigma;
   const formats::ImuCorrection k = file.imu_correction.value();
-  return {s.position_m.value(),    s.rotation_rad.value(),    s.time_offset_s.value(),
-          s.readout_s.value(),     s.focal.value(),           s.aspect.value(),
-          s.centre_px.value(),     k.gyro_gain_sigma.value(), k.gyro_axes_sigma_rad.value(),
-          k.acc_gain_sigma.value()};
+  return {s.position_m.value(),          s.rotation_rad.value(),  s.time_offset_s.value(),
+          s.readout_s.value(),           s.focal.value(),         s.aspect.value(),
+          s.centre_px.value(),           s.distortion.value(),    k.gyro_gain_sigma.value(),
+          k.gyro_axes_sigma_rad.value(), k.acc_gain_sigma.value()};
 }
 
 TEST_F(CalibrationCycle, TheNextRunTakesInWhatTheFirstFound) {
@@ -174,8 +175,9 @@ TEST_F(CalibrationCycle, ThreeRecordingsFindTheCalibration) {
   for (int i = 0; i < kCalibrationSize; ++i) {
     EXPECT_LT(std::abs(off[i]), 3 * sigma[i]) << "number " << i << "\n" << outcome.text;
   }
-  // Nearer than given: rotation, clock, focal length, centre, gyro.
-  for (const auto& [from, count] : {std::pair(0, 3), {3, 3}, {6, 1}, {8, 1}, {10, 2}, {12, 3}}) {
+  // Nearer than given: rotation, clock, focal length, centre, lens, gyro.
+  for (const auto& [from, count] :
+       {std::pair(0, 3), {3, 3}, {6, 1}, {8, 1}, {10, 2}, {12, 1}, {14, 3}}) {
     EXPECT_LT(off.segment(from, count).norm(), before.segment(from, count).norm())
         << "numbers from " << from << "\n"
         << outcome.text;

@@ -167,6 +167,7 @@ struct Line {
 std::vector<Line> linesOf(const CameraCalibrationResult& r) {
   constexpr double kDeg = M_PI / 180;
   const Calibration &g = r.given, &f = r.found.calibration;
+  const auto lens = radialCoefficients(f.camera.distortion);
   // A turn against what was given says more than two attitudes.
   const Vec3 turn = logQuat(g.T_B_C.q.conjugate() * f.T_B_C.q);
   return {{"time offset [ms]", 6, g.time_offset_s, f.time_offset_s, 1e-3},
@@ -175,21 +176,23 @@ std::vector<Line> linesOf(const CameraCalibrationResult& r) {
           {"fy [px]", 8, g.camera.fy, f.camera.fy, 1},
           {"cx [px]", 10, g.camera.cx, f.camera.cx, 1},
           {"cy [px]", 11, g.camera.cy, f.camera.cy, 1},
+          {"first of the lens [1e-3]", 12, g.camera.dist[lens[0]], f.camera.dist[lens[0]], 1e-3},
+          {"second of the lens [1e-3]", 13, g.camera.dist[lens[1]], f.camera.dist[lens[1]], 1e-3},
           {"camera x in the body [mm]", 0, g.T_B_C.p.x(), f.T_B_C.p.x(), 1e-3},
           {"camera y in the body [mm]", 1, g.T_B_C.p.y(), f.T_B_C.p.y(), 1e-3},
           {"camera z in the body [mm]", 2, g.T_B_C.p.z(), f.T_B_C.p.z(), 1e-3},
           {"camera turned about its x [deg]", 3, 0, turn.x(), kDeg},
           {"camera turned about its y [deg]", 4, 0, turn.y(), kDeg},
           {"camera turned about its z [deg]", 5, 0, turn.z(), kDeg},
-          {"gyro gain x [%]", 12, g.gyro_gain.x(), f.gyro_gain.x(), 1e-2},
-          {"gyro gain y [%]", 13, g.gyro_gain.y(), f.gyro_gain.y(), 1e-2},
-          {"gyro gain z [%]", 14, g.gyro_gain.z(), f.gyro_gain.z(), 1e-2},
-          {"gyro axes x [deg]", 15, g.gyro_axes_rad.x(), f.gyro_axes_rad.x(), kDeg},
-          {"gyro axes y [deg]", 16, g.gyro_axes_rad.y(), f.gyro_axes_rad.y(), kDeg},
-          {"gyro axes z [deg]", 17, g.gyro_axes_rad.z(), f.gyro_axes_rad.z(), kDeg},
-          {"accelerometer gain x [%]", 18, g.acc_gain.x(), f.acc_gain.x(), 1e-2},
-          {"accelerometer gain y [%]", 19, g.acc_gain.y(), f.acc_gain.y(), 1e-2},
-          {"accelerometer gain z [%]", 20, g.acc_gain.z(), f.acc_gain.z(), 1e-2}};
+          {"gyro gain x [%]", 14, g.gyro_gain.x(), f.gyro_gain.x(), 1e-2},
+          {"gyro gain y [%]", 15, g.gyro_gain.y(), f.gyro_gain.y(), 1e-2},
+          {"gyro gain z [%]", 16, g.gyro_gain.z(), f.gyro_gain.z(), 1e-2},
+          {"gyro axes x [deg]", 17, g.gyro_axes_rad.x(), f.gyro_axes_rad.x(), kDeg},
+          {"gyro axes y [deg]", 18, g.gyro_axes_rad.y(), f.gyro_axes_rad.y(), kDeg},
+          {"gyro axes z [deg]", 19, g.gyro_axes_rad.z(), f.gyro_axes_rad.z(), kDeg},
+          {"accelerometer gain x [%]", 20, g.acc_gain.x(), f.acc_gain.x(), 1e-2},
+          {"accelerometer gain y [%]", 21, g.acc_gain.y(), f.acc_gain.y(), 1e-2},
+          {"accelerometer gain z [%]", 22, g.acc_gain.z(), f.acc_gain.z(), 1e-2}};
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 namespace vir::factors {
 
 CameraJacobian bearingByCamera(const Vec2& px, const Mat23& dpx_dbearing, const Vec3& rate,
-                               const Vec2& centre, double row) {
+                               const Vec2& centre, double row, const Vec2& radial) {
   // The pixel stays where it was seen; what moves is the ray through it. The projection Jacobian
   // knows nothing along the ray, so that its pseudo-inverse moves the bearing across it.
   const Eigen::Matrix<double, 3, 2> by_px =
@@ -18,6 +18,8 @@ CameraJacobian bearingByCamera(const Vec2& px, const Mat23& dpx_dbearing, const 
   J.col(kAspect) = -by_px * Vec2(off.x(), -off.y());
   J.col(kCx) = -by_px.col(0);
   J.col(kCy) = -by_px.col(1);
+  J.col(kRadial1) = radial.x() * J.col(kFocal);
+  J.col(kRadial2) = radial.y() * J.col(kFocal);
   return J;
 }
 

@@ -31,6 +31,7 @@ void addCamera(const CalibratedCamera& c, Assignments* to) {
   to->add("Window.focal_sigma", s.focal);
   to->add("Window.aspect_sigma", s.aspect);
   to->add("Window.centre_sigma_px", s.centre_px);
+  to->add("Window.distortion_sigma", s.distortion);
 }
 
 }  // namespace

@@ -53,6 +53,7 @@ void readSigma(const YamlSection& section, CalibratedCamera* c) {
   s.readout_s = bounded(section, "readout_sigma_s", 1e-7, 0.2);
   s.time_offset_s = bounded(section, "timeshift_cam_imu_sigma", 1e-7, 1);
   s.aspect = bounded(section, "aspect_sigma", 1e-6, 0.5);
+  s.distortion = bounded(section, "distortion_sigma", 1e-7, 1);
   if (section.isMap("T_cam_imu_sigma")) {  // other files have lists of that name
     const YamlSection pose = section.child("T_cam_imu_sigma");
     s.position_m = bounded(pose, "position_m", 1e-6, 10);

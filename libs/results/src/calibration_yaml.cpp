@@ -33,6 +33,7 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationSig
   out += format("  aspect_sigma: %.6g\n", sigma.aspect);
   out += "  distortion_model: " + lens.distortion_model + "\n";
   out += "  distortion_coeffs: " + list(lens.coefficients.data(), lens.coefficients.size()) + "\n";
+  out += format("  distortion_sigma: %.6g\n", sigma.distortion);
   out += format("  resolution: [%d, %d]\n", c.width, c.height) + "  T_cam_imu:\n";
   for (int r = 0; r < 3; ++r) {
     out += format("  - [%.12g, %.12g, %.12g, %.12g]\n", R(r, 0), R(r, 1), R(r, 2), T_C_B.p[r]);

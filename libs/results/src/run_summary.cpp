@@ -1,6 +1,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "vir/formats/lens_names.h"
 #include "vir/results/run_recorder.h"
 
 namespace vir::results {
@@ -45,6 +46,7 @@ Json toJson(const Calibration& c) {
   put(&json, "cx", c.camera.cx);
   put(&json, "cy", c.camera.cy);
   put(&json, "readout_s", c.readout_s);
+  json["distortion_coeffs"] = formats::listedLens(c.camera).coefficients;
   const auto triple = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
   json["gyro_gain"] = triple(c.gyro_gain);
   json["gyro_axes_rad"] = triple(c.gyro_axes_rad);
@@ -126,6 +128,7 @@ std::string toJson(const RunSummary& s) {
     put(&c, "fy_sigma", sigma.focal * s.calibration->camera.fy);
     put(&c, "cx_sigma", sigma.centre_px);
     put(&c, "cy_sigma", sigma.centre_px);
+    put(&c, "distortion_sigma", sigma.distortion);
     put(&c, "T_B_C_position_sigma_m", sigma.position_m);
     put(&c, "T_B_C_rotation_sigma_rad", sigma.rotation_rad);
     put(&c, "gyro_gain_sigma", sigma.gyro_gain);

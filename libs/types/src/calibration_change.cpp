@@ -15,12 +15,27 @@ enum Index {
   kAspect,
   kCx,
   kCy,
-  kGyroGain,
-  kGyroAxes = 15,
-  kAccGain = 18
+  kRadial,
+  kGyroGain = 14,
+  kGyroAxes = 17,
+  kAccGain = 20
 };
 
 }  // namespace
+
+std::array<std::size_t, 2> radialCoefficients(Distortion distortion) {
+  if (distortion == Distortion::omni) return {1, 2};
+  return {0, 1};
+}
+
+CameraCalibration withRadialChange(const CameraCalibration& camera, const Vec2& by) {
+  CameraCalibration out = camera;
+  if (camera.distortion == Distortion::none) out.distortion = Distortion::radtan;
+  const auto [first, second] = radialCoefficients(out.distortion);
+  out.dist[first] += by.x();
+  out.dist[second] += by.y();
+  return out;
+}
 
 CalibrationChange changeBetween(const Calibration& from, const Calibration& to) {
   CalibrationChange d;
@@ -33,6 +48,10 @@ CalibrationChange changeBetween(const Calibration& from, const Calibration& to) 
   d[kAspect] = (x - y) / 2;
   d[kCx] = to.camera.cx - from.camera.cx;
   d[kCy] = to.camera.cy - from.camera.cy;
+  const auto radial = radialCoefficients(to.camera.distortion);
+  for (std::size_t j = 0; j < 2; ++j) {
+    d[kRadial + static_cast<int>(j)] = to.camera.dist[radial[j]] - from.camera.dist[radial[j]];
+  }
   d.segment<3>(kGyroGain) = to.gyro_gain - from.gyro_gain;
   d.segment<3>(kGyroAxes) = to.gyro_axes_rad - from.gyro_axes_rad;
   d.segment<3>(kAccGain) = to.acc_gain - from.acc_gain;
@@ -49,6 +68,8 @@ Calibration changed(const Calibration& from, const CalibrationChange& by) {
   to.camera.fy *= 1 + by[kFocal] - by[kAspect];
   to.camera.cx += by[kCx];
   to.camera.cy += by[kCy];
+  const Vec2 radial = by.segment<2>(kRadial);
+  if (!radial.isZero(0)) to.camera = withRadialChange(to.camera, radial);
   to.gyro_gain += by.segment<3>(kGyroGain);
   to.gyro_axes_rad += by.segment<3>(kGyroAxes);
   to.acc_gain += by.segment<3>(kAccGain);
@@ -64,6 +85,7 @@ CalibrationSigma sigmaOf(const CalibrationChange& s) {
   out.focal = s[kFocal];
   out.aspect = s[kAspect];
   out.centre_px = std::max(s[kCx], s[kCy]);
+  out.distortion = s.segment<2>(kRadial).maxCoeff();
   out.gyro_gain = s.segment<3>(kGyroGain).maxCoeff();
   out.gyro_axes_rad = s.segment<3>(kGyroAxes).maxCoeff();
   out.acc_gain = s.segment<3>(kAccGain).maxCoeff();
@@ -79,6 +101,7 @@ CalibrationCovariance covarianceOf(const CalibrationSigma& sigma) {
   s[kFocal] = sigma.focal;
   s[kAspect] = sigma.aspect;
   s[kCx] = s[kCy] = sigma.centre_px;
+  s.segment<2>(kRadial).setConstant(sigma.distortion);
   s.segment<3>(kGyroGain).setConstant(sigma.gyro_gain);
   s.segment<3>(kGyroAxes).setConstant(sigma.gyro_axes_rad);
   s.segment<3>(kAccGain).setConstant(sigma.acc_gain);

@@ -79,7 +79,8 @@ void updateCameraJacobians(const WindowState& w, WindowLandmark* l) {
     const Vec3 v_C = R_C_B * (-f.rate.cross(p_B) - R_B_W * v_W);
     const Vec2 residual = s.sight.weight * (b - s.sight.bearingAt(camera)) * w.options.sigma_px;
     s.setRate((v_C - b * b.dot(v_C)) / distance);
-    s.setPlace(s.off_centre + residual);
+    const Vec2 place = s.off_centre + residual;
+    s.setPlace(place, w.radial_response.at(place));
   }
   l->ray.by_camera = l->sights.front().sight.by_camera;
 }

@@ -63,8 +63,9 @@ struct ShortWindow::Impl : WindowState {
     s.off_centre = o.px - Vec2(camera.cx, camera.cy);
     s.sight.bearing = o.bearing;
     s.sight.weight = o.dpx_dbearing / options.sigma_px;
-    s.sight.by_camera = factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate,
-                                                 Vec2(camera.cx, camera.cy), s.row);
+    s.sight.by_camera =
+        factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate, Vec2(camera.cx, camera.cy),
+                                 s.row, radial_response.at(s.off_centre));
     s.sight.at[factors::kTimeOffset] = stamp_offset_s;
     return s;
   }
@@ -87,7 +88,8 @@ struct ShortWindow::Impl : WindowState {
         {c.position_m, c.position_m, c.position_m, c.rotation_rad, c.rotation_rad, c.rotation_rad});
     // In the order of factors::CameraParameter.
     addPriorBlock(camera_parameters, factors::kCameraParameters,
-                  {c.time_offset_s, c.readout_s, c.focal, c.aspect, c.centre_px, c.centre_px});
+                  {c.time_offset_s, c.readout_s, c.focal, c.aspect, c.centre_px, c.centre_px,
+                   c.distortion, c.distortion});
     std::vector<double> imu(imu::kImuIntrinsicsSize, c.gyro_gain);
     for (int i = 0; i < 3; ++i) {
       imu[static_cast<std::size_t>(imu::kGyroAxes + i)] = c.gyro_axes_rad;
@@ -312,6 +314,8 @@ void ShortWindow::setTimeOffset(double time_offset_s, double sigma_s) {
 
 void ShortWindow::setCalibration(const Calibration& calibration) {
   impl_->camera = calibration.camera;
+  impl_->radial_response = impl_->options.calibrate ? camera::RadialResponse(calibration.camera)
+                                                    : camera::RadialResponse();
   impl_->camera_parameters[factors::kTimeOffset] = calibration.time_offset_s;
   impl_->stamp_offset_s = calibration.time_offset_s;
   factors::poseTo(calibration.T_B_C, impl_->extrinsic);
@@ -346,6 +350,8 @@ Calibration ShortWindow::calibration() const {
   out.camera.fy *= 1 + c[factors::kFocal] - c[factors::kAspect];
   out.camera.cx += c[factors::kCx];
   out.camera.cy += c[factors::kCy];
+  const Vec2 radial = c.segment<2>(factors::kRadial1);
+  if (!radial.isZero(0)) out.camera = withRadialChange(out.camera, radial);
   const imu::ImuIntrinsics k = impl_->imuIntrinsics();
   out.gyro_gain = k.segment<3>(imu::kGyroGain);
   out.gyro_axes_rad = k.segment<3>(imu::kGyroAxes);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "vir/camera/radial_response.h"
 #include "vir/factors/head_range_factor.h"
 #include "vir/factors/imu_factor.h"
 #include "vir/factors/linear_prior_factor.h"
@@ -59,11 +60,15 @@ struct LandmarkSight {
     sight.by_camera.col(factors::kReadout) = -row * rate;
   }
   /// Where it would be without noise, against the principal point [px].
-  void setPlace(const Vec2& off) {
+  /// `radial`: see factors::bearingByCamera, there.
+  void setPlace(const Vec2& off, const Vec2& radial) {
     // The columns of the principal point are the bearing's change with the pixel.
     const auto by_cx = sight.by_camera.col(factors::kCx), by_cy = sight.by_camera.col(factors::kCy);
     sight.by_camera.col(factors::kFocal) = by_cx * off.x() + by_cy * off.y();
     sight.by_camera.col(factors::kAspect) = by_cx * off.x() - by_cy * off.y();
+    const auto by_focal = sight.by_camera.col(factors::kFocal);
+    sight.by_camera.col(factors::kRadial1) = radial.x() * by_focal;
+    sight.by_camera.col(factors::kRadial2) = radial.y() * by_focal;
   }
 };
 
@@ -106,11 +111,12 @@ struct WindowState {
   WindowOptions options;
   imu::ImuNoise noise;
   CameraCalibration camera;  ///< as given: sights are bearings by it
+  camera::RadialResponse radial_response;
   CalibrationSigma calibration_sigma;
   bool shutter_decided = false;  ///< see decideShutter()
   double stamp_offset_s = 0;     ///< time offset that new frames are stamped with
   double extrinsic[7];
-  double camera_parameters[factors::kCameraParameters] = {0, 0, 0, 0, 0, 0};
+  double camera_parameters[factors::kCameraParameters] = {};
   double imu_intrinsics[imu::kImuIntrinsicsSize] = {};
   std::deque<std::unique_ptr<Frame>> frames;
   std::map<std::uint64_t, WindowLandmark> landmarks;  ///< ordered by id: same sums in every run

@@ -15,6 +15,7 @@ const std::string kCamera =
     "  T_cam_imu: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n";
 const std::string kSigmas =
     "  focal_and_centre_sigma: [0.8, 0.76, 0.5, 0.6]\n  aspect_sigma: 0.0004\n"
+    "  distortion_sigma: 0.004\n"
     "  T_cam_imu_sigma: {position_m: 0.002, rotation_rad: 0.0005}\n"
     "  timeshift_cam_imu: -0.005\n  timeshift_cam_imu_sigma: 0.0001\n"
     "  readout_s: -0.0001\n  readout_sigma_s: 0.00009\n";
@@ -45,6 +46,7 @@ TEST(RunCalibration, IsReadWithItsStandardDeviations) {
   EXPECT_DOUBLE_EQ(c.readout_s.value(), -0.0001);
   EXPECT_DOUBLE_EQ(c.sigma.focal.value(), 0.002);
   EXPECT_DOUBLE_EQ(c.sigma.centre_px.value(), 0.6);
+  EXPECT_DOUBLE_EQ(c.sigma.distortion.value(), 0.004);
   EXPECT_DOUBLE_EQ(c.sigma.position_m.value(), 0.002);
   EXPECT_DOUBLE_EQ(c.sigma.rotation_rad.value(), 0.0005);
   ASSERT_TRUE(f.imu_correction);
@@ -60,13 +62,13 @@ TEST(RunCalibration, BecomesSettings) {
        {"Camera.time_offset_s=-0.005", "Window.readout_s=-1e-04", "Window.readout_sigma_s=9e-05",
         "Window.extrinsics_sigma_m=0.002", "Window.extrinsics_sigma_rad=5e-04",
         "Window.time_offset_sigma_s=1e-04", "Window.focal_sigma=0.002", "Window.aspect_sigma=4e-04",
-        "Window.centre_sigma_px=0.6", "Imu.gyro_gain=0.01 -0.002 0.003",
-        "Imu.gyro_axes_rad=0.001 0.002 0.004", "Imu.acc_gain=0 0.005 0",
-        "Window.gyro_gain_sigma=0.001", "Window.gyro_axes_sigma_rad=2e-04",
-        "Window.acc_gain_sigma=0.003"}) {
+        "Window.centre_sigma_px=0.6", "Window.distortion_sigma=0.004",
+        "Imu.gyro_gain=0.01 -0.002 0.003", "Imu.gyro_axes_rad=0.001 0.002 0.004",
+        "Imu.acc_gain=0 0.005 0", "Window.gyro_gain_sigma=0.001",
+        "Window.gyro_axes_sigma_rad=2e-04", "Window.acc_gain_sigma=0.003"}) {
     EXPECT_EQ(std::count(all.begin(), all.end(), line), 1) << line;
   }
-  EXPECT_EQ(all.size(), 15u);
+  EXPECT_EQ(all.size(), 16u);
   EXPECT_TRUE(settingsOf(read(kCamera)).empty()) << "a plain camchain sets no priors";
 }
 

@@ -38,6 +38,7 @@ CalibrationSigma sigmas() {
   s.focal = 0.00123;
   s.aspect = 0.00045;
   s.centre_px = 0.61;
+  s.distortion = 0.0041;
   s.gyro_gain = 0.0012;
   s.gyro_axes_rad = 2.3e-4;
   s.acc_gain = 0.0031;

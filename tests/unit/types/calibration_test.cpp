@@ -22,8 +22,22 @@ TEST(Calibration, AChangeLeadsThereAndIsFoundAgain) {
   EXPECT_NEAR(to.time_offset_s, 0.004 + by[6], 1e-15);
   EXPECT_NEAR(to.camera.fx, 458.6 * (1 + by[8] + by[9]), 1e-9);
   EXPECT_NEAR(to.camera.fy, 457.3 * (1 + by[8] - by[9]), 1e-9);
+  EXPECT_DOUBLE_EQ(to.camera.dist[0], by[12]);
+  EXPECT_DOUBLE_EQ(to.camera.dist[1], by[13]);
+  EXPECT_EQ(to.camera.distortion, Distortion::radtan) << "none with a coefficient";
   EXPECT_EQ(to.camera.width, 752);
   EXPECT_EQ(changeBetween(some(), some()).norm(), 0);
+}
+
+TEST(Calibration, TheRadialCoefficientsAreThoseOfTheModel) {
+  CameraCalibration c = some().camera;
+  c.distortion = Distortion::omni;
+  c.dist = {0.9, -0.1, 0.02, 1e-4, -2e-4};
+  const CameraCalibration by = withRadialChange(c, Vec2(0.01, 0.002));
+  EXPECT_EQ(by.dist[0], 0.9) << "the sphere's";
+  EXPECT_DOUBLE_EQ(by.dist[1], -0.09);
+  EXPECT_DOUBLE_EQ(by.dist[2], 0.022);
+  EXPECT_EQ(by.distortion, Distortion::omni);
 }
 
 TEST(Calibration, SigmasAreOfTheWorstAxis) {

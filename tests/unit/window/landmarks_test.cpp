@@ -72,7 +72,7 @@ WindowState sightsWithNoise(const Vec3& p_W, double noise_px) {
     s.off_centre = px - centre;
     // What a track tells: its noise over the time between two images.
     const Vec3 rate = -s.sight.by_camera.col(factors::kTimeOffset) + (o.bearing - clean) / 0.05;
-    s.sight.by_camera = factors::bearingByCamera(px, o.dpx_dbearing, rate, centre, 0);
+    s.sight.by_camera = factors::bearingByCamera(px, o.dpx_dbearing, rate, centre, 0, Vec2::Zero());
     sign = -sign;
   }
   w.landmarks.at(7).setHostRay();

@@ -35,7 +35,9 @@ struct WindowDriver {
 
   void start(const vir::State& state, const vir::window::StartPrior& prior, bool standing = false) {
     feedImu();
-    window.start(state, prior, observe(), standing);
+    std::vector<vir::vision::FeatureObservation> features = observe();
+    if (spoil) spoil(&features);
+    window.start(state, prior, features, standing);
     long_window.start(state.t, state.T_W_B, state.T_W_B, 1e-3, 1e-3);
   }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "window_driver.h"
 
@@ -232,6 +233,40 @@ TEST(WindowRun, TheCameraIsCalibratedOnTheWay) {
   const CalibrationRun trusting(given, false);
   EXPECT_EQ(trusting.driver.window.calibration().T_B_C.p, given.T_B_C.p);
   EXPECT_GT(trusting.driver.positionError(), 2 * run.driver.positionError());
+}
+
+/// The camera bends straight lines, and nobody has said so.
+void bend(double k1, std::vector<vision::FeatureObservation>* features) {
+  using vir_test::Scene;
+  const Vec2 centre(Scene::kWidth / 2, Scene::kHeight / 2);
+  for (vision::FeatureObservation& o : *features) {
+    const Vec2 off = o.px - centre;
+    const Vec3 rate = o.bearing_rate;
+    o = Scene::observation(o.id, centre + off * (1 + k1 * (off / Scene::kFocal).squaredNorm()));
+    o.bearing_rate = rate;
+  }
+}
+
+TEST(WindowRun, ALensThatWasNotGivenIsFound) {
+  constexpr double kBent = -0.03;
+  const auto runOf = [&](bool calibrate) {
+    WindowOptions o;
+    o.calibrate = calibrate;
+    auto d = std::make_unique<WindowDriver>(vir_test::flying, 1, o);
+    d->scene.noise_px = 0.3;
+    d->spoil = [&](std::vector<vision::FeatureObservation>* f) { bend(kBent, f); };
+    d->start(d->scene.truth(d->t), StartPrior());
+    for (int k = 0; k < 300; ++k) d->step(0.05);
+    EXPECT_TRUE(d->last.usable);
+    return d;
+  };
+  const auto found = runOf(true), trusting = runOf(false);
+  const CameraCalibration camera = found->window.calibration().camera;
+  EXPECT_EQ(camera.distortion, Distortion::radtan);
+  // At the corner of the image, in pixels: the two coefficients share it.
+  const double r2 = 1, bent = camera.dist[0] * r2 + camera.dist[1] * r2 * r2;
+  EXPECT_NEAR(bent, kBent, 0.006) << camera.dist[0] << " " << camera.dist[1];
+  EXPECT_LT(found->positionError(), 0.5 * trusting->positionError());
 }
 
 TEST(WindowRun, GainsAndAxesOfTheImuAreFound) {

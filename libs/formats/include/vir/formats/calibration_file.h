@@ -16,6 +16,7 @@ struct CameraSigma {
   std::optional<double> time_offset_s, readout_s;
   std::optional<double> focal, aspect;  ///< relative
   std::optional<double> centre_px;
+  std::optional<double> distortion;  ///< of either radial coefficient
 };
 
 /// Gains and axes of the IMU as in vir::Calibration, and how sure they are.
