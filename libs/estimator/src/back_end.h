@@ -42,7 +42,8 @@ struct BackEnd {
   /// Is the camera turned against what is given of it? It is taken as it is found, and doubted
   /// (camera_rotation.cpp); a window that runs with the other rotation begins a new segment.
   void checkCameraRotation(TimeNs t);
-  void tellRotation(TimeNs t, bool inverted, double off_rad);
+  /// `turn`: of the camera as found, in its frame as given [rad].
+  void tellRotation(TimeNs t, bool inverted, const Vec3& turn);
   void retime(double by_s);
   /// All times of images that are kept.
   void shiftTimes(double by_s);

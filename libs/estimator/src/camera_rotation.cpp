@@ -23,7 +23,22 @@ constexpr double kClearly = 0.3;
 /// MRPT's poses come and go by angles [m, or of a quaternion].
 constexpr double kIdentity = 1e-9;
 
+/// Half a turn about an axis of the image is how a mirror turns, too.
+constexpr double kHalfTurn = 3.14159265358979323846 - 0.15;
+
 double angleBetween(const Quat& a, const Quat& b) { return logQuat(a.conjugate() * b).norm(); }
+
+/// What else the images of a camera that seems turned by `turn` (in its own frame) may be: those of
+/// a mirror turn as if about its axis, which only a scene with depth tells apart.
+std::string orMirrored(const Vec3& turn) {
+  if (turn.norm() < kHalfTurn) return "";
+  const Vec3 axis = turn.normalized().cwiseAbs();
+  constexpr double kAlong = 0.97;
+  if (axis.z() > kAlong) return "; are its images upside down?";
+  if (axis.x() > kAlong) return "; are its images mirrored (left for right)?";
+  if (axis.y() > kAlong) return "; are its images mirrored (top for bottom)?";
+  return "";
+}
 
 }  // namespace
 
@@ -52,7 +67,7 @@ void BackEnd::checkCameraRotation(TimeNs t) {
   if (running && timing->found().explained > found.explained - kClearly) return;
   turned = true;
   const bool inverted = angleBetween(T_B_C.q.conjugate(), found.q_B_C) < kTheSame;
-  tellRotation(t, inverted, off);
+  tellRotation(t, inverted, logQuat(T_B_C.q.conjugate() * found.q_B_C));
   if (running) {
     // It began at rest, where any rotation fits.
     if (!recent.empty()) origin = recent.front().T_W_B;
@@ -69,17 +84,18 @@ void BackEnd::checkCameraRotation(TimeNs t) {
   startup = std::make_unique<Startup>(config.startup, config.imu, T_B_C, focalPx());
 }
 
-void BackEnd::tellRotation(TimeNs t, bool inverted, double off_rad) {
+void BackEnd::tellRotation(TimeNs t, bool inverted, const Vec3& turn) {
   if (pose_unknown) {
     warn("the camera's rotation in the body was found from its turning");
     return;
   }
-  const auto degrees = std::lround(off_rad * 180 / 3.14159265358979323846);
+  const auto degrees = std::lround(turn.norm() * 180 / 3.14159265358979323846);
   const std::string text =
       inverted ? "the camera's pose in the body seems to be given the wrong way round (T_C_B for "
                  "T_B_C): its inverse is used"
                : "the camera seems turned by " + std::to_string(degrees) +
-                     " deg against its calibration: the rotation that turning shows is used";
+                     " deg against its calibration: the rotation that turning shows is used" +
+                     orMirrored(turn);
   warn(text);
   doubts.add("camera_rotation", t, text);
 }

@@ -114,7 +114,10 @@ TEST(DisturbedFlight, ACameraGivenTheWrongWayRoundOrTurnedIsNamed) {
   const Pose T = exact.T_B_C;
   const std::pair<Pose, const char*> cases[] = {
       {T.inverse(), "wrong way round"},
-      {Pose{T.q * expQuat(Vec3(0, 0, EIGEN_PI / 2)), T.p}, "turned by 90 deg"}};
+      {Pose{T.q * expQuat(Vec3(0, 0, EIGEN_PI / 2)), T.p}, "turned by 90 deg"},
+      {Pose{T.q * expQuat(Vec3(0, 0, EIGEN_PI)), T.p}, "are its images upside down?"},
+      // Images of a mirror turn like this too.
+      {Pose{T.q * expQuat(Vec3(EIGEN_PI, 0, 0)), T.p}, "images mirrored (left for right)?"}};
   for (const auto& [given, text] : cases) {
     RunSettings s = exact;
     s.given_T_B_C = given;
