@@ -3,9 +3,11 @@
 #include <ceres/cost_function.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "vir/factors/camera_parameters.h"
 #include "vir/factors/pose_manifold.h"
 
 namespace vir::window {
@@ -81,8 +83,11 @@ struct LandmarkSystem {
   Mat3 H = Mat3::Zero();
   Vec3 b = Vec3::Zero();
   std::vector<int> offsets, sizes;
-  std::vector<int> columns;                           // scratch: of the term at hand
-  std::vector<Eigen::Matrix<double, 6, 3>> coupling;  // H_xl per touched block, first `size` rows
+  std::vector<int> columns;  // scratch: of the term at hand
+  // The largest block that a sight touches.
+  static constexpr int kWidest = std::max(6, factors::kCameraParameters);
+  using Coupling = Eigen::Matrix<double, kWidest, 3>;
+  std::vector<Coupling> coupling;  // H_xl per touched block, first `size` rows
 
   void reset() {
     H.setZero();
@@ -95,24 +100,26 @@ struct LandmarkSystem {
     for (std::size_t k = 0; k < offsets.size(); ++k) {
       if (offsets[k] == offset) return static_cast<int>(k);
     }
+    if (size > kWidest) throw std::logic_error("marginalization: a sight touches a wider block");
     offsets.push_back(offset);
     sizes.push_back(size);
-    coupling.push_back(Eigen::Matrix<double, 6, 3>::Zero());
+    coupling.push_back(Coupling::Zero());
     return static_cast<int>(offsets.size()) - 1;
   }
   /// Only what lies on and above the diagonal of H is brought up to date.
   void eliminateFrom(NormalEquations* eq) const {
     const Mat3 inv = scaledPseudoInverse3(H);
     for (std::size_t i = 0; i < offsets.size(); ++i) {
-      const Eigen::Matrix<double, 6, 3> W = coupling[i] * inv;
-      const Eigen::Matrix<double, 6, 1> Wb = W * b;
+      const Coupling W = coupling[i] * inv;
+      const Eigen::Matrix<double, kWidest, 1> Wb = W * b;
       eq->b.segment(offsets[i], sizes[i]) -= Wb.head(sizes[i]);
       for (std::size_t j = 0; j < offsets.size(); ++j) {
         if (offsets[j] < offsets[i]) continue;
         if (sizes[i] == 6 && sizes[j] == 6) {
-          eq->H.block<6, 6>(offsets[i], offsets[j]).noalias() -= W * coupling[j].transpose();
+          eq->H.block<6, 6>(offsets[i], offsets[j]).noalias() -=
+              W.topRows<6>() * coupling[j].topRows<6>().transpose();
         } else {
-          const Eigen::Matrix<double, 6, 6> S = W * coupling[j].transpose();
+          const Eigen::Matrix<double, kWidest, kWidest> S = W * coupling[j].transpose();
           eq->H.block(offsets[i], offsets[j], sizes[i], sizes[j]) -=
               S.topLeftCorner(sizes[i], sizes[j]);
         }
