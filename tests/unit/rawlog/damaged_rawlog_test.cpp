@@ -88,8 +88,8 @@ TEST(DamagedRawlog, CutAnywhere) {
   }
 }
 
-/// Of a recording with an object of each kind, wherever it ends: what comes before, and a word
-/// unless it ends between two objects that are stored plainly.
+/// Of a recording with an object of each kind, wherever it ends: what comes before, and a word.
+/// What is not packed is in a gzip frame as well, so that no cut looks like the end.
 TEST(DamagedRawlog, CutAtEveryByte) {
   for (const int compression : {0, 1}) {
     const TempFolder folder;
@@ -112,7 +112,7 @@ TEST(DamagedRawlog, CutAtEveryByte) {
       last = outcome.observations;
       if (outcome.damage.empty()) ++silent;
     }
-    EXPECT_EQ(silent, compression == 0 ? 3u : 0u);
+    EXPECT_EQ(silent, 0u) << "compression " << compression;
     EXPECT_GE(last, 3u);
   }
 }

@@ -46,7 +46,7 @@ struct CalibrationSigma {
   double focal = 0.01;    ///< relative, of both focal lengths
   double aspect = 0.002;  ///< relative, of one against the other
   double centre_px = 4;
-  double distortion = 0.01;  ///< of either radial coefficient (radialCoefficients)
+  double distortion = 0.003;  ///< of either radial coefficient (radialCoefficients)
   double gyro_gain = 0.005;  ///< relative, per axis
   double gyro_axes_rad = 0.005;
   double acc_gain = 0.005;  ///< relative, per axis
