@@ -48,7 +48,10 @@ results::RunSummary runOnce(const CameraCalibrationJob& job, const std::string& 
   arguments.rawlog = recording;
   arguments.out = out;
   arguments.calibration = calibration;
-  arguments.assignments = job.assignments;
+  // Several recordings tell the lens; a single run takes it as given.
+  arguments.assignments = {"Window.distortion_sigma=0.01"};
+  arguments.assignments.insert(arguments.assignments.end(), job.assignments.begin(),
+                               job.assignments.end());
   arguments.assignments.emplace_back("Estimator.calibrate=online");
   PreparedRun prepared = prepareRun(arguments, common);
   const results::ResultsFolder folder(out);

@@ -351,7 +351,8 @@ Calibration ShortWindow::calibration() const {
   out.camera.cx += c[factors::kCx];
   out.camera.cy += c[factors::kCy];
   const Vec2 radial = c.segment<2>(factors::kRadial1);
-  if (!radial.isZero(0)) out.camera = withRadialChange(out.camera, radial);
+  // Held as given it only moves by what rounding leaves.
+  if (!radial.isZero(1e-6)) out.camera = withRadialChange(out.camera, radial);
   const imu::ImuIntrinsics k = impl_->imuIntrinsics();
   out.gyro_gain = k.segment<3>(imu::kGyroGain);
   out.gyro_axes_rad = k.segment<3>(imu::kGyroAxes);

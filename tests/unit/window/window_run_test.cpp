@@ -252,6 +252,7 @@ TEST(WindowRun, ALensThatWasNotGivenIsFound) {
   const auto runOf = [&](bool calibrate) {
     WindowOptions o;
     o.calibrate = calibrate;
+    o.calibration.distortion = 0.01;
     auto d = std::make_unique<WindowDriver>(vir_test::flying, 1, o);
     d->scene.noise_px = 0.3;
     d->spoil = [&](std::vector<vision::FeatureObservation>* f) { bend(kBent, f); };
