@@ -33,6 +33,7 @@ void given(void* at) {
 
 #if VIR_HEAP_IS_OURS
 // The program's own functions go before those of the C library, for the libraries too.
+// NOLINTBEGIN(readability-identifier-naming): names of the C library.
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
@@ -60,6 +61,7 @@ void free(void* at) {
   __libc_free(at);
 }
 }
+// NOLINTEND(readability-identifier-naming)
 #endif
 
 namespace vir::test {
