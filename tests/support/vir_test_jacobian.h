@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,17 @@ inline std::vector<double> poseBlock(const vir::Pose& T) {
   return x;
 }
 
+/// Throws where `x` is not what `f` reads: a block too short would be read beyond its
+/// end, and its Jacobian written there.
+inline void requireBlocksOf(const ceres::CostFunction& f, const Blocks& x) {
+  const std::vector<int>& sizes = f.parameter_block_sizes();
+  bool same = sizes.size() == x.size();
+  for (std::size_t k = 0; same && k < x.size(); ++k) {
+    same = sizes[k] == static_cast<int>(x[k].size());
+  }
+  if (!same) throw std::invalid_argument("the blocks are not of the sizes that this factor takes");
+}
+
 inline std::vector<const double*> pointers(const Blocks& blocks) {
   std::vector<const double*> out;
   for (const std::vector<double>& b : blocks) out.push_back(b.data());
@@ -29,6 +41,7 @@ inline std::vector<const double*> pointers(const Blocks& blocks) {
 }
 
 inline Eigen::VectorXd residualOf(const ceres::CostFunction& f, const Blocks& x) {
+  requireBlocksOf(f, x);
   Eigen::VectorXd r = Eigen::VectorXd::Constant(f.num_residuals(), NAN);
   EXPECT_TRUE(f.Evaluate(pointers(x).data(), r.data(), nullptr));
   return r;
@@ -38,6 +51,7 @@ inline Eigen::VectorXd residualOf(const ceres::CostFunction& f, const Blocks& x)
 /// written; blocks in `without` are asked for with a null pointer.
 inline std::vector<RowMajor> analyticJacobians(const ceres::CostFunction& f, const Blocks& x,
                                                Eigen::VectorXd* r, int without = -1) {
+  requireBlocksOf(f, x);
   std::vector<RowMajor> J(x.size());
   std::vector<double*> p;
   for (std::size_t k = 0; k < x.size(); ++k) {

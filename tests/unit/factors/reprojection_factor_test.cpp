@@ -23,12 +23,22 @@ CameraVector reference() {
 
 std::vector<double> cameraBlock(const CameraVector& c) { return {c.data(), c.data() + c.size()}; }
 
+/// Every parameter has a column: a row too short or too long does not compile.
+CameraJacobian jacobian(const double (&x)[kCameraParameters], const double (&y)[kCameraParameters],
+                        const double (&z)[kCameraParameters]) {
+  CameraJacobian J;
+  J << CameraVector::Map(x).transpose(), CameraVector::Map(y).transpose(),
+      CameraVector::Map(z).transpose();
+  return J;
+}
+
 HostRay hostRay(const Vec3& bearing) {
   HostRay h;
   h.bearing = bearing.normalized();
   h.basis = tangentBasis(h.bearing);
-  h.by_camera << 0.3, -0.2, 0.5, 0.1, 0.002, 0.001, -0.2, 0.1, 0.3, -0.4, 0.001, 0.002, 0.1, 0.05,
-      -0.1, 0.2, 0.0, -0.001;
+  h.by_camera = jacobian({0.3, -0.2, 0.5, 0.1, 0.002, 0.001, 0.08, -0.03},
+                         {-0.2, 0.1, 0.3, -0.4, 0.001, 0.002, -0.05, 0.02},
+                         {0.1, 0.05, -0.1, 0.2, 0.0, -0.001, 0.01, 0.04});
   h.at = reference();
   return h;
 }
@@ -38,8 +48,9 @@ Sight sightOf(const Vec3& direction) {
   s.bearing = direction.normalized();
   s.weight = 200 * tangentBasis(s.bearing).transpose();
   s.weight(0, 1) += 30;  // a distorted camera's Jacobian is not orthogonal
-  s.by_camera << -0.1, 0.05, -0.3, 0.2, 0.002, 0.0, 0.4, -0.2, 0.6, 0.3, -0.001, 0.002, 0.2, 0.1,
-      0.1, -0.1, 0.001, 0.001;
+  s.by_camera = jacobian({-0.1, 0.05, -0.3, 0.2, 0.002, 0.0, 0.09, 0.02},
+                         {0.4, -0.2, 0.6, 0.3, -0.001, 0.002, -0.06, 0.05},
+                         {0.2, 0.1, 0.1, -0.1, 0.001, 0.001, 0.03, -0.01});
   s.at = reference();
   return s;
 }
@@ -70,7 +81,7 @@ Case caseAt(const Pose& T_W_Bi, double rho, double error) {
          poseBlock(T_W_Bj),
          poseBlock(extrinsic()),
          {landmark[0], landmark[1], landmark[2]},
-         {0.015, 0.002, 0.01, -0.003, 2.0, -1.5}};
+         {0.015, 0.002, 0.01, -0.003, 2.0, -1.5, 0.02, -0.01}};
   return c;
 }
 
