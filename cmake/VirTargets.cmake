@@ -118,7 +118,7 @@ function(vir_test name)
   cmake_parse_arguments(ARG "TOGETHER" "" "SOURCES;DEPENDS;PROPERTIES" ${ARGN})
   add_executable(test_${name} ${ARG_SOURCES})
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
-  target_link_libraries(test_${name} PRIVATE ${ARG_DEPENDS} vir_test_paths GTest::gtest
+  target_link_libraries(test_${name} PRIVATE ${ARG_DEPENDS} vir_test_paths vir::core GTest::gtest
                         GTest::gtest_main)
   vir_compile_options(test_${name})
   # Freed memory is kept as in the program (keepFreedMemory of its main.cpp).

@@ -1,37 +1,24 @@
 #include "recording.h"
 
-#include <Eigen/Core>
-//
-#include <mrpt/obs/CObservationBeaconRanges.h>
-#include <mrpt/obs/CObservationIMU.h>
-
 #include <algorithm>
 #include <stdexcept>
 
-#include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/rawlog_reader.h"
 
 namespace vir::emulator {
 namespace {
 
-using mrpt::obs::CObservationBeaconRanges;
-using mrpt::obs::CObservationIMU;
-
-ImuMessage messageOf(const CObservationIMU& o) {
-  using namespace mrpt::obs;
+ImuMessage messageOf(const ImuSample& s) {
   ImuMessage m;
-  m.acc_m_s2 = {o.get(IMU_X_ACC), o.get(IMU_Y_ACC), o.get(IMU_Z_ACC)};
-  m.gyro_rad_s = {o.get(IMU_WX), o.get(IMU_WY), o.get(IMU_WZ)};
+  m.acc_m_s2 = {s.acc.x(), s.acc.y(), s.acc.z()};
+  m.gyro_rad_s = {s.gyro.x(), s.gyro.y(), s.gyro.z()};
   return m;
 }
 
-void addRanges(const CObservationBeaconRanges& o, TimeNs t, std::vector<Event>* events) {
-  for (const auto& r : o.sensedData) {
-    RangeItem item;
-    item.id = r.beaconID;
-    item.range_m = static_cast<double>(r.sensedDistance);
-    events->push_back({t, item});
-  }
+RangeItem itemOf(const Range& r) {
+  // The radio's number, which MRPT keeps as 32 bits with a sign.
+  return {static_cast<std::int32_t>(r.anchor), r.range_m};
 }
 
 }  // namespace
@@ -40,15 +27,15 @@ std::vector<Event> readRecording(const std::string& rawlog, const RecordingLabel
   rawlog::RawlogReader reader(rawlog);
   std::vector<Event> events;
   while (const auto observation = reader.next()) {
-    const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
     const auto& label = observation->sensorLabel;
-    if (const auto imu = std::dynamic_pointer_cast<CObservationIMU>(observation)) {
-      if (label == labels.imu) events.push_back({t, messageOf(*imu)});
-    } else if (const auto r = std::dynamic_pointer_cast<CObservationBeaconRanges>(observation)) {
-      const bool wanted =
-          std::find(labels.ranges.begin(), labels.ranges.end(), label) != labels.ranges.end();
-      if (wanted) addRanges(*r, t, &events);
+    if (label == labels.imu) {
+      const auto sample = rawlog::imuSampleOf(*observation);
+      if (sample) events.push_back({sample->t, messageOf(*sample)});
     }
+    if (std::find(labels.ranges.begin(), labels.ranges.end(), label) == labels.ranges.end()) {
+      continue;
+    }
+    for (const Range& r : rawlog::rangesOf(*observation)) events.push_back({r.t, itemOf(r)});
   }
   if (events.empty()) {
     throw std::runtime_error(rawlog +

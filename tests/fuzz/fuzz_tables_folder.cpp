@@ -75,7 +75,7 @@ void readAll(const EurocOptions& options) {
   while (recording.next(&event)) {
     if (event.t < last) std::abort();
     last = event.t;
-    if (const auto* imu = std::get_if<ImuRow>(&event.what)) {
+    if (const auto* imu = std::get_if<vir::ImuSample>(&event.what)) {
       if (!imu->gyro.allFinite() || !imu->acc.allFinite()) std::abort();
     } else if (const auto* image = std::get_if<ImageRow>(&event.what)) {
       StoredImage stored;

@@ -47,6 +47,22 @@ class Packages : public testing::Test {
     return out;
   }
 
+  /// Man pages and completion, which are made when the programs are built.
+  static void expectDescriptions(const std::set<std::string>& files) {
+    for (const char* page :
+         {"vir-slam", "vir-slam-import", "vir-slam-check", "vir-slam-run", "vir-slam-calibrate",
+          "vir-slam-calibrate-camera", "vir-slam-calibrate-uwb", "vir-slam-simulate",
+          "vir-slam-record", "vir-slam-rendezvous", "vir-slam-evaluate", "vir-slam-batch",
+          "vir-slam-export", "vir-slam-plugins", "vir-device-emulator"}) {
+      const std::string file = std::string("./usr/share/man/man1/") + page + ".1.gz";
+      EXPECT_EQ(files.count(file), 1u) << file << " is missing";
+    }
+    for (const char* program : {"vir-slam", "vir-device-emulator"}) {
+      const std::string file = std::string("./usr/share/bash-completion/completions/") + program;
+      EXPECT_EQ(files.count(file), 1u) << file << " is missing";
+    }
+  }
+
   test::TempFolder folder_;
   std::string program_, dev_;
 };
@@ -63,6 +79,7 @@ TEST_F(Packages, RunTheSampleFromARootOfTheirOwn) {
   std::set_intersection(program.begin(), program.end(), dev.begin(), dev.end(),
                         std::back_inserter(twice));
   EXPECT_TRUE(twice.empty()) << twice.front() << " is in both packages";
+  expectDescriptions(program);
 
   const std::string root = (folder_ / "root").string();
   for (const std::string& package : {program_, dev_}) {

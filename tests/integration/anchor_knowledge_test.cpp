@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "vir/ranging/range_bias_model.h"
 #include "vir/rawlog/mrpt_pose.h"
@@ -119,14 +120,25 @@ TEST(AnchorKnowledge, ABiasModelTakesTheBiasOut) {
       run(rawlog, (folder / "corrected").string(), "--set " + quoted("Ranges.bias_model=" + model));
   EXPECT_LT(corrected["ate_posyaw_m"], 0.25);
   EXPECT_LT(corrected["ate_posyaw_m"], 0.7 * raw["ate_posyaw_m"].get<double>());
+}
 
-  const test::Outcome missing =
-      test::virSlam("run " + quoted(test::sourceDir() + "/ini/odometry_range.ini") + " --rawlog " +
-                    quoted(rawlog) + " --out " + quoted((folder / "x").string()) +
-                    " --set Ranges.bias_model=/no/such/file.csv");
-  EXPECT_EQ(missing.code, 2);
-  EXPECT_FALSE(std::filesystem::exists(folder / "x")) << "nothing has been run";
-  EXPECT_TRUE(test::contains(missing.text, "calibrate uwb")) << missing.text;
+TEST(AnchorKnowledge, ABiasModelThatIsMissingKeepsAnyEstimatorFromStarting) {
+  const test::TempFolder folder;
+  const std::string rawlog = (folder / "a.rawlog").string(),
+                    sample = test::sourceDir() + "/rawlog/two_A.rawlog";
+  write(rawlog, false, 0);
+  const std::pair<std::string, std::string> runs[] = {{"odometry_range.ini", rawlog},
+                                                      {"euroc.ini", sample}};
+  for (const auto& [ini, recording] : runs) {
+    const test::Outcome missing = test::virSlam(
+        "run " + quoted(test::sourceDir() + "/ini/" + ini) + " --rawlog " + quoted(recording) +
+        " --out " + quoted((folder / "x").string()) + " --set Ranges.bias_model=/no/such/file.csv");
+    EXPECT_EQ(missing.code, 2) << ini;
+    EXPECT_FALSE(std::filesystem::exists(folder / "x")) << ini << ": nothing has been run";
+    for (const char* said : {"[Ranges] bias_model = /no/such/file.csv", "calibrate uwb"}) {
+      EXPECT_TRUE(test::contains(missing.text, said)) << ini << ": " << missing.text;
+    }
+  }
 }
 
 }  // namespace

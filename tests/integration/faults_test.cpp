@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <functional>
+#include <set>
 #include <thread>
 
 #include "vir_test_euroc_folder.h"
@@ -246,13 +247,17 @@ class Faults : public testing::TestWithParam<const char*> {
     fs::copy_file(inputs().at("whole.rawlog"), input, fs::copy_options::overwrite_existing);
   }
 
-  /// With little memory a command works or says that it cannot; 127: not even the libraries fit.
+  /// With little memory a command works (0) or says that it cannot: its plugins do not load (2),
+  /// the work does not fit (1), not even the libraries do (127). Which of them is not for the test
+  /// to say: it depends on where the system maps each library and on which allocation is the first
+  /// that fails, and differs between versions of MRPT and OpenCV and from run to run.
   void noMemory(long least_mb) {
     for (const long more : {2L, 24L}) {
       Process p(arguments(), {-1, least_mb + more, false});
       const int code = p.wait();
-      EXPECT_TRUE(code == 0 || code == 1 || code == 2 || code == 127) << code << p.text();
-      EXPECT_TRUE(code == 0 || !p.text().empty());
+      EXPECT_EQ(std::set<int>({0, 1, 2, 127}).count(code), 1u) << code << p.text();
+      const bool worked = code == 0;
+      EXPECT_TRUE(worked || !p.text().empty());
       expectNoTrace(p.text());
       expectNoHalfFiles("no memory");
     }

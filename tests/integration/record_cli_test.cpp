@@ -162,6 +162,28 @@ TEST(RecordCli, EndsWellWhenItIsAskedTo) {
   EXPECT_EQ(live, test::readText(folder / "again/trajectory.tum"));
 }
 
+TEST(RecordCli, TheEstimatorIsTheOneThatTheSensorsAreFor) {
+  const test::TempFolder folder;
+  test::writeText(folder / "world.ini",
+                  "[simulator]\nodometry = true\n[Robot_A]\nflight = eight\nduration_s = 4\n"
+                  "[SimulatedRanges]\nanchor_m = 3 2 2\n");
+  const std::string source = (folder / "source.rawlog").string();
+  const test::Outcome made = test::virSlam("simulate " + quoted((folder / "world.ini").string()) +
+                                           " --out " + quoted(source));
+  ASSERT_EQ(made.code, 0) << made.text;
+  test::writeText(folder / "record.ini",
+                  "[Recording]\nestimate = true\n"
+                  "[wheels]\ndriver = RawlogReplay\nprocess_rate = 200\nrawlog = source.rawlog\n"
+                  "labels = ODOM UWB0\nclock = keep\n");
+  const test::Outcome outcome = test::virSlam("record " + quoted((folder / "record.ini").string()) +
+                                              " --out " + quoted((folder / "a.rawlog").string()) +
+                                              " --results " + quoted((folder / "out").string()));
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  const auto summary = nlohmann::json::parse(test::readText(folder / "out/summary.json"));
+  EXPECT_EQ(summary["estimator"], "odometry");
+  EXPECT_GT(summary["poses"].get<long>(), 20);
+}
+
 TEST(RecordCli, AMissingSensorIsAnErrorUnlessItIsOptional) {
   const test::TempFolder folder;
   const std::string out = (folder / "a.rawlog").string();

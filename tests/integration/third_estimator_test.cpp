@@ -68,10 +68,11 @@ TEST_F(ThirdEstimator, IsFoundByBatch) {
   test::writeText(folder_ / "plan.ini",
                   "[Batch]\nsequences = eight\nconditions = clean\nseeds = 0\nini = run.ini\n"
                   "settings = plain\n[Sequence_eight]\nworld = world.ini\n[Condition_clean]\n"
-                  "[Setting_plain]\nEstimator.driver = teleporter\n");
+                  "[Setting_plain]\n");
   const test::Outcome batch =
       virSlam("batch " + quoted(path("plan.ini")) + " --out " + quoted(path("batch")));
   ASSERT_EQ(batch.code, 0) << batch.text;
+  EXPECT_EQ(summary("batch/runs/eight-clean-0/plain")["estimator"], "teleporter");
   EXPECT_TRUE(contains(test::readText(path("batch/table.csv")), "plain"));
   EXPECT_TRUE(contains(batch.text, "1 of 1") || contains(batch.text, "done")) << batch.text;
 }

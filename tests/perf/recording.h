@@ -11,6 +11,7 @@
 
 #include "vir/camera/camera_model.h"
 #include "vir/core/time.h"
+#include "vir/geometry/interpolation.h"
 #include "vir/geometry/pose.h"
 
 namespace vir::tool {
@@ -46,8 +47,7 @@ struct Recording {
     for (std::size_t i = 0; i + 1 < truth.size(); ++i) {
       if (t < truth[i].t || t > truth[i + 1].t) continue;
       const double u = toSeconds(t - truth[i].t) / toSeconds(truth[i + 1].t - truth[i].t);
-      const Pose &a = truth[i].T_W_B, &b = truth[i + 1].T_W_B;
-      *T_W_B = Pose(a.q.slerp(u, b.q), a.p + u * (b.p - a.p));
+      *T_W_B = interpolate(truth[i].T_W_B, truth[i + 1].T_W_B, u);
       return true;
     }
     return false;

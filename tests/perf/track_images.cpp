@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <ctime>
 #include <iostream>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -98,68 +99,83 @@ std::vector<Vec2> residuals(const std::vector<Sighting>& s, const std::vector<Po
   return r;
 }
 
-void reportAccuracy(const Tracks& tracks, const std::vector<Pose>& T_W_C,
-                    const camera::CameraModel& cam) {
-  struct Bin {
-    int low, high;
-    double sum = 0, steps = 0;
-    long n = 0, n_steps = 0;
-  };
-  std::vector<Bin> bins = {{4, 8}, {8, 16}, {16, 32}, {32, 64}, {64, 1 << 30}};
+/// Of the values, how many are above `limit` [%].
+double shareAbove(const std::vector<double>& values, double limit) {
+  const auto n =
+      std::count_if(values.begin(), values.end(), [limit](double v) { return v > limit; });
+  return 100.0 * static_cast<double>(n) /
+         static_cast<double>(std::max<std::size_t>(values.size(), 1));
+}
+
+double rootMean(double sum, long n) {
+  return std::sqrt(sum / static_cast<double>(std::max(n, 1L)));
+}
+
+/// Residuals of tracks of a length, and how they change from image to image.
+struct LengthBin {
+  std::size_t low, high;
+  double sum = 0, steps = 0;
+  long n = 0, n_steps = 0;
+
+  void add(const std::vector<Vec2>& r) {
+    if (r.size() < low || r.size() >= high) return;
+    for (const Vec2& e : r) sum += e.squaredNorm();
+    for (std::size_t i = 1; i < r.size(); ++i) steps += (r[i] - r[i - 1]).squaredNorm();
+    n += 2 * static_cast<long>(r.size());
+    n_steps += 2 * static_cast<long>(r.size() - 1);
+  }
+};
+
+struct Accuracy {
   std::vector<double> all, track_rms;
-  for (const auto& [id, s] : tracks) {
-    if (s.size() < 4) continue;
-    const auto r = residuals(s, T_W_C, cam);
-    if (r.empty()) continue;
+  std::vector<LengthBin> bins = {{4, 8}, {8, 16}, {16, 32}, {32, 64}, {64, std::size_t{1} << 30}};
+
+  /// Of one track.
+  void add(const std::vector<Vec2>& r) {
     double sum = 0;
     for (const Vec2& e : r) {
       sum += e.squaredNorm();
       all.push_back(std::abs(e.x()));
       all.push_back(std::abs(e.y()));
     }
-    track_rms.push_back(std::sqrt(0.5 * sum / static_cast<double>(r.size())));
-    for (Bin& b : bins) {
-      if (static_cast<int>(s.size()) < b.low || static_cast<int>(s.size()) >= b.high) continue;
-      // Wrong tracks would hide the accuracy of good ones: counted in the tails instead.
-      if (track_rms.back() > 2.0) continue;
-      b.sum += sum;
-      b.n += 2 * static_cast<long>(r.size());
-      for (std::size_t i = 1; i < r.size(); ++i) b.steps += (r[i] - r[i - 1]).squaredNorm();
-      b.n_steps += 2 * static_cast<long>(r.size() - 1);
-    }
+    track_rms.push_back(rootMean(sum, 2 * static_cast<long>(r.size())));
+    // Wrong tracks would hide the accuracy of good ones: counted in the tails instead.
+    if (track_rms.back() > 2.0) return;
+    for (LengthBin& b : bins) b.add(r);
   }
-  double sum = 0, good = 0;
-  long n_good = 0;
-  for (double e : all) {
-    sum += e * e;
-    if (e < 2.0) {
-      good += e * e;
-      ++n_good;
+  /// Root mean square of those below `limit`.
+  double rmsBelow(double limit) const {
+    double sum = 0;
+    long n = 0;
+    for (const double e : all) {
+      if (e >= limit) continue;
+      sum += e * e;
+      ++n;
     }
+    return rootMean(sum, n);
   }
-  const auto share = [&](double limit) {
-    return 100.0 *
-           static_cast<double>(
-               std::count_if(all.begin(), all.end(), [&](double e) { return e > limit; })) /
-           static_cast<double>(std::max<std::size_t>(all.size(), 1));
-  };
+};
+
+void reportAccuracy(const Tracks& tracks, const std::vector<Pose>& T_W_C,
+                    const camera::CameraModel& cam) {
+  Accuracy found;
+  for (const auto& [id, s] : tracks) {
+    if (s.size() < 4) continue;
+    const auto r = residuals(s, T_W_C, cam);
+    if (!r.empty()) found.add(r);
+  }
+  const std::vector<double>& all = found.all;
   std::printf(
       "residual per axis [px]: tracks %zu, rms %.3f, rms below 2 px %.3f, |r| 50%% %.3f 68%% "
       "%.3f 95%% %.3f 99%% %.3f; above 1 px %.2f %%, 2 px %.2f %%, 5 px %.2f %%; tracks with "
       "rms above 1 px %.2f %%\n",
-      track_rms.size(), std::sqrt(sum / static_cast<double>(std::max<std::size_t>(all.size(), 1))),
-      std::sqrt(good / static_cast<double>(std::max(n_good, 1L))), quantile(all, 0.5),
-      quantile(all, 0.68), quantile(all, 0.95), quantile(all, 0.99), share(1.0), share(2.0),
-      share(5.0),
-      100.0 *
-          static_cast<double>(
-              std::count_if(track_rms.begin(), track_rms.end(), [](double e) { return e > 1.0; })) /
-          static_cast<double>(std::max<std::size_t>(track_rms.size(), 1)));
+      found.track_rms.size(), found.rmsBelow(std::numeric_limits<double>::infinity()),
+      found.rmsBelow(2.0), quantile(all, 0.5), quantile(all, 0.68), quantile(all, 0.95),
+      quantile(all, 0.99), shareAbove(all, 1.0), shareAbove(all, 2.0), shareAbove(all, 5.0),
+      shareAbove(found.track_rms, 1.0));
   std::printf("by track length (rms px | rms step px):");
-  for (const Bin& b : bins) {
-    std::printf("  %d+: %.3f | %.3f", b.low,
-                std::sqrt(b.sum / static_cast<double>(std::max(b.n, 1L))),
-                std::sqrt(b.steps / static_cast<double>(std::max(b.n_steps, 1L))));
+  for (const LengthBin& b : found.bins) {
+    std::printf("  %zu+: %.3f | %.3f", b.low, rootMean(b.sum, b.n), rootMean(b.steps, b.n_steps));
   }
   std::printf("\n");
 }
@@ -170,12 +186,12 @@ void reportEpipolar(const Tracks& tracks, std::size_t images, std::size_t gap,
                     const std::vector<Mat3>& R_C0_C, const camera::CameraModel& camera) {
   std::vector<double> all;
   for (std::size_t i = 0; i + gap < images; i += 5) {
-    std::vector<BearingPair> pairs;
+    std::vector<vision::BearingPair> pairs;
     double parallax = 0;
     const Mat3 R = R_C0_C[i].transpose() * R_C0_C[i + gap];
     for (const auto& [id, s] : tracks) {
       if (s.front().image > i || s.back().image < i + gap) continue;
-      BearingPair p;
+      vision::BearingPair p;
       for (const Sighting& o : s) {
         if (o.image == i) p.b0 = o.bearing;
         if (o.image == i + gap) p.b1 = o.bearing;
@@ -186,27 +202,21 @@ void reportEpipolar(const Tracks& tracks, std::size_t images, std::size_t gap,
       pairs.push_back(p);
     }
     if (pairs.size() < 20 || parallax < 0.02 * static_cast<double>(pairs.size())) continue;
-    const MotionVerdict v = filterByMotion(pairs, R, 0.02, 2.0);
+    const vision::MotionVerdict v = vision::filterByMotion(pairs, R, 0.02, 2.0);
     if (v.direction.isZero()) continue;
     const Mat3 R_fit = R * expSO3(v.rotation_correction);
-    for (const BearingPair& p : pairs) {
+    for (const vision::BearingPair& p : pairs) {
       const Vec3 m = R_fit.transpose() * v.direction.cross(p.b0);
       const Vec2 g = (p.J1 * p.J1.transpose()).inverse() * p.J1 * m;
       all.push_back(std::abs(m.dot(p.b1)) / g.norm());
     }
   }
-  const auto share = [&](double limit) {
-    return 100.0 *
-           static_cast<double>(
-               std::count_if(all.begin(), all.end(), [&](double e) { return e > limit; })) /
-           static_cast<double>(std::max<std::size_t>(all.size(), 1));
-  };
   std::printf(
       "epipolar distance over %zu images [px]: n %zu, 50%% %.3f 68%% %.3f 95%% %.3f; above 1 px "
       "%.2f %%, 2 px "
       "%.2f %%\n",
-      gap, all.size(), quantile(all, 0.5), quantile(all, 0.68), quantile(all, 0.95), share(1.0),
-      share(2.0));
+      gap, all.size(), quantile(all, 0.5), quantile(all, 0.68), quantile(all, 0.95),
+      shareAbove(all, 1.0), shareAbove(all, 2.0));
 }
 
 void draw(const cv::Mat& gray, const vision::TrackedFrame& frame, const Tracks& tracks,
@@ -226,7 +236,7 @@ void draw(const cv::Mat& gray, const vision::TrackedFrame& frame, const Tracks& 
   cv::imwrite(file, canvas);
 }
 
-int run(int argc, char** argv) {
+Arguments readArguments(int argc, char** argv) {
   if (argc < 2) throw std::runtime_error("usage: track_images MAV0 [KEY=VALUE]...");
   Arguments a;
   for (int i = 2; i < argc; ++i) {
@@ -235,76 +245,121 @@ int run(int argc, char** argv) {
     if (eq == std::string::npos) throw std::runtime_error("not KEY=VALUE: " + word);
     a[word.substr(0, eq)] = word.substr(eq + 1);
   }
+  return a;
+}
+
+/// Empty if it is not given.
+std::string valueOf(const Arguments& a, const std::string& key) {
+  const auto it = a.find(key);
+  return it == a.end() ? std::string() : it->second;
+}
+
+/// What the tracker says of its images, added up.
+struct Totals {
+  double cpu_ms = 0, pyramid_ms = 0, flow_ms = 0, detect_ms = 0;
+  double continued = 0, fewest_continued = 1e9;
+  long lost_flow = 0, lost_backward = 0, lost_outlier = 0, detected = 0, unusable = 0;
+
+  void add(const vision::TrackedFrame& frame, bool first) {
+    pyramid_ms += frame.ms_pyramid;
+    flow_ms += frame.ms_flow;
+    detect_ms += frame.ms_detect;
+    unusable += !frame.usable;
+    if (first) return;
+    continued += frame.continued;
+    fewest_continued = std::min(fewest_continued, static_cast<double>(frame.continued));
+    lost_flow += frame.lost_flow;
+    lost_backward += frame.lost_backward;
+    lost_outlier += frame.lost_outlier;
+    detected += frame.detected;
+  }
+};
+
+struct TrackingRun {
+  Tracks tracks;
+  std::vector<Pose> T_W_C;   ///< true, of each image
+  std::vector<Mat3> R_C0_C;  ///< as the tracker was told
+  Totals totals;
+};
+
+/// What the tracker is told of the turn from the image before to image `i`, from `source`.
+Mat3 rotationTo(std::size_t i, const Recording& r, const std::vector<Pose>& T_W_C,
+                const std::string& source, const Vec3& bias) {
+  if (i > 0 && source == "truth") return T_W_C[i - 1].R().transpose() * T_W_C[i].R();
+  if (i > 0 && (source.empty() || source == "gyro")) {
+    return r.gyroRotation(r.images[i - 1].first, r.images[i].first, bias);
+  }
+  return Mat3::Identity();
+}
+
+TrackingRun follow(const Recording& r, const Arguments& a, vision::FeatureTracker* tracker) {
+  const std::string limit = valueOf(a, "frames"), pictures = valueOf(a, "draw"),
+                    source = valueOf(a, "rotation"), bias_text = valueOf(a, "bias");
+  Vec3 bias = Vec3::Zero();
+  if (!bias_text.empty()) bias = Eigen::Map<const Vec3>(numbers(bias_text).data());
+  const std::size_t frames =
+      std::min(r.images.size(), limit.empty() ? r.images.size() : std::stoul(limit));
+  TrackingRun out;
+  out.T_W_C.resize(frames);
+  for (std::size_t i = 0; i < frames; ++i) {
+    const auto& [t, file] = r.images[i];
+    const cv::Mat gray = cv::imread(file, cv::IMREAD_GRAYSCALE);
+    Pose T_W_B;
+    r.pose(t, &T_W_B);
+    out.T_W_C[i] = T_W_B * r.T_B_C;
+    const Mat3 R = rotationTo(i, r, out.T_W_C, source, bias);
+    out.R_C0_C.push_back(i == 0 ? R : Mat3(out.R_C0_C.back() * R));
+    const std::clock_t before = std::clock();
+    const vision::TrackedFrame frame = tracker->process(t, gray, R);
+    out.totals.cpu_ms += 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    out.totals.add(frame, i == 0);
+    for (const vision::FeatureObservation& f : frame.features) {
+      out.tracks[f.id].push_back({i, f.px, f.bearing});
+    }
+    if (!pictures.empty() && i % 100 == 60) {
+      draw(gray, frame, out.tracks, i, pictures + std::to_string(i) + ".png");
+    }
+  }
+  return out;
+}
+
+void reportTracking(const TrackingRun& found) {
+  const Totals& s = found.totals;
+  const double n = static_cast<double>(found.T_W_C.size());
+  std::printf("%zu images, CPU %.2f ms each (wall: pyramid %.2f flow %.2f detect %.2f)\n",
+              found.T_W_C.size(), s.cpu_ms / n, s.pyramid_ms / n, s.flow_ms / n, s.detect_ms / n);
+  std::printf(
+      "continued %.1f (min %.0f), per image: lost flow %.2f backward %.2f outlier %.2f, new "
+      "%.2f, unusable images %ld\n",
+      s.continued / (n - 1), s.fewest_continued, static_cast<double>(s.lost_flow) / n,
+      static_cast<double>(s.lost_backward) / n, static_cast<double>(s.lost_outlier) / n,
+      static_cast<double>(s.detected) / n, s.unusable);
+  std::vector<double> lengths;
+  for (const auto& [id, sights] : found.tracks) {
+    lengths.push_back(static_cast<double>(sights.size()));
+  }
+  double mean = 0;
+  for (double l : lengths) mean += l / static_cast<double>(lengths.size());
+  std::printf("track length: %zu tracks, mean %.1f, median %.0f, 75%% %.0f, 90%% %.0f images\n",
+              lengths.size(), mean, quantile(lengths, 0.5), quantile(lengths, 0.75),
+              quantile(lengths, 0.9));
+}
+
+int run(int argc, char** argv) {
+  const Arguments a = readArguments(argc, argv);
   cv::setNumThreads(1);
-  const Recording r = readRecording(argv[1], a["truth"]);
+  const Recording r = readRecording(argv[1], valueOf(a, "truth"));
   const auto camera = camera::makeCamera(r.calibration);
   vision::TrackerOptions options;
   ArgumentReader reader(a);
   describe(reader, options);
   vision::FeatureTracker tracker(options, camera);
-  Vec3 bias = Vec3::Zero();
-  if (!a["bias"].empty()) bias = Eigen::Map<const Vec3>(numbers(a["bias"]).data());
-  const std::size_t frames =
-      std::min(r.images.size(), a["frames"].empty() ? r.images.size() : std::stoul(a["frames"]));
-
-  Tracks tracks;
-  std::vector<Pose> T_W_C(frames);
-  std::vector<Mat3> R_C0_C;
-  double cpu = 0, pyramid = 0, flow = 0, detect = 0, count = 0, count_min = 1e9;
-  long lost[3] = {0, 0, 0}, detected = 0, unusable = 0;
-  TimeNs last = 0;
-  for (std::size_t i = 0; i < frames; ++i) {
-    const cv::Mat gray = cv::imread(r.images[i].second, cv::IMREAD_GRAYSCALE);
-    const TimeNs t = r.images[i].first;
-    Pose T_W_B;
-    r.pose(t, &T_W_B);
-    T_W_C[i] = T_W_B * r.T_B_C;
-    Mat3 R = Mat3::Identity();
-    if (i > 0 && a["rotation"] == "truth") R = T_W_C[i - 1].R().transpose() * T_W_C[i].R();
-    if (i > 0 && (a["rotation"].empty() || a["rotation"] == "gyro"))
-      R = r.gyroRotation(last, t, bias);
-    R_C0_C.push_back(i == 0 ? R : Mat3(R_C0_C.back() * R));
-    const std::clock_t before = std::clock();
-    const vision::TrackedFrame frame = tracker.process(t, gray, R);
-    cpu += 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
-    last = t;
-    pyramid += frame.ms_pyramid;
-    flow += frame.ms_flow;
-    detect += frame.ms_detect;
-    unusable += !frame.usable;
-    if (i > 0) {
-      count += frame.continued;
-      count_min = std::min(count_min, static_cast<double>(frame.continued));
-      lost[0] += frame.lost_flow;
-      lost[1] += frame.lost_backward;
-      lost[2] += frame.lost_outlier;
-      detected += frame.detected;
-    }
-    for (const vision::FeatureObservation& f : frame.features)
-      tracks[f.id].push_back({i, f.px, f.bearing});
-    if (!a["draw"].empty() && (i % 100 == 60)) {
-      draw(gray, frame, tracks, i, a["draw"] + std::to_string(i) + ".png");
-    }
+  const TrackingRun found = follow(r, a, &tracker);
+  reportTracking(found);
+  for (const std::size_t gap : {std::size_t{10}, std::size_t{25}}) {
+    reportEpipolar(found.tracks, found.T_W_C.size(), gap, found.R_C0_C, *camera);
   }
-  const double n = static_cast<double>(frames);
-  std::vector<double> lengths;
-  for (const auto& [id, s] : tracks) lengths.push_back(static_cast<double>(s.size()));
-  double mean = 0;
-  for (double l : lengths) mean += l / static_cast<double>(lengths.size());
-  std::printf("%zu images, CPU %.2f ms each (wall: pyramid %.2f flow %.2f detect %.2f)\n", frames,
-              cpu / n, pyramid / n, flow / n, detect / n);
-  std::printf(
-      "continued %.1f (min %.0f), per image: lost flow %.2f backward %.2f outlier %.2f, new "
-      "%.2f, unusable images %ld\n",
-      count / (n - 1), count_min, static_cast<double>(lost[0]) / n,
-      static_cast<double>(lost[1]) / n, static_cast<double>(lost[2]) / n,
-      static_cast<double>(detected) / n, unusable);
-  std::printf("track length: %zu tracks, mean %.1f, median %.0f, 75%% %.0f, 90%% %.0f images\n",
-              lengths.size(), mean, quantile(lengths, 0.5), quantile(lengths, 0.75),
-              quantile(lengths, 0.9));
-  reportEpipolar(tracks, frames, 10, R_C0_C, *camera);
-  reportEpipolar(tracks, frames, 25, R_C0_C, *camera);
-  if (!r.truth.empty()) reportAccuracy(tracks, T_W_C, *camera);
+  if (!r.truth.empty()) reportAccuracy(found.tracks, found.T_W_C, *camera);
   return 0;
 }
 

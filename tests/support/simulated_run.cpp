@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "vir/evaluation/nees.h"
 
@@ -24,7 +25,8 @@ class Feeder {
         imu_(simulation::simulateImu(*motion, s.imu)),
         tracks_(s.tracks, motion, camera::makeCamera(s.camera), s.T_B_C),
         estimator_(s.estimator, sinkOf(s, seed)) {
-    estimator_.setCamera(s.camera, s.given_T_B_C.value_or(s.T_B_C));
+    if (s.given_camera) given_camera_ = camera::makeCamera(*s.given_camera);
+    estimator_.setCamera(s.given_camera.value_or(s.camera), s.given_T_B_C.value_or(s.T_B_C));
     if (s.use_ranges) ranges_ = simulation::simulateRanges(*motion, s.ranges);
   }
 
@@ -59,11 +61,22 @@ class Feeder {
   }
   bool silent(TimeNs t) const { return within(settings_.silent_imu_s, t); }
   vision::TrackedFrame seenAt(TimeNs t) {
-    if (!within(settings_.frozen_camera_s, t)) return last_seen_ = tracks_.at(t);
+    if (!within(settings_.frozen_camera_s, t)) return last_seen_ = asGiven(tracks_.at(t));
     vision::TrackedFrame again = last_seen_;
     again.t = t;
     for (vision::FeatureObservation& f : again.features) f.bearing_rate.setZero();
     return again;
+  }
+  /// The bearings that the given camera makes of the pixels.
+  vision::TrackedFrame asGiven(vision::TrackedFrame frame) const {
+    if (!given_camera_) return frame;
+    for (vision::FeatureObservation& f : frame.features) {
+      Vec2 again;
+      const bool seen = given_camera_->unproject(f.px, &f.bearing) &&
+                        given_camera_->project(f.bearing, &again, &f.dpx_dbearing);
+      if (!seen) throw std::logic_error("the given camera cannot see what the true one does");
+    }
+    return frame;
   }
   void addRange(const simulation::SimulatedRange& r) {
     Range m;
@@ -82,6 +95,7 @@ class Feeder {
   const RunSettings& settings_;
   simulation::SimulatedImu imu_;
   simulation::TrackSimulator tracks_;
+  std::shared_ptr<const camera::CameraModel> given_camera_;
   vision::TrackedFrame last_seen_;
   estimator::VisualInertialEstimator estimator_;
   std::vector<simulation::SimulatedRange> ranges_;
@@ -150,6 +164,7 @@ RunResult simulateRun(const std::shared_ptr<const simulation::Motion>& motion, R
   out.seed = seed;
   out.calibration = feeder.estimator().calibration();
   out.doubts = feeder.estimator().doubts();
+  out.warnings = feeder.estimator().warnings();
   out.resets = feeder.estimator().resets();
   out.ranges = feeder.ranges();
   double ms = 0, tracks = 0;

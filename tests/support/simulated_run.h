@@ -24,6 +24,8 @@ struct RunSettings {
   CameraCalibration camera;
   Pose T_B_C;
   std::optional<Pose> given_T_B_C;  ///< what the estimator is told of it, where that is wrong
+  /// Likewise of the camera: the pixels are those of `camera`.
+  std::optional<CameraCalibration> given_camera;
   bool use_ranges = false;
   /// Readings of the IMU from here to there after the begin are missing [s].
   std::pair<double, double> silent_imu_s{0, 0};
@@ -70,7 +72,7 @@ struct RunResult {
   double ms_per_frame = 0;
   double mean_tracks = 0;
   int resets = 0;
-  std::vector<std::string> doubts;
+  std::vector<std::string> doubts, warnings;
   Calibration calibration;  ///< as it was found
   long ranges = 0;
   double smoothed_ate_m = -1;             ///< of the keyframes as last seen

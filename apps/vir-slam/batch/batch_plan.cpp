@@ -4,27 +4,13 @@
 #include <cctype>
 #include <filesystem>
 #include <set>
-#include <sstream>
 
 #include "vir/core/parse_number.h"
+#include "vir/core/text.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
 namespace {
-
-std::vector<std::string> words(const std::string& text) {
-  std::istringstream in(text);
-  std::vector<std::string> out;
-  for (std::string word; in >> word;) out.push_back(word);
-  return out;
-}
-
-/// Names in an ini are not case-sensitive.
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 /// Names become folders and cells of a table.
 void checkName(const Setting& setting, const std::string& name) {
@@ -35,7 +21,8 @@ void checkName(const Setting& setting, const std::string& name) {
 }
 
 std::vector<std::string> namesIn(const Setting& setting) {
-  const std::vector<std::string> names = words(setting.value);
+  const auto words = wordsOf(setting.value);
+  const std::vector<std::string> names(words.begin(), words.end());
   std::set<std::string> seen;
   for (const std::string& name : names) {
     checkName(setting, name);
@@ -46,13 +33,13 @@ std::vector<std::string> namesIn(const Setting& setting) {
 
 std::vector<int> seedsIn(const Setting& setting) {
   std::vector<int> seeds;
-  for (const std::string& word : words(setting.value)) {
+  for (const std::string_view word : wordsOf(setting.value)) {
     int seed = 0;
     if (!parseNumber(word, &seed) || seed < 0 || seed > 1000000) {
       throw SettingsError(setting, "seeds are whole numbers from 0 to 1000000 with blanks between");
     }
     if (std::count(seeds.begin(), seeds.end(), seed) > 0) {
-      throw SettingsError(setting, "seed " + word + " is there twice");
+      throw SettingsError(setting, "seed " + std::string(word) + " is there twice");
     }
     seeds.push_back(seed);
   }
@@ -90,7 +77,8 @@ class SectionReader {
   Assignments rest() const {
     Assignments out;
     for (const Setting& s : settings_.all()) {
-      if (lower(s.section) != lower(section_) || known_.count(lower(s.key)) > 0) continue;
+      if (lowerCase(s.section) != lowerCase(section_) || known_.count(lowerCase(s.key)) > 0)
+        continue;
       if (s.key.find('.') == std::string::npos) {
         std::string allowed;
         for (const std::string& key : known_) allowed += " " + key;
@@ -171,7 +159,7 @@ BatchSetting readSetting(const Settings& settings, const std::string& name,
 /// Sections may be left out of the lists in [Batch], but not be of another kind.
 void checkSections(const Settings& settings) {
   for (const std::string& section : settings.sections()) {
-    const std::string name = lower(section);
+    const std::string name = lowerCase(section);
     if (name == "batch" || name.rfind("sequence_", 0) == 0 || name.rfind("condition_", 0) == 0 ||
         name.rfind("setting_", 0) == 0) {
       continue;
@@ -205,10 +193,9 @@ BatchPlan readBatchPlan(const std::string& file, const std::vector<std::string>&
       throw SettingsError(*in.find("timeout_s"), "seconds above 0 are asked for");
     }
   }
-  if (!keep.empty() && keep != "true" && keep != "false") {
+  if (!keep.empty() && !parseBool(keep, &plan.keep_recordings)) {
     throw SettingsError(*in.find("keep_recordings"), "true or false is asked for");
   }
-  plan.keep_recordings = keep != "false";
   if (!in.rest().empty()) throw missing(settings, "Batch", "holds no Section.key");
 
   std::vector<std::string> all_conditions{"plain"};

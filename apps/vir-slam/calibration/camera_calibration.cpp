@@ -1,44 +1,22 @@
 #include "calibration/camera_calibration.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <stdexcept>
 
 #include "output/console.h"
 #include "setup/prepared_run.h"
+#include "vir/core/angles.h"
+#include "vir/core/scratch_folder.h"
 #include "vir/geometry/so3.h"
 #include "vir/results/calibration_yaml.h"
 #include "vir/runs/offline_run.h"
 
 namespace vir::app {
-namespace fs = std::filesystem;
 namespace {
 
-/// Results of the runs; they go when the work is done.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (fs::temp_directory_path() / "vir-slam-calibrate-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) {
-      throw std::runtime_error("cannot make a folder for the runs in " +
-                               fs::temp_directory_path().string());
-    }
-    path_ = pattern;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  fs::path path_;
-};
+/// Several recordings tell the lens, whatever a single run makes of it.
+constexpr const char* kEstimateLens = "Window.lens=free";
 
 results::RunSummary runOnce(const CameraCalibrationJob& job, const std::string& recording,
                             const std::string& calibration, const std::string& out,
@@ -48,8 +26,7 @@ results::RunSummary runOnce(const CameraCalibrationJob& job, const std::string& 
   arguments.rawlog = recording;
   arguments.out = out;
   arguments.calibration = calibration;
-  // Several recordings tell the lens; a single run takes it as given.
-  arguments.assignments = {"Window.distortion_sigma=0.01"};
+  arguments.assignments = {kEstimateLens};
   arguments.assignments.insert(arguments.assignments.end(), job.assignments.begin(),
                                job.assignments.end());
   arguments.assignments.emplace_back("Estimator.calibrate=online");
@@ -125,14 +102,14 @@ class PassMean {
 CameraCalibrationResult calibrateCamera(const CameraCalibrationJob& job, const Common& common) {
   for (const std::string& recording : job.recordings) requireFile(recording, "recording");
   catchInterrupt();
-  const ScratchFolder scratch;
+  const ScratchFolder scratch("vir-slam-calibrate");
   CameraCalibrationResult result;
   std::string file = job.calibration;
   CalibrationSigma assumed;
   Calibration before;
   PassMean mean;
   while (result.passes < job.passes && !result.converged) {
-    const auto found = pass(job, file, scratch.file("run"), common, &result);
+    const auto found = pass(job, file, (scratch / "run").string(), common, &result);
     if (found.empty()) {
       throw std::runtime_error(
           "no recording says anything of the calibration: no pose, or an estimator without a "
@@ -153,13 +130,15 @@ CameraCalibrationResult calibrateCamera(const CameraCalibrationJob& job, const C
                  found.size(), result.last_change_sigma);
     before = now;
     // What is assumed stays what it was: what the recordings say must not count again.
-    file = scratch.file("calibration.yaml");
+    file = (scratch / "calibration.yaml").string();
     results::writeTextFile(file, results::calibrationYaml(now, assumed));
   }
   return result;
 }
 
 namespace {
+
+using Index = CalibrationIndex;
 
 struct Line {
   const char* name;
@@ -168,34 +147,38 @@ struct Line {
 };
 
 std::vector<Line> linesOf(const CameraCalibrationResult& r) {
-  constexpr double kDeg = M_PI / 180;
   const Calibration &g = r.given, &f = r.found.calibration;
   const auto lens = radialCoefficients(f.camera.distortion);
   // A turn against what was given says more than two attitudes.
   const Vec3 turn = logQuat(g.T_B_C.q.conjugate() * f.T_B_C.q);
-  return {{"time offset [ms]", 6, g.time_offset_s, f.time_offset_s, 1e-3},
-          {"readout [ms]", 7, g.readout_s, f.readout_s, 1e-3},
-          {"fx [px]", 8, g.camera.fx, f.camera.fx, 1},
-          {"fy [px]", 8, g.camera.fy, f.camera.fy, 1},
-          {"cx [px]", 10, g.camera.cx, f.camera.cx, 1},
-          {"cy [px]", 11, g.camera.cy, f.camera.cy, 1},
-          {"first of the lens [1e-3]", 12, g.camera.dist[lens[0]], f.camera.dist[lens[0]], 1e-3},
-          {"second of the lens [1e-3]", 13, g.camera.dist[lens[1]], f.camera.dist[lens[1]], 1e-3},
-          {"camera x in the body [mm]", 0, g.T_B_C.p.x(), f.T_B_C.p.x(), 1e-3},
-          {"camera y in the body [mm]", 1, g.T_B_C.p.y(), f.T_B_C.p.y(), 1e-3},
-          {"camera z in the body [mm]", 2, g.T_B_C.p.z(), f.T_B_C.p.z(), 1e-3},
-          {"camera turned about its x [deg]", 3, 0, turn.x(), kDeg},
-          {"camera turned about its y [deg]", 4, 0, turn.y(), kDeg},
-          {"camera turned about its z [deg]", 5, 0, turn.z(), kDeg},
-          {"gyro gain x [%]", 14, g.gyro_gain.x(), f.gyro_gain.x(), 1e-2},
-          {"gyro gain y [%]", 15, g.gyro_gain.y(), f.gyro_gain.y(), 1e-2},
-          {"gyro gain z [%]", 16, g.gyro_gain.z(), f.gyro_gain.z(), 1e-2},
-          {"gyro axes x [deg]", 17, g.gyro_axes_rad.x(), f.gyro_axes_rad.x(), kDeg},
-          {"gyro axes y [deg]", 18, g.gyro_axes_rad.y(), f.gyro_axes_rad.y(), kDeg},
-          {"gyro axes z [deg]", 19, g.gyro_axes_rad.z(), f.gyro_axes_rad.z(), kDeg},
-          {"accelerometer gain x [%]", 20, g.acc_gain.x(), f.acc_gain.x(), 1e-2},
-          {"accelerometer gain y [%]", 21, g.acc_gain.y(), f.acc_gain.y(), 1e-2},
-          {"accelerometer gain z [%]", 22, g.acc_gain.z(), f.acc_gain.z(), 1e-2}};
+  return {
+      {"time offset [ms]", Index::time_offset, g.time_offset_s, f.time_offset_s, 1e-3},
+      {"readout [ms]", Index::readout, g.readout_s, f.readout_s, 1e-3},
+      {"fx [px]", Index::focal, g.camera.fx, f.camera.fx, 1},
+      {"fy [px]", Index::focal, g.camera.fy, f.camera.fy, 1},
+      {"cx [px]", Index::cx, g.camera.cx, f.camera.cx, 1},
+      {"cy [px]", Index::cy, g.camera.cy, f.camera.cy, 1},
+      {"first of the lens [1e-3]", Index::radial, g.camera.dist[lens[0]], f.camera.dist[lens[0]],
+       1e-3},
+      {"second of the lens [1e-3]", Index::radial + 1, g.camera.dist[lens[1]],
+       f.camera.dist[lens[1]], 1e-3},
+      {"camera x in the body [mm]", Index::position, g.T_B_C.p.x(), f.T_B_C.p.x(), 1e-3},
+      {"camera y in the body [mm]", Index::position + 1, g.T_B_C.p.y(), f.T_B_C.p.y(), 1e-3},
+      {"camera z in the body [mm]", Index::position + 2, g.T_B_C.p.z(), f.T_B_C.p.z(), 1e-3},
+      {"camera turned about its x [deg]", Index::rotation, 0, turn.x(), kRadPerDeg},
+      {"camera turned about its y [deg]", Index::rotation + 1, 0, turn.y(), kRadPerDeg},
+      {"camera turned about its z [deg]", Index::rotation + 2, 0, turn.z(), kRadPerDeg},
+      {"gyro gain x [%]", Index::gyro_gain, g.gyro_gain.x(), f.gyro_gain.x(), 1e-2},
+      {"gyro gain y [%]", Index::gyro_gain + 1, g.gyro_gain.y(), f.gyro_gain.y(), 1e-2},
+      {"gyro gain z [%]", Index::gyro_gain + 2, g.gyro_gain.z(), f.gyro_gain.z(), 1e-2},
+      {"gyro axes x [deg]", Index::gyro_axes, g.gyro_axes_rad.x(), f.gyro_axes_rad.x(), kRadPerDeg},
+      {"gyro axes y [deg]", Index::gyro_axes + 1, g.gyro_axes_rad.y(), f.gyro_axes_rad.y(),
+       kRadPerDeg},
+      {"gyro axes z [deg]", Index::gyro_axes + 2, g.gyro_axes_rad.z(), f.gyro_axes_rad.z(),
+       kRadPerDeg},
+      {"accelerometer gain x [%]", Index::acc_gain, g.acc_gain.x(), f.acc_gain.x(), 1e-2},
+      {"accelerometer gain y [%]", Index::acc_gain + 1, g.acc_gain.y(), f.acc_gain.y(), 1e-2},
+      {"accelerometer gain z [%]", Index::acc_gain + 2, g.acc_gain.z(), f.acc_gain.z(), 1e-2}};
 }
 
 }  // namespace
@@ -204,7 +187,7 @@ void printCameraCalibration(const CameraCalibrationResult& result) {
   std::printf("%-33s %10s %10s %9s\n", "", "given", "found", "sigma");
   for (const Line& line : linesOf(result)) {
     double sigma = result.found.sigma[line.index] / line.unit;
-    if (line.index == 8) sigma *= line.found;  // relative
+    if (line.index == Index::focal) sigma *= line.found;  // relative
     std::string note;
     if (!result.found.observed(line.index)) note = "  not observed";
     const double spread = result.found.spread[line.index];

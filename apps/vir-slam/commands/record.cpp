@@ -1,7 +1,6 @@
 /// vir-slam record INI: live sensors into a rawlog, and a trajectory while they deliver.
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <memory>
 
@@ -51,12 +50,7 @@ void resolvePaths(Settings* settings, const std::vector<std::string>& sections) 
 }
 
 std::string defaultOut(const std::string& ini) {
-  char stamp[32];
-  const std::time_t now = std::time(nullptr);
-  std::tm local{};
-  localtime_r(&now, &local);
-  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &local);
-  return fs::path(ini).stem().string() + "_" + stamp + ".rawlog";
+  return fs::path(ini).stem().string() + "_" + localDateTime() + ".rawlog";
 }
 
 /// The settings of the estimator, read and checked; what belongs to sensors and to rawlog-grabber
@@ -75,7 +69,7 @@ std::unique_ptr<roles::EstimatorSettings> readEstimator(Settings settings,
   describe(reader, plan->options);
   describe(reader, run);
   const std::string asked = run.driver;
-  run.driver = driverForLive(asked, settings);  // what there is to record is not known yet
+  run.driver = driverForLive(asked, settings, others);
   auto estimator = roles::estimatorSettings(run.driver);
   if (plan->options.estimate) refuseMixedSections(as_given, others, *estimator);
   estimator->describe(reader);

@@ -206,8 +206,9 @@ class LiveSession final : public results::RunObserver {
     if (isatty(STDERR_FILENO) == 1) std::fprintf(stderr, "\r\033[K");
     std::printf("%-16s %12s %9s  %s\n", "sensor", "observations", "restarts", "state");
     for (const live::SensorStatus& s : acquisition_.sensors()) {
-      std::printf("%-16s %12ld %9d  %s%s%s\n", s.name.c_str(), s.observations, s.restarts,
-                  name(s.state), s.problem.empty() ? "" : "; last problem: ", s.problem.c_str());
+      std::printf("%-16s %12ld %9d  %s%s%s%s\n", s.name.c_str(), s.observations, s.restarts,
+                  name(s.state), s.clock_mapped ? "; stamps put on the host's clock" : "",
+                  s.problem.empty() ? "" : "; last problem: ", s.problem.c_str());
     }
     for (const live::SensorStatus& s : acquisition_.sensors()) {
       for (const auto& [name, count] : s.counters) {
@@ -219,6 +220,10 @@ class LiveSession final : public results::RunObserver {
                 counts.aside, counts.lost);
     if (counts.behind_s >= kBehindS) {
       std::printf("up to %.1f s waited to be written\n", counts.behind_s);
+    }
+    if (server_) {
+      std::printf("the stream had %zu clients at the end; %ld were sent away\n", server_->clients(),
+                  server_->refused());
     }
     for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
     for (const std::string& line : briefLines(check_)) std::printf("%s\n", line.c_str());

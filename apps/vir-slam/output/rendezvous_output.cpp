@@ -4,6 +4,7 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "vir/core/angles.h"
 #include "vir/evaluation/evaluate.h"
 #include "vir/evaluation/figure_parts.h"
 #include "vir/results/scene_file.h"
@@ -80,7 +81,7 @@ std::optional<MergeError> mergeError(const team::RobotRecord& a, const team::Rob
   out.merged_rmse_m = *merged;
   out.own_merged_rmse_m = *own;
   out.offset_error_m = (T_A_B.t_m - truth.p).norm();
-  out.yaw_error_deg = std::abs(team::wrapAngle(T_A_B.yaw_rad - yawOf(truth.R()))) * 180 / M_PI;
+  out.yaw_error_deg = std::abs(team::wrapAngle(T_A_B.yaw_rad - yawOf(truth.R()))) * 180 / kPi;
   return out;
 }
 

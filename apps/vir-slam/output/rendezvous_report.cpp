@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "output/rendezvous_output.h"
+#include "vir/core/angles.h"
 #include "vir/results/transforms_json.h"
 
 namespace vir::app {
@@ -26,9 +27,9 @@ std::vector<TableRow> rowsOf(const team::PairResult& pair, const std::optional<M
     const team::TransformSolution& s = a.solutions[0];
     const Eigen::Vector4d sigma = s.covariance.diagonal().cwiseMax(0).cwiseSqrt();
     const auto& p = s.T_A_B.t_m;
-    rows.push_back(
-        {"  yaw", fixed(s.T_A_B.yaw_rad * 180 / M_PI, 2) + " +- " + fixed(sigma[0] * 180 / M_PI, 2),
-         "deg"});
+    rows.push_back({"  yaw",
+                    fixed(s.T_A_B.yaw_rad * 180 / kPi, 2) + " +- " + fixed(sigma[0] * 180 / kPi, 2),
+                    "deg"});
     rows.push_back(
         {"  offset", fixed(p.x(), 3) + " " + fixed(p.y(), 3) + " " + fixed(p.z(), 3), "m"});
     rows.push_back({"    standard deviation",
@@ -62,7 +63,7 @@ std::vector<TableRow> rowsOf(const team::TransformLoop& loop) {
   const Vec3 offset = loop.error.tail<3>();
   return {{"loop " + loop.robots, loop.consistent ? "closes" : "CONTRADICTS ITSELF", ""},
           {"  closing error",
-           fixed(offset.norm(), 3) + " m, " + fixed(std::abs(loop.error[0]) * 180 / M_PI, 2) +
+           fixed(offset.norm(), 3) + " m, " + fixed(std::abs(loop.error[0]) * 180 / kPi, 2) +
                " deg, chi2 " + fixed(loop.chi2, 1),
            ""}};
 }

@@ -3,14 +3,13 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <locale>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "commands/commands.h"
 #include "robots/robot_recorder.h"
 #include "vir/core/parse_number.h"
+#include "vir/core/text.h"
 #include "vir/core/text_file.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/rawlog/convert.h"
@@ -155,11 +154,12 @@ void readLandmarks(const std::string& file, team::RobotRecord* record) {
   std::string line;
   while (readLine(in, &line) && line != "end_header") continue;
   for (std::uint64_t id = 0; readLine(in, &line); ++id) {
-    std::istringstream numbers(line);
-    numbers.imbue(std::locale::classic());
+    const auto words = wordsOf(line);
     Landmark l;
     l.id = id;
-    if (numbers >> l.p_W.x() >> l.p_W.y() >> l.p_W.z()) record->landmarks.push_back(l);
+    const bool good = words.size() >= 3 && parseFinite(words[0], &l.p_W.x()) &&
+                      parseFinite(words[1], &l.p_W.y()) && parseFinite(words[2], &l.p_W.z());
+    if (good) record->landmarks.push_back(l);
   }
 }
 

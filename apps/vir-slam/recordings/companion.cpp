@@ -1,25 +1,21 @@
 #include "recordings/companion.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <locale>
-#include <sstream>
 
+#include "vir/core/parse_number.h"
+#include "vir/core/text.h"
 #include "vir/core/text_file.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
 namespace {
 
-/// `id,x,y,z`.
-bool readAnchor(std::string line, std::int64_t* id, Vec3* p) {
-  std::replace(line.begin(), line.end(), ',', ' ');
-  std::istringstream in(line);
-  in.imbue(std::locale::classic());
-  std::string rest;
-  return static_cast<bool>(in >> *id >> p->x() >> p->y() >> p->z()) && !(in >> rest) &&
-         p->allFinite();
+/// `id,x,y,z`; blanks do for commas.
+bool readAnchor(const std::string& line, std::int64_t* id, Vec3* p) {
+  const auto words = wordsOf(line, ", \t\r");
+  return words.size() == 4 && parseNumber(words[0], id) && parseFinite(words[1], &p->x()) &&
+         parseFinite(words[2], &p->y()) && parseFinite(words[3], &p->z());
 }
 
 }  // namespace

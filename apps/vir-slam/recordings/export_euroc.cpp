@@ -5,8 +5,6 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -14,6 +12,7 @@
 
 #include "recordings/exporter.h"
 #include "vir/core/settings.h"
+#include "vir/core/text.h"
 #include "vir/formats/lens_names.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
@@ -25,11 +24,6 @@ namespace fs = std::filesystem;
 namespace {
 
 using namespace mrpt::obs;
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 std::string listed(const std::vector<double>& numbers) {
   std::string text;
@@ -127,7 +121,7 @@ class EurocExporter : public Exporter {
   }
 
  private:
-  std::string sensor(const CObservation& o) const { return lower(fileName(o.sensorLabel)); }
+  std::string sensor(const CObservation& o) const { return lowerCase(fileName(o.sensorLabel)); }
 
   /// Once per sensor.
   void calibration(const std::string& sensor, const std::string& yaml) {

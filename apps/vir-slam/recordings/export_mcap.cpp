@@ -29,7 +29,7 @@ using namespace mrpt::obs;
 constexpr const char* kBody = "imu";
 constexpr const char* kWorld = "world";
 
-std::string lower(std::string text) {
+std::string topicWord(std::string text) {
   for (char& c : text) {
     const auto u = static_cast<unsigned char>(c);
     c = std::isalnum(u) != 0 ? static_cast<char>(std::tolower(u)) : '_';
@@ -47,7 +47,7 @@ class McapExporter : public Exporter {
   explicit McapExporter(const std::string& file) : out_(file) {}
 
   Added add(CObservation& o) override {
-    const std::string topic = "/" + lower(o.sensorLabel);
+    const std::string topic = "/" + topicWord(o.sensorLabel);
     const TimeNs t = rawlog::fromMrptTime(o.timestamp);
     if (auto* image = dynamic_cast<CObservationImage*>(&o)) {
       return addImage(image, topic, t) ? Added::written : Added::unusable;

@@ -2,6 +2,7 @@
 #include "recordings/rawlog_recorder.h"
 
 #include <algorithm>
+#include <cinttypes>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -110,7 +111,8 @@ std::string anchorsText(const roles::RecordedSource& source) {
   std::string text;
   for (const roles::TrueAnchor& a : source.trueAnchors()) {
     char line[128];
-    std::snprintf(line, sizeof line, "%d,%.9g,%.9g,%.9g\n", a.id, a.x_m, a.y_m, a.z_m);
+    std::snprintf(line, sizeof line, "%" PRIu64 ",%.9g,%.9g,%.9g\n", a.id, a.p_W.x(), a.p_W.y(),
+                  a.p_W.z());
     text += line;
   }
   return text.empty() ? ""

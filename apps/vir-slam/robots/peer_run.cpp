@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "vir/core/angles.h"
 #include "vir/roles/rendezvous_registry.h"
 
 namespace vir::app {
@@ -66,8 +67,7 @@ void addPeerRows(const std::vector<team::PeerResult>& peers, std::vector<TableRo
       const Vec3& p = s.T_A_B.t_m;
       rows->push_back(
           {"  yaw of its world",
-           fixed(s.T_A_B.yaw_rad * 180 / M_PI, 2) + " +- " + fixed(sigma[0] * 180 / M_PI, 2),
-           "deg"});
+           fixed(s.T_A_B.yaw_rad * 180 / kPi, 2) + " +- " + fixed(sigma[0] * 180 / kPi, 2), "deg"});
       rows->push_back(
           {"  offset", fixed(p.x(), 3) + " " + fixed(p.y(), 3) + " " + fixed(p.z(), 3), "m"});
       rows->push_back({"    standard deviation",

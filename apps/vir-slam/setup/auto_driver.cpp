@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/roles/estimator_registry.h"
@@ -40,6 +41,18 @@ std::vector<Candidate> candidates(const Settings& settings) {
   return out;
 }
 
+/// All words that are set there.
+std::set<std::string> wordsOf(const Settings& settings, const std::vector<std::string>& sections) {
+  std::set<std::string> out;
+  for (const std::string& section : sections) {
+    for (const std::string& key : settings.keys(section)) {
+      std::istringstream text(settings.find(section, key)->value);
+      for (std::string word; text >> word;) out.insert(word);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string driverFor(const std::string& driver, const Settings& settings,
@@ -62,10 +75,19 @@ std::string driverFor(const std::string& driver, const Settings& settings,
   return all.front().name;  // which then says what it misses
 }
 
-std::string driverForLive(const std::string& driver, const Settings& settings) {
+std::string driverForLive(const std::string& driver, const Settings& settings,
+                          const std::vector<std::string>& sensor_sections) {
   if (driver != kAutoDriver) return driver;
-  const std::vector<Candidate> all = candidates(settings);
-  return all.empty() ? driver : all.front().name;
+  std::vector<Candidate> all = candidates(settings);
+  if (all.empty()) return driver;
+  const std::set<std::string> words = wordsOf(settings, sensor_sections);
+  for (Candidate& c : all) {
+    for (const roles::EstimatorInput& input : c.inputs) {
+      if (input.group > 0 && words.count(input.label) > 0) c.found.insert(input.group);
+    }
+    if (c.complete()) return c.name;
+  }
+  return all.front().name;
 }
 
 void acceptOtherDrivers(const std::string& asked, const std::string& chosen,

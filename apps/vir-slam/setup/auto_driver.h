@@ -16,8 +16,11 @@ constexpr const char* kAutoDriver = "auto";
 /// std::runtime_error if the rawlog cannot be opened, SettingsError.
 std::string driverFor(const std::string& driver, const Settings& settings,
                       const std::string& rawlog);
-/// The same before there is anything to look at: for `auto` the most demanding one.
-std::string driverForLive(const std::string& driver, const Settings& settings);
+/// The same before there is anything to look at: by the labels that are named in the sections of
+/// the sensors. A sensor may have a label that its section does not name: if no estimator finds all
+/// that it needs, the most demanding one.
+std::string driverForLive(const std::string& driver, const Settings& settings,
+                          const std::vector<std::string>& sensor_sections);
 
 /// With `auto` an ini may hold settings of each estimator that it may stand for: those of the ones
 /// that were not chosen are read, and dropped.

@@ -3,11 +3,10 @@
 #include <mrpt/obs/CObservationImage.h>
 #include <mrpt/obs/CObservationStereoImagesFeatures.h>
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 
 #include "commands/commands.h"
+#include "vir/core/text.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 
@@ -52,10 +51,7 @@ const formats::CalibratedCamera* GivenCalibration::cameraFor(const std::string& 
     const formats::CalibratedCamera* named = file_->camera(name);
     return named != nullptr ? named : &file_->cameras.front();
   }
-  std::string lower = label;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return file_->camera(lower);
+  return file_->camera(lowerCase(label));
 }
 
 void GivenCalibration::apply(mrpt::obs::CObservation* observation) {

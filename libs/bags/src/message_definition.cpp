@@ -5,6 +5,7 @@
 #include <set>
 
 #include "vir/core/parse_number.h"
+#include "vir/core/text.h"
 
 namespace vir::bags {
 namespace {
@@ -14,13 +15,6 @@ constexpr std::size_t kMostFields = 2000;
 constexpr int kDeepest = 24;
 /// Sizes from here on are the same to us: no message is so long.
 constexpr std::uint64_t kEndless = std::uint64_t{1} << 40;
-
-std::string_view trimmed(std::string_view s) {
-  const char* blanks = " \t\r\n";
-  const std::size_t from = s.find_first_not_of(blanks);
-  if (from == std::string_view::npos) return {};
-  return s.substr(from, s.find_last_not_of(blanks) - from + 1);
-}
 
 /// The first word; the rest stays in `line`.
 std::string_view takeWord(std::string_view* line) {

@@ -2,11 +2,12 @@
 #include <cmath>
 
 #include "models.h"
+#include "vir/core/angles.h"
 
 namespace vir::camera {
 
 namespace {
-constexpr double kMaxTheta = 170.0 * 3.14159265358979323846 / 180.0;
+constexpr double kMaxTheta = 170.0 * kPi / 180.0;
 }  // namespace
 
 EquidistantCamera::EquidistantCamera(const CameraCalibration& c) : CameraModel(c) {

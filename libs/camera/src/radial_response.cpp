@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "vir/camera/camera_model.h"
+#include "vir/core/angles.h"
 #include "vir/types/calibration_change.h"
 
 namespace vir::camera {
@@ -27,7 +28,7 @@ RadialResponse::RadialResponse(const CameraCalibration& calibration) {
     Eigen::Matrix<double, kTerms, kTerms> H = Eigen::Matrix<double, kTerms, kTerms>::Zero();
     Terms g = Terms::Zero();
     for (int k = 0; k < kRadii * kDirections; ++k) {
-      const double angle = 2 * M_PI * (k % kDirections + 0.5) / kDirections;
+      const double angle = 2 * kPi * (k % kDirections + 0.5) / kDirections;
       const Vec2 off = radius_px_ * (k / kDirections + 1) / kRadii *  // NOLINT: whole steps
                        Vec2(std::cos(angle), std::sin(angle));
       const Vec2 px = centre + off;

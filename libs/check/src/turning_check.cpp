@@ -6,13 +6,13 @@
 #include <cmath>
 
 #include "text.h"
+#include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
 #include "vir/initialization/image_turn.h"
 
 namespace vir::check {
 namespace {
 
-constexpr double kDegPerRad = 57.29577951308232;
 constexpr std::size_t kFewest = 30;  // pairs that turn, to say anything
 constexpr double kTurning = 0.08;    // [rad/s] by images, to count as turning
 constexpr std::size_t kMostPairs = 20000;

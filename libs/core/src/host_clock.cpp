@@ -3,8 +3,8 @@
 #include <time.h>
 
 #include <cstdlib>
+#include <ctime>
 #include <optional>
-#include <string>
 
 #include "vir/core/parse_number.h"
 
@@ -55,6 +55,15 @@ TimeNs hostNow() {
 TimeNs hostClockStep() {
   const std::optional<TimeNs> offset = pinned();
   return offset ? clocks().wall() - clocks().monotonic() - *offset : 0;
+}
+
+std::string localDateTime() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y%m%d-%H%M%S", &local);
+  return text;
 }
 
 }  // namespace core

@@ -10,11 +10,10 @@
 
 #include "vir/core/ini_writer.h"
 #include "vir/core/parse_number.h"
+#include "vir/core/text.h"
 
 namespace vir::ini {
 namespace {
-
-constexpr const char* kBlank = " \t\r\n\v\f";
 
 bool startsComment(const std::string& text, std::size_t at) {
   return text[at] == ';' || text[at] == '#' || text.compare(at, 2, "//") == 0;
@@ -55,7 +54,7 @@ std::string shortReason(const std::exception& e, int* line) {
   std::string text = e.what();
   const std::size_t message = text.find("Message:");
   if (message != std::string::npos) text = text.substr(message + 8);
-  text = trim(text.substr(0, text.find('\n', text.find_first_not_of(kBlank))));
+  text = trim(text.substr(0, text.find('\n', text.find_first_not_of(kBlanks))));
   std::smatch match;
   if (std::regex_search(text, match, std::regex("Line ([0-9]{1,8}):"))) {
     parseNumber(match[1].str(), line);
@@ -75,17 +74,7 @@ std::string rangeText(const std::string& kind, Bounds<T> bounds, Text text) {
 
 }  // namespace
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-std::string trim(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
+std::string trim(const std::string& text) { return std::string(trimmed(text)); }
 
 std::string withoutComment(const std::string& text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -107,7 +96,7 @@ std::string nearest(const std::string& word, const std::vector<std::string>& can
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
-    const std::size_t distance = editDistance(lower(word), lower(candidate));
+    const std::size_t distance = editDistance(lowerCase(word), lowerCase(candidate));
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;
@@ -145,7 +134,7 @@ std::vector<Line> expandedLines(const std::string& text, const std::string& name
   bool continued = false;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     if (!continued) starts.push_back(static_cast<int>(i) + 1);
-    const std::size_t first = raw[i].find_first_not_of(kBlank);
+    const std::size_t first = raw[i].find_first_not_of(kBlanks);
     if (!continued && first != std::string::npos && startsComment(raw[i], first)) raw[i].clear();
     continued = isContinued(raw[i]);
     input += raw[i] + '\n';

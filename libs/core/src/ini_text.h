@@ -8,7 +8,6 @@
 
 namespace vir::ini {
 
-std::string lower(std::string text);
 std::string trim(const std::string& text);
 /// Cuts a comment (`//`, `;`, `#` at the start or after a blank) and trims.
 std::string withoutComment(const std::string& text);

@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "ini_text.h"
+#include "vir/core/text.h"
 
 namespace vir {
 inline namespace core {
@@ -15,7 +16,7 @@ std::string numberText(double v) {
 
 void IniWriter::section(const std::string& name, const std::string& doc) {
   for (current_ = 0; current_ < sections_.size(); ++current_) {
-    if (ini::lower(sections_[current_].name) == ini::lower(name)) return;
+    if (lowerCase(sections_[current_].name) == lowerCase(name)) return;
   }
   sections_.push_back({name, doc, ""});
 }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+
+#include "vir/core/text.h"
 
 namespace vir {
 inline namespace core {
@@ -48,6 +51,14 @@ bool parseFinite(std::string_view text, double* value) {
   double parsed = 0;
   if (!parseNumber(text, &parsed) || !std::isfinite(parsed)) return false;
   *value = parsed;
+  return true;
+}
+
+bool parseBool(std::string_view text, bool* value) {
+  const std::string word = lowerCase(std::string(text));
+  const bool yes = word == "true" || word == "yes" || word == "1";
+  if (!yes && word != "false" && word != "no" && word != "0") return false;
+  *value = yes;
   return true;
 }
 

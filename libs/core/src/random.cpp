@@ -2,11 +2,12 @@
 
 #include <cmath>
 
+#include "vir/core/angles.h"
+
 namespace vir {
 inline namespace core {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15ULL;
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "ini_text.h"
+#include "vir/core/text.h"
 #include "vir/core/text_file.h"
 
 namespace vir {
@@ -44,7 +45,7 @@ std::string readWhole(const std::string& path) {
   }
 }
 
-bool same(const std::string& a, const std::string& b) { return ini::lower(a) == ini::lower(b); }
+bool same(const std::string& a, const std::string& b) { return lowerCase(a) == lowerCase(b); }
 
 std::string sectionNameIn(const std::string& line, const SettingOrigin& origin) {
   const std::size_t end = line.find(']');

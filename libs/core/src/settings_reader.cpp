@@ -3,6 +3,7 @@
 #include "ini_text.h"
 #include "vir/core/parse_number.h"
 #include "vir/core/settings.h"
+#include "vir/core/text.h"
 
 namespace vir {
 inline namespace core {
@@ -24,21 +25,14 @@ void SettingsReader::section(const std::string& name, const std::string&) {
 }
 
 const Setting* SettingsReader::lookUp(const char* key) {
-  known_.insert({ini::lower(section_), key});
+  known_.insert({lowerCase(section_), key});
   return settings_.find(section_, key);
 }
 
 void SettingsReader::value(const char* key, bool& v, const char*) {
   const Setting* s = lookUp(key);
   if (s == nullptr) return;
-  const std::string word = ini::lower(s->value);
-  if (word == "true" || word == "yes" || word == "1") {
-    v = true;
-  } else if (word == "false" || word == "no" || word == "0") {
-    v = false;
-  } else {
-    refuse(*s, "not a yes or no", "true, false, yes, no, 1, 0");
-  }
+  if (!parseBool(s->value, &v)) refuse(*s, "not a yes or no", "true, false, yes, no, 1, 0");
 }
 
 void SettingsReader::value(const char* key, int& v, Bounds<int> bounds, const char*) {
@@ -96,14 +90,14 @@ void SettingsReader::choice(const char* key, std::string& v,
   const Setting* s = lookUp(key);
   if (s == nullptr) return;
   for (const std::string& word : allowed) {
-    if (ini::lower(word) != ini::lower(s->value)) continue;
+    if (lowerCase(word) != lowerCase(s->value)) continue;
     v = word;
     return;
   }
   refuse(*s, "not one of the choices", ini::joined(allowed));
 }
 
-void SettingsReader::ignoreSection(const std::string& name) { ignored_.insert(ini::lower(name)); }
+void SettingsReader::ignoreSection(const std::string& name) { ignored_.insert(lowerCase(name)); }
 
 bool SettingsReader::passedOver(const SettingOrigin& origin) const {
   return !tolerant_file_.empty() && origin.file == tolerant_file_;
@@ -111,9 +105,9 @@ bool SettingsReader::passedOver(const SettingOrigin& origin) const {
 
 void SettingsReader::finish() const {
   std::set<std::string> declared;
-  for (const std::string& name : declared_sections_) declared.insert(ini::lower(name));
+  for (const std::string& name : declared_sections_) declared.insert(lowerCase(name));
   for (const auto& [name, origin] : settings_.sections_) {
-    if (declared.count(ini::lower(name)) > 0 || ignored_.count(ini::lower(name)) > 0) continue;
+    if (declared.count(lowerCase(name)) > 0 || ignored_.count(lowerCase(name)) > 0) continue;
     if (passedOver(origin)) continue;
     const std::vector<std::string> names(declared_sections_.begin(), declared_sections_.end());
     const std::string near = ini::nearest(name, names);
@@ -122,14 +116,14 @@ void SettingsReader::finish() const {
                             " Known sections: " + listedNames(names));
   }
   for (const Setting& s : settings_.settings_) {
-    const std::string section = ini::lower(s.section);
+    const std::string section = lowerCase(s.section);
     if (ignored_.count(section) > 0 || passedOver(s.origin)) continue;
     std::vector<std::string> keys;
     bool known = false;
     for (const auto& [known_section, key] : known_) {
       if (known_section != section) continue;
       keys.push_back(key);
-      known = known || ini::lower(key) == ini::lower(s.key);
+      known = known || lowerCase(key) == lowerCase(s.key);
     }
     if (known) continue;
     const std::string near = ini::nearest(s.key, keys);

@@ -5,6 +5,7 @@
 
 #include "mirror.h"
 #include "range_layer_impl.h"
+#include "vir/core/angles.h"
 #include "vir/ranging/range_correlation.h"
 
 namespace vir::estimator {
@@ -48,10 +49,9 @@ std::string text(const Vec3& p) {
 
 /// Of an innovation [m] with its variance.
 double logLikelihood(double residual, double innovation_variance) {
-  constexpr double kTwoPi = 6.283185307179586;
   const double variance = std::max(innovation_variance, 1e-8);
   const double density =
-      std::exp(-0.5 * residual * residual / variance) / std::sqrt(kTwoPi * variance);
+      std::exp(-0.5 * residual * residual / variance) / std::sqrt(2 * kPi * variance);
   return std::log((1 - kOutlierShare) * density + kOutlierShare * std::exp(kAnywhere));
 }
 

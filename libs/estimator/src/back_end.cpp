@@ -10,8 +10,6 @@
 namespace vir::estimator {
 namespace {
 
-/// Readings kept before the oldest time that may still be asked for [s].
-constexpr double kImuHistoryS = 2.0;
 /// The guess across a hole in the readings is a poor one.
 constexpr int kIterationsInHole = 8;
 /// A state's speed is known to this while landmarks hold it, and less so on readings alone
@@ -184,6 +182,7 @@ void BackEnd::clockSetBack() {
   imu.clear();
   last_image = last_usable = 0;
   hole = {};
+  in_gap = false;
 }
 
 void BackEnd::dropOldReadings() {
@@ -257,6 +256,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     if (full && solve.usable) updateAnchors(t);
   }
   out->calibration = window->calibration();
+  tellLens();
   out->reprojection_rms = solve.reprojection_rms;
   out->inertial_rms = solve.inertial_rms;
   out->landmarks = window->landmarksInNewest();
@@ -286,6 +286,14 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     window->slide(out->keyframe);
   }
   collectRetired();
+}
+
+void BackEnd::tellLens() {
+  if (lens_told || !window->lensContradicted()) return;
+  lens_told = true;
+  warn(
+      "the images contradict the given distortion of the lens: it is estimated from here on "
+      "(calibration.yaml has it; `vir-slam calibrate camera` finds it from several recordings)");
 }
 
 double BackEnd::gainBeyondPrior(const Calibration& found) const {

@@ -67,6 +67,8 @@ struct BackEnd {
                        State* predicted) const;
   /// Is the last hole behind, and with it the hold on the landmarks? Told once.
   bool lostInHole(const vision::TrackedFrame& frame, TimeNs t);
+  /// Says once that the images have the lens otherwise than given.
+  void tellLens();
   void rememberSights(const vision::TrackedFrame& frame);
   void updateRest(const vision::TrackedFrame& frame);
   std::string failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
@@ -137,7 +139,8 @@ struct BackEnd {
   int segment = 0;                      // grows with every restart
   std::vector<Eigen::Vector2f> pixels;  // of the features of the last image
   Sights last_sights;
-  bool in_gap = false;    // warn once per stretch
+  bool in_gap = false;  // warn once per stretch
+  bool lens_told = false;
   TimeNs last_image = 0;  // on the IMU clock
   TimeNs last_usable = 0;
   /// Images at the ends of the last stretch without readings; none once it has been judged.

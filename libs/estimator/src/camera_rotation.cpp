@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "back_end.h"
+#include "vir/core/angles.h"
 
 namespace vir::estimator {
 namespace {
@@ -24,7 +25,7 @@ constexpr double kClearly = 0.3;
 constexpr double kIdentity = 1e-9;
 
 /// Half a turn about an axis of the image is how a mirror turns, too.
-constexpr double kHalfTurn = 3.14159265358979323846 - 0.15;
+constexpr double kHalfTurn = kPi - 0.15;
 
 double angleBetween(const Quat& a, const Quat& b) { return logQuat(a.conjugate() * b).norm(); }
 
@@ -89,7 +90,7 @@ void BackEnd::tellRotation(TimeNs t, bool inverted, const Vec3& turn) {
     warn("the camera's rotation in the body was found from its turning");
     return;
   }
-  const auto degrees = std::lround(turn.norm() * 180 / 3.14159265358979323846);
+  const auto degrees = std::lround(turn.norm() * 180 / kPi);
   const std::string text =
       inverted ? "the camera's pose in the body seems to be given the wrong way round (T_C_B for "
                  "T_B_C): its inverse is used"

@@ -75,7 +75,7 @@ std::vector<window::HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
 void BackEnd::updateAnchors(TimeNs t) {
   window->updateCovariance();
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
-  if (ranges.update(t, held, window->rangesAtFront())) {
+  if (ranges.update(t, held, window->rangesAtOldest())) {
     window->optimise(kIterationsOnChange);
     window->updateCovariance();
   }

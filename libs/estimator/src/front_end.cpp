@@ -17,8 +17,6 @@ constexpr std::size_t kMaxWaitingImages = 100;
 constexpr double kImuGapS = 0.05, kImuBridgeS = 4.0;
 /// This many readings in a row from the past: the clock was set back, not a late packet.
 constexpr long kClockStepReadings = 50;
-/// Readings kept before the last usable image [s].
-constexpr double kImuHistoryS = 2.0;
 
 }  // namespace
 

@@ -12,6 +12,9 @@
 
 namespace vir::estimator {
 
+/// Readings that either side keeps before the oldest time that may still be asked for [s].
+constexpr double kImuHistoryS = 2.0;
+
 /// One image as the front end leaves it, with all that came in since the one before.
 struct Packet {
   enum class Kind {

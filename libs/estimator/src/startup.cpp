@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
 #include "vir/initialization/inertial_alignment.h"
 
@@ -311,7 +312,7 @@ bool Startup::refine(window::ShortWindow* window) {
   detail_ += ", refined: reprojection " + number(solve.reprojection_rms) + " sigma, cost " +
              number(solve.final_cost) + " of " + std::to_string(solve.sights) +
              " sights, baseline " + number(acc.baseline_m) + " m, scale sigma " +
-             number(scale_sigma) + ", tilt sigma " + number(acc.tilt_sigma_rad * 180 / M_PI) +
+             number(scale_sigma) + ", tilt sigma " + number(acc.tilt_sigma_rad * 180 / kPi) +
              " deg";
   if (solve.reprojection_rms > options_.max_reprojection_rms) {
     reason_ = "inconsistent";
@@ -320,7 +321,7 @@ bool Startup::refine(window::ShortWindow* window) {
   const bool patient = toSeconds(frames_.back().t - first_offer_) >= options_.patience_s;
   const double limit = patient ? std::max(options_.max_scale_sigma, options_.patient_scale_sigma)
                                : options_.max_scale_sigma;
-  if (!(scale_sigma < limit) || !(acc.tilt_sigma_rad * 180 / M_PI < options_.max_tilt_sigma_deg)) {
+  if (!(scale_sigma < limit) || !(acc.tilt_sigma_rad * 180 / kPi < options_.max_tilt_sigma_deg)) {
     reason_ = "scale uncertain";
     return false;
   }

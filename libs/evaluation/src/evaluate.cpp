@@ -6,17 +6,17 @@
 #include <iomanip>
 #include <sstream>
 
+#include "vir/core/angles.h"
+
 namespace vir::evaluation {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / 3.14159265358979323846;
 
 double angleDeg(const Quat& q) { return kDegPerRad * logQuat(q).norm(); }
 
 /// Angle of the part of `q` that turns about z (swing-twist) in -180..180.
 double twistAboutZDeg(const Quat& q) {
   const double angle = 2.0 * std::atan2(q.z(), q.w());
-  return kDegPerRad * std::remainder(angle, 2.0 * 3.14159265358979323846);
+  return kDegPerRad * std::remainder(angle, 2 * kPi);
 }
 
 void checkOverlap(const Trajectory& reference, const Trajectory& estimate,

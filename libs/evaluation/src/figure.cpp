@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "clip.h"
+#include "vir/core/angles.h"
 
 namespace vir::evaluation {
 namespace {
@@ -147,7 +148,7 @@ void drawMark(const Mark& mark, const Vec2& at, Canvas* canvas) {
   if (mark.shape == Mark::Shape::ring) {
     std::vector<Vec2> circle;
     for (int i = 0; i <= 24; ++i) {
-      const double angle = 2 * M_PI * i / 24;
+      const double angle = 2 * kPi * i / 24;
       circle.push_back(at + r * Vec2(std::cos(angle), std::sin(angle)));
     }
     canvas->polyline(circle, mark.color, 1.6);

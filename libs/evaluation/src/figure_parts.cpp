@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
 
 namespace vir::evaluation {
@@ -51,7 +52,7 @@ std::vector<Vec2> ellipseOutline(const Vec2& centre, const Eigen::Matrix2d& cova
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
   const Vec2 axes = sigmas * solver.eigenvalues().cwiseMax(0).cwiseSqrt();
   for (int i = 0; i <= kPoints; ++i) {
-    const double angle = 2 * M_PI * (i % kPoints) / kPoints;
+    const double angle = 2 * kPi * (i % kPoints) / kPoints;
     const Vec2 p(axes.x() * std::cos(angle), axes.y() * std::sin(angle));
     outline.push_back(centre + solver.eigenvectors() * p);
   }

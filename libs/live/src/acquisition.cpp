@@ -3,7 +3,6 @@
 #include <mrpt/hwdrivers/CGenericSensor.h>
 #include <mrpt/obs/CObservationImage.h>
 #include <mrpt/system/COutputLogger.h>
-#include <mrpt/system/string_utils.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,6 +12,8 @@
 #include <thread>
 
 #include "vir/core/device_clock.h"
+#include "vir/core/parse_number.h"
+#include "vir/core/text.h"
 #include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/live_source.h"
@@ -41,14 +42,8 @@ CGenericSensor::Ptr makeSensor(const std::string& driver) {
 
 /// Sections whose `driver` is no sensor.
 bool isOurs(const std::string& section) {
-  const std::string name = mrpt::system::lowerCase(section);
+  const std::string name = lowerCase(section);
   return name == "estimator" || name == "rendezvous";
-}
-
-/// As MRPT reads it.
-bool isYes(const std::string& value) {
-  const std::string word = mrpt::system::lowerCase(value);
-  return word == "true" || word == "1" || word == "yes";
 }
 
 SteadyClock::duration seconds(double s) {
@@ -67,7 +62,8 @@ std::vector<std::string> sensorSections(const Settings& settings) {
   for (const std::string& section : settings.sections()) {
     const Setting* ignored = settings.find(section, "rawlog-grabber-ignore");
     if (settings.find(section, "driver") == nullptr || isOurs(section)) continue;
-    if (ignored != nullptr && isYes(ignored->value)) continue;
+    bool ignore = false;
+    if (ignored != nullptr && parseBool(ignored->value, &ignore) && ignore) continue;
     names.push_back(section);
   }
   return names;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
 #include "vir/ranging/range_correlation.h"
 
@@ -206,7 +207,7 @@ bool AnchorSearch::ringFits(const Optimum& best) const {
   double least = 0;
   probe_.minimise(best.x, 8, nullptr, &least);
   for (int k = 1; k < 8; ++k) {
-    const double angle = k * M_PI / 4;
+    const double angle = k * kPi / 4;
     const Vec3 tangent = (std::cos(angle) * side - std::sin(angle) * radial).normalized();
     double cost = 0;
     const Vec3 p = foot + std::cos(angle) * radial + std::sin(angle) * side;

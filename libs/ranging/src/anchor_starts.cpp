@@ -3,7 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <random>
+
+#include "vir/core/angles.h"
+#include "vir/core/random.h"
 
 namespace vir::ranging {
 namespace {
@@ -57,7 +59,7 @@ void addStarts(const FitData& data, const std::vector<std::size_t>& chosen, cons
   if (shape.deviation[0] > kNoExtent && linearSolution(data, chosen, shape, 1, &x, &rest)) {
     const double radius = std::sqrt(std::max(rest, 1e-6));
     for (int k = 0; k < kRingPoints; ++k) {
-      const double angle = (k + 0.5) * 2 * M_PI / kRingPoints;
+      const double angle = (k + 0.5) * 2 * kPi / kRingPoints;
       add({x[0], radius * std::cos(angle), radius * std::sin(angle)});
     }
   }
@@ -95,14 +97,14 @@ std::vector<FitState> startPositions(const RangeFit& fit, const PathShape& shape
   std::vector<std::size_t> all(data.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   addStarts(data, all, shape, &points);
-  std::mt19937_64 random(20200601);
+  Random random(20200601);
   for (int k = 0; k < kSubsets && data.size() > 2 * kSubsetSize; ++k) {
     // One of each stretch of the path, so that a subset spans all of it.
     std::vector<std::size_t> subset;
     for (std::size_t j = 0; j < kSubsetSize; ++j) {
       const std::size_t from = j * data.size() / kSubsetSize;
       const std::size_t to = (j + 1) * data.size() / kSubsetSize;
-      subset.push_back(from + random() % (to - from));
+      subset.push_back(from + random.below(to - from));
     }
     addStarts(data, subset, shape, &points);
   }

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "vir/core/angles.h"
+
 namespace vir::ranging {
 namespace {
 
@@ -118,7 +120,7 @@ double GaussianProcess::logLikelihood(const Eigen::Vector3d& log_hyper,
   const double log_det = 2 * llt.matrixLLT().diagonal().array().log().sum();
   // Second line: the scatter within the bins, which knows the noise only.
   const double value = -0.5 * (y_ - mean * ones).dot(alpha) - 0.5 * log_det -
-                       0.5 * static_cast<double>(n) * std::log(2 * M_PI) -
+                       0.5 * static_cast<double>(n) * std::log(2 * kPi) -
                        0.5 * scatter_ / (noise * noise) - extra_ * std::log(noise);
   if (!gradient) return value;
   // d/dtheta = 1/2 tr((alpha alpha^T - K^-1) dK/dtheta); the mean is optimal, so its change does

@@ -63,10 +63,13 @@ std::vector<Range> rangesOf(const CObservation& observation) {
   return out;
 }
 
-CObservationBeaconRanges::Ptr toObservation(const Range& range, const std::string& label) {
+CObservationBeaconRanges::Ptr toObservation(const Range& range, const std::string& label,
+                                            const RadioReach& reach) {
   auto o = CObservationBeaconRanges::Create();
   o->sensorLabel = label;
   o->timestamp = toMrptTime(range.t);
+  o->minSensorDistance = static_cast<float>(reach.min_m);
+  o->maxSensorDistance = static_cast<float>(reach.max_m);
   o->stdError = static_cast<float>(range.sigma_m);
   CObservationBeaconRanges::TMeasurement m;
   m.beaconID = static_cast<std::int32_t>(range.anchor);
@@ -88,6 +91,7 @@ CObservationRobotPose::Ptr toObservation(const StampedPose& pose, const std::str
   o->sensorLabel = label;
   o->timestamp = toMrptTime(pose.t);
   o->pose.mean = toMrptPose(pose.T_W_B);
+  o->pose.cov.setZero();
   return o;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "vir/core/text.h"
 #include "vir/rawlog/rawlog_reader.h"
 
 namespace vir::rawlog {
@@ -23,8 +24,7 @@ bool isBelow(const fs::path& file, const fs::path& folder) {
 }
 
 bool namesAnImage(const fs::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lowerCase(file.extension().string());
   for (const char* known : {".png", ".jpg", ".jpeg", ".pgm", ".ppm", ".bmp", ".tif", ".tiff"}) {
     if (extension == known) return true;
   }

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "vir/core/angles.h"
 #include "vir/core/random.h"
 
 namespace vir::rendering {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// How far away the things are whose motion blur counts [m].
 constexpr double kBlurDistance_m = 2;
 constexpr int kWaves = 4;

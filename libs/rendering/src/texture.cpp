@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstring>
 
+#include "vir/core/angles.h"
 #include "vir/core/random.h"
 
 namespace vir::rendering {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// The patches together have this many times the area of the texture.
 constexpr double kCover = 4;
 /// A pixel that is longer than wide on the surface is looked at in several places.

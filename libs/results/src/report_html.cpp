@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "csv_text.h"
+#include "vir/core/angles.h"
 #include "vir/core/markup.h"
 
 namespace vir::results {
@@ -109,7 +110,7 @@ std::string peerTable(const std::vector<team::PeerResult>& peers) {
     const team::TransformSolution s = solved ? a.solutions[0] : team::TransformSolution();
     const Vec3 sigma = s.covariance.diagonal().tail<3>().cwiseMax(0).cwiseSqrt();
     t += "<tr>" + cell(std::to_string(peer.id), false) + cell(name(a.status), false) +
-         cell(solved ? number(s.T_A_B.yaw_rad * 180 / M_PI, 2) : "-") +
+         cell(solved ? number(s.T_A_B.yaw_rad * 180 / kPi, 2) : "-") +
          cell(solved ? vectorText(s.T_A_B.t_m) : "-") + cell(solved ? vectorText(sigma) : "-") +
          cell(number(peer.transform.first_unique_s, 1)) + cell(std::to_string(peer.ranges)) +
          cell(std::to_string(peer.without_broadcast)) + cell(a.reason, false) + "</tr>\n";

@@ -2,9 +2,10 @@
 
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <stdexcept>
+
+#include "vir/core/host_clock.h"
 
 namespace vir::results {
 namespace fs = std::filesystem;
@@ -30,15 +31,6 @@ constexpr const char* kOurFiles[] = {"trajectory.tum",
                                      "transforms_over_time.csv",
                                      "rendezvous.svg",
                                      "scene.3Dscene"};
-
-std::string dateTime() {
-  const std::time_t now = std::time(nullptr);
-  std::tm local{};
-  localtime_r(&now, &local);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y%m%d-%H%M%S", &local);
-  return text;
-}
 
 /// Two runs within one second must not share a folder.
 fs::path freshFolder(const fs::path& base) {
@@ -95,7 +87,7 @@ void writeTextFile(const std::string& path, const std::string& text) {
 
 ResultsFolder::ResultsFolder(const std::string& out) {
   const fs::path folder =
-      out.empty() ? freshFolder(fs::path("results") / dateTime()) : fs::path(out);
+      out.empty() ? freshFolder(fs::path("results") / localDateTime()) : fs::path(out);
   std::error_code error;
   fs::create_directories(folder, error);
   if (error || !fs::is_directory(folder)) {

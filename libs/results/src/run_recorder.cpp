@@ -222,7 +222,7 @@ std::optional<double> RunRecorder::positionNees() const {
       values.push_back(value);
   }
   if (values.empty()) return std::nullopt;
-  return evaluation::summariseNees(values, 3).mean_per_dof;
+  return evaluation::meanNeesPerDof(values, 3);
 }
 
 void RunRecorder::summariseRanges(RunSummary* summary) const {

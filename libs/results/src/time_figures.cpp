@@ -3,6 +3,7 @@
 
 #include "csv_text.h"
 #include "run_figures.h"
+#include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
 #include "vir/evaluation/figure_parts.h"
 
@@ -266,7 +267,7 @@ evaluation::Figure calibrationFigure(const RunPictures& run) {
   figure.entries = {{"x; or the only one", evaluation::figureColor(0)},
                     {"y", evaluation::figureColor(1)},
                     {"z", evaluation::figureColor(2)}};
-  constexpr double kDeg = 180 / M_PI;
+  constexpr double kDeg = 180 / kPi;
   panel(
       "time offset [ms]", 1,
       [&](const roles::CalibrationPoint& p) {

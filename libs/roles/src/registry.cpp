@@ -1,11 +1,10 @@
 #include "registry.h"
 
-#include <mrpt/system/string_utils.h>
-
 #include <map>
 #include <mutex>
 #include <utility>
 
+#include "vir/core/text.h"
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/rendezvous_registry.h"
@@ -13,8 +12,6 @@
 
 namespace vir::roles {
 namespace {
-
-using mrpt::system::lowerCase;
 
 /// What plugins of one role have registered, by name; names are not case-sensitive.
 template <typename Entry, typename Factory>

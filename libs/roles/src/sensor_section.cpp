@@ -5,12 +5,13 @@
 
 #include <algorithm>
 
+#include "vir/core/angles.h"
 #include "vir/rawlog/mrpt_time.h"
 
 namespace vir::roles {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
+constexpr double kRad = kPi / 180;
 
 void declare(OptionVisitor& v, SensorSection& s) {
   v.section(s.name, "A sensor");

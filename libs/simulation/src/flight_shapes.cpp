@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/angles.h"
+
 namespace vir::simulation {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// Along the corners and round again, as far as it goes.
 std::vector<Vec3> line(const std::vector<Vec3>& corners, double length) {

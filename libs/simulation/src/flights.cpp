@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "flight_shapes.h"
+#include "vir/core/angles.h"
 #include "vir/core/random.h"
 
 namespace vir::simulation {
@@ -15,7 +16,6 @@ constexpr TimeNs kBegin = 1000000000;
 constexpr double kCoarse_s = 1.0;
 constexpr double kFine_s = 0.05;
 constexpr double kGravity = 9.81;
-constexpr double kPi = 3.14159265358979323846;
 
 /// Sines of unit variance in sum, zero at time 0.
 class Sway {

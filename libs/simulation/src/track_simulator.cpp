@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "track_world.h"
+#include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
 #include "vir/core/random.h"
 #include "vir/simulation/interval.h"
@@ -176,7 +177,7 @@ Track TrackSimulator::Impl::born(std::size_t point) {
   k.offset = options.offset_px * normal2(&births);
   k.outlier = births.uniform() < options.outlier_share;
   k.slides_from = static_cast<int>(10 * births.uniform());
-  const double angle = births.uniform(0, 2 * 3.14159265358979323846);
+  const double angle = births.uniform(0, 2 * kPi);
   k.slide = options.outlier_px * births.uniform(0.3, 1.7) * Vec2(std::cos(angle), std::sin(angle));
   k.seen.id = next_id;
   return k;

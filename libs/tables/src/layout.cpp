@@ -4,18 +4,16 @@
 #include <cctype>
 #include <fstream>
 
+#include "vir/core/text.h"
+
 namespace vir::tables {
 namespace {
 
 constexpr std::size_t kSampledBytes = 64 << 10;
 
-bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; }
+constexpr std::string_view kBlank = " \t\r\"";
 
-std::string_view trim(std::string_view s) {
-  while (!s.empty() && isBlank(s.front())) s.remove_prefix(1);
-  while (!s.empty() && isBlank(s.back())) s.remove_suffix(1);
-  return s;
-}
+std::string_view trim(std::string_view s) { return trimmed(s, kBlank); }
 
 bool isDigit(char c) { return c >= '0' && c <= '9'; }
 
@@ -29,9 +27,7 @@ bool beginsAsData(std::string_view line) {
 
 /// The rest of a comment, without its mark.
 std::string_view commentOf(std::string_view line) {
-  while (!line.empty() && (line.front() == '#' || line.front() == '%' || isBlank(line.front()))) {
-    line.remove_prefix(1);
-  }
+  line.remove_prefix(std::min(line.find_first_not_of(" \t\r\"#%"), line.size()));
   return line;
 }
 
@@ -45,20 +41,16 @@ std::string unitOf(std::string_view name) {
 }  // namespace
 
 void splitLine(std::string_view line, char separator, std::vector<std::string_view>* fields) {
-  fields->clear();
-  if (separator != ' ') {
-    for (;;) {
-      const std::size_t end = line.find(separator);
-      fields->push_back(trim(line.substr(0, end)));
-      if (end == std::string_view::npos) return;
-      line.remove_prefix(end + 1);
-    }
+  if (separator == ' ') {
+    splitWords(line, kBlank, fields);
+    return;
   }
-  for (line = trim(line); !line.empty(); line = trim(line)) {
-    const auto end =
-        static_cast<std::size_t>(std::find_if(line.begin(), line.end(), isBlank) - line.begin());
-    fields->push_back(line.substr(0, end));
-    line.remove_prefix(end);
+  fields->clear();
+  for (;;) {
+    const std::size_t end = line.find(separator);
+    fields->push_back(trim(line.substr(0, end)));
+    if (end == std::string_view::npos) return;
+    line.remove_prefix(end + 1);
   }
 }
 

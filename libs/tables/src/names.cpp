@@ -1,10 +1,11 @@
 /// What columns are called, and where they are when nothing is said.
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
+#include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
 #include "vir/core/parse_number.h"
+#include "vir/core/text.h"
 #include "vir/tables/layout.h"
 
 namespace vir::tables {
@@ -64,10 +65,8 @@ bool findAxes(const Layout& layout, const std::vector<std::string>& heads,
 std::string unitText(const Layout& layout, int index) {
   const auto i = static_cast<std::size_t>(index);
   if (i >= layout.names.size()) return {};
-  std::string out;
-  for (const char c : layout.units[i]) {
-    if (c != ' ') out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
+  std::string out = lowerCase(layout.units[i]);
+  out.erase(std::remove(out.begin(), out.end(), ' '), out.end());
   if (!out.empty()) return out;
   const std::string& name = layout.names[i];
   const std::string short_name = bare(name);
@@ -79,7 +78,7 @@ std::string unitText(const Layout& layout, int index) {
 double angularUnit(const Layout& layout, int column) {
   const std::string unit = unitText(layout, column);
   const bool degrees = unit.rfind("deg", 0) == 0 || unit.rfind("\xC2\xB0", 0) == 0 || unit == "dps";
-  return degrees ? 3.14159265358979323846 / 180 : 1.0;
+  return degrees ? kPi / 180 : 1.0;
 }
 
 /// Headers are copied, numbers are converted: g only where gravity is about 1.
@@ -216,8 +215,7 @@ namespace {
 bool endsAsImage(const std::string& text) {
   const std::size_t point = text.rfind('.');
   if (point == std::string::npos) return false;
-  std::string ending = text.substr(point + 1);
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string ending = lowerCase(text.substr(point + 1));
   for (const char* known : {"png", "jpg", "jpeg", "tif", "tiff", "bmp", "pgm", "ppm", "webp"}) {
     if (ending == known) return true;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/angles.h"
+
 namespace vir::team {
 
 YawPair yawsFromRange(const MutualRange& range, const SharedAnchor& anchor) {
@@ -40,8 +42,8 @@ WorldTransform throughAnchor(double yaw_rad, const SharedAnchor& anchor) {
 }
 
 double wrapAngle(double angle_rad) {
-  const double a = std::remainder(angle_rad, 2 * M_PI);
-  return a <= -M_PI ? a + 2 * M_PI : a;
+  const double a = std::remainder(angle_rad, 2 * kPi);
+  return a <= -kPi ? a + 2 * kPi : a;
 }
 
 }  // namespace vir::team

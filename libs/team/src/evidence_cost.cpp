@@ -39,6 +39,34 @@ class LogSum {
   double sum_ = 0, product_ = 1;
 };
 
+/// The errors that ranges share, as a Kalman filter over the ranges: covariance of the state
+/// (position error in its own units, slow error in sigmas, drift since then in its own), and the
+/// means of residual and Jacobian.
+template <int kStates, int kColumns>
+struct SharedErrors {
+  using State = Eigen::Matrix<double, kStates, 1>;
+  Eigen::Matrix<double, kStates, kStates> P = Eigen::Matrix<double, kStates, kStates>::Zero();
+  Eigen::Matrix<double, kStates, kColumns> mean = Eigen::Matrix<double, kStates, kColumns>::Zero();
+  State phi = State::Ones();
+
+  SharedErrors() { P.template topLeftCorner<4, 4>().setIdentity(); }
+
+  /// To a range `dt_s` away, over which so much of the errors stays.
+  void predict(double phi_position, double phi_range, double dt_s) {
+    phi.template head<4>() << phi_position, phi_position, phi_position, phi_range;
+    P.array() *= (phi * phi.transpose()).array();
+    P.diagonal() += State::Ones() - phi.cwiseProduct(phi);
+    mean.array().colwise() *= phi.array();
+    if constexpr (kStates > 4) P.diagonal().template tail<4>().array() += dt_s;
+  }
+
+  /// By a range: `Ph` is P times its sensitivity, `row` what the means did not foresee.
+  void correct(const State& Ph, double gain, const Eigen::Matrix<double, 1, kColumns>& row) {
+    mean.noalias() += (gain * Ph) * row;
+    P.noalias() -= (gain * Ph) * Ph.transpose();
+  }
+};
+
 }  // namespace
 
 Vec4 toVector(const WorldTransform& T) { return {T.yaw_rad, T.t_m.x(), T.t_m.y(), T.t_m.z()}; }
@@ -140,7 +168,7 @@ void EvidenceCost::sensitivity(std::size_t k, const Mat3& R, const Sight& sight,
 template <int kStates, int kColumns>
 double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
                           std::vector<Innovation>* innovations) const {
-  constexpr bool kLinear = kColumns > 1, kDrift = kStates > 4;
+  constexpr bool kLinear = kColumns > 1;
   using State = Eigen::Matrix<double, kStates, 1>;
   const Mat3 R = rotZ(x[0]);
   const Vec3 t = x.tail<3>();
@@ -151,28 +179,18 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
   double cost = addAnchors(x, R, H, g);
   if (ranges_.empty()) return cost;
   LogSum variances, tails;
-  // Filter: covariance of the state (position error in its own units, slow error in sigmas, drift
-  // since then in its own), and the means of residual and Jacobian.
-  Eigen::Matrix<double, kStates, kStates> P = Eigen::Matrix<double, kStates, kStates>::Zero();
-  P.template topLeftCorner<4, 4>().setIdentity();
-  Eigen::Matrix<double, kStates, kColumns> mean = Eigen::Matrix<double, kStates, kColumns>::Zero();
-  State phi = State::Ones(), h;
+  SharedErrors<kStates, kColumns> errors;
+  State h;
   for (std::size_t k = ranges_.size(); k-- > 0;) {
     const MutualRange& m = ranges_[k];
     const Step& step = steps_[k];
-    phi.template head<4>() << step.phi_position, step.phi_position, step.phi_position,
-        step.phi_range;
-    P.array() *= (phi * phi.transpose()).array();
-    P.diagonal() += State::Ones() - phi.cwiseProduct(phi);
-    mean.array().colwise() *= phi.array();
-
-    if constexpr (kDrift) P.diagonal().template tail<4>().array() += step.dt_s;
+    errors.predict(step.phi_position, step.phi_range, step.dt_s);
     const Vec3 rotated = R * m.p_B;
     const Vec3 v = m.p_A - rotated - t;
     const double distance = v.norm();
     const Vec3 u = distance > kMinDistance ? Vec3(v / distance) : Vec3(Vec3::Zero());
     sensitivity<kStates>(k, R, {u, rotated}, &h);
-    const State Ph = P * h;
+    const State Ph = errors.P * h;
     const double variance = m.sigma_m * m.sigma_m;
     const double S = h.dot(Ph) + variance;
     Eigen::Matrix<double, 1, kColumns> row;
@@ -180,7 +198,7 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
     if constexpr (kLinear) {
       row.template tail<4>() << u.y() * rotated.x() - u.x() * rotated.y(), u.x(), u.y(), u.z();
     }
-    row.noalias() -= h.transpose() * mean;
+    row.noalias() -= h.transpose() * errors.mean;
 
     const double r = row[0] / std::sqrt(S);
     const Weighed weighed = weigh(r);
@@ -194,8 +212,7 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
       *g += (gain * row[0]) * J.transpose();
     }
     if (innovations != nullptr) innovations->push_back({r, m.range_m - distance});
-    mean.noalias() += (gain * Ph) * row;
-    P.noalias() -= (gain * Ph) * Ph.transpose();
+    errors.correct(Ph, gain, row);
   }
   const double nlos = options_.robust.nlos_delta;
   return cost + variances.value() + nlos * nlos * tails.value();

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/angles.h"
+
 namespace vir::team {
 namespace {
 
@@ -19,7 +21,7 @@ Mat4 momentsOf(const EvidenceCost& cost, const Vec4& x, int coordinate, double s
                const Vec3& middle_B, double lever) {
   const Vec4 axis = Vec4::Unit(coordinate);
   const double unit = coordinate == 0 ? 1 / lever : 1;
-  const double limit = coordinate == 0 ? M_PI : kFarthest;
+  const double limit = coordinate == 0 ? kPi : kFarthest;
   const double first = std::min(0.3 * sigma, kFirstStep * unit);
   if (!(first > 0)) return Mat4::Zero();  // numbers beyond what can be solved for
   const double here = cost(x);

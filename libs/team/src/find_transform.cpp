@@ -11,6 +11,7 @@
 #include "geometry_check.h"
 #include "mode_search.h"
 #include "starts.h"
+#include "vir/core/angles.h"
 
 namespace vir::team {
 namespace {
@@ -309,7 +310,7 @@ class Finder {
     char text[160];
     std::snprintf(text, sizeof text,
                   "yaw known to %.2f rad and position to %.2f m only: more motion is needed",
-                  std::min(yaw, M_PI), horizontal);
+                  std::min(yaw, kPi), horizontal);
     answer_.reason = text;
     const bool uncertain =
         !(yaw <= options_.max_yaw_sigma_rad) || !(horizontal <= options_.max_sigma_m);
@@ -331,6 +332,7 @@ TransformAnswer findTransform(const std::vector<MutualRange>& ranges,
                               const std::vector<SharedAnchor>& anchors,
                               const TransformOptions& options,
                               const std::vector<WorldTransform>& hints) {
+  options.validate();
   return Finder(ranges, anchors, options).run(hints);
 }
 

@@ -3,6 +3,7 @@
 #include <nlopt.hpp>
 
 #include "starts.h"
+#include "vir/core/angles.h"
 
 namespace vir::team {
 namespace {
@@ -27,7 +28,7 @@ double objective(unsigned, const double* p, double*, void* data) {
   auto* search = static_cast<Search*>(data);
   const Vec4 x = search->at(p);
   const double cost = (*search->cost)(x);
-  const int sector = static_cast<int>((p[0] + M_PI) / (2 * M_PI) * kSectors) % kSectors;
+  const int sector = static_cast<int>((p[0] + kPi) / (2 * kPi) * kSectors) % kSectors;
   auto& best = search->best[static_cast<std::size_t>(std::max(sector, 0))];
   if (cost < best.first) best = {cost, x};
   return cost;
@@ -46,8 +47,8 @@ std::vector<Vec4> startsFromGlobalSearch(const EvidenceCost& cost, int evaluatio
     search.pivot = &cost.ranges()[i * (cost.size() - 1) / (kPivots - 1)];
     search.best.assign(kSectors, {std::numeric_limits<double>::infinity(), Vec4::Zero()});
     nlopt::opt direct(nlopt::GN_DIRECT_L, 3);
-    direct.set_lower_bounds({-M_PI, -M_PI, -1});
-    direct.set_upper_bounds({M_PI, M_PI, 1});
+    direct.set_lower_bounds({-kPi, -kPi, -1});
+    direct.set_upper_bounds({kPi, kPi, 1});
     direct.set_min_objective(objective, &search);
     direct.set_maxeval(evaluations / static_cast<int>(kPivots));
     std::vector<double> p{0.1, 0.1, 0.0};

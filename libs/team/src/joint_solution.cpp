@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "joint_problem.h"
+#include "vir/core/option_check.h"
 #include "vir/core/options.h"
 
 namespace vir::team {
@@ -88,6 +89,8 @@ OdometryNoise jointNoiseDefaults() {
   return o;
 }
 
+void JointOptions::validate() const { checkBounds(*this); }
+
 void describe(OptionVisitor& v, JointOptions& o) {
   v.section("Joint", "Recordings of several robots solved together");
   v.value("node_distance_m", o.node_distance_m, {0.01, 100.0}, "distance between nodes");
@@ -124,6 +127,7 @@ Eigen::Matrix4d JointSolution::covarianceBetween(std::size_t to, std::size_t fro
 JointSolution solveJointly(const std::vector<JointRobot>& robots,
                            const std::vector<JointMutualRange>& mutual,
                            const JointOptions& options) {
+  options.validate();
   JointSolution out;
   if (robots.size() < 2) {
     out.problem = "fewer than two robots";

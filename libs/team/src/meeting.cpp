@@ -15,6 +15,11 @@ void tellOfRanges(const MutualRanges& ranges, const RobotRecord& a, const RobotR
              std::to_string(ranges.without_state) + " ranges between " + a.name + " and " + b.name +
                  " came when one of them had no pose: not used");
   }
+  if (ranges.doubled > 0) {
+    vir::log(log, LogLevel::info,
+             std::to_string(ranges.doubled) + " ranges between " + a.name + " and " + b.name +
+                 " are in both recordings: each is used once");
+  }
   if (ranges.antenna_unknown > 0) {
     const std::string& silent = a.antenna() ? b.name : a.name;
     char sigma[16];

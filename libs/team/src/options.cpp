@@ -1,8 +1,11 @@
 #include "vir/core/options.h"
 
+#include "vir/core/option_check.h"
 #include "vir/team/find_transform.h"
 
 namespace vir::team {
+
+void TransformOptions::validate() const { checkBounds(*this); }
 
 void describe(OptionVisitor& v, TransformOptions& o) {
   v.section("Rendezvous", "How the transform between two robots' worlds is found");

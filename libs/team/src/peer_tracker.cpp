@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "vir/core/angles.h"
+
 namespace vir::team {
 namespace {
 
@@ -40,8 +42,8 @@ std::string placed(const PeerResult& peer, const TransformSolution& s) {
   std::snprintf(text, sizeof text,
                 "robot %d is placed after %.1f s: yaw %.1f +- %.1f deg, offset %.2f %.2f %.2f +- "
                 "%.2f %.2f %.2f m",
-                peer.id, peer.transform.first_unique_s.value_or(0), s.T_A_B.yaw_rad * 180 / M_PI,
-                sigma[0] * 180 / M_PI, s.T_A_B.t_m.x(), s.T_A_B.t_m.y(), s.T_A_B.t_m.z(), sigma[1],
+                peer.id, peer.transform.first_unique_s.value_or(0), s.T_A_B.yaw_rad * 180 / kPi,
+                sigma[0] * 180 / kPi, s.T_A_B.t_m.x(), s.T_A_B.t_m.y(), s.T_A_B.t_m.z(), sigma[1],
                 sigma[2], sigma[3]);
   return text;
 }

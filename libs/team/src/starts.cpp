@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "trilateration.h"
+#include "vir/core/angles.h"
 #include "vir/team/closed_form.h"
 
 namespace vir::team {
@@ -64,7 +65,7 @@ std::vector<Vec4> startsThroughAnchors(const EvidenceCost& cost) {
     if (n <= kFewRanges && !found.empty()) continue;
     std::vector<Scored> ring;
     for (int i = 0; i < kYaws; ++i) {
-      ring.push_back(score(throughAnchor(2 * M_PI * i / kYaws - M_PI, anchor)));
+      ring.push_back(score(throughAnchor(2 * kPi * i / kYaws - kPi, anchor)));
     }
     addMinima(ring, &found);
   }
@@ -76,7 +77,7 @@ std::vector<Vec4> startsFromRanges(const EvidenceCost& cost) {
   const Trilateration trilateration(cost.ranges());
   std::vector<std::vector<Scored>> rings(Trilateration::kBranches);
   for (int i = 0; i < kYaws; ++i) {
-    const double yaw = 2 * M_PI * i / kYaws - M_PI;
+    const double yaw = 2 * kPi * i / kYaws - kPi;
     const auto offsets = trilateration.solve(yaw);
     for (std::size_t b = 0; b < offsets.size(); ++b) {
       Scored here{std::numeric_limits<double>::infinity(), Vec4::Zero()};

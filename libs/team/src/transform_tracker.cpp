@@ -3,14 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/option_check.h"
 #include "vir/core/options.h"
 
 namespace vir::team {
+
+void TransformTrackerOptions::validate() const { checkBounds(*this); }
 
 void describe(OptionVisitor& v, TransformTrackerOptions& o) {
   describe(v, o.transform);
   v.value("max_ranges", o.max_ranges, {20, 1000000},
           "ranges kept per pair; beyond, every second of the older half is dropped");
+}
+
+TransformTracker::TransformTracker(const TransformTrackerOptions& options) : options_(options) {
+  options_.validate();
 }
 
 void TransformTracker::add(const MutualRange& range, int segment_A, int segment_B) {

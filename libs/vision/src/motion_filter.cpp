@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "vir/core/order_statistics.h"
+
 namespace vir::vision {
 
 namespace {
@@ -191,11 +193,8 @@ MotionVerdict filterByMotion(const std::vector<BearingPair>& pairs, const Mat3& 
   const Mat3 R_still = fit.rotation(rotation_only);
   std::vector<double> flow;
   for (const BearingPair& p : pairs) flow.push_back(compensatedFlow(p, R_still).norm());
-  std::vector<double> sorted = flow;
-  const std::size_t rank = (sorted.size() - 1) * 9 / 10;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(rank),
-                   sorted.end());
-  if (sorted[rank] < kStillPx) {
+  std::vector<double> ranked = flow;
+  if (quantileInPlace(&ranked, 0.9) < kStillPx) {
     for (std::size_t i = 0; i < pairs.size(); ++i) verdict.inlier[i] = flow[i] < threshold_px;
     verdict.rotation_correction = rotation_only;
     return verdict;

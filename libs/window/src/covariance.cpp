@@ -86,6 +86,9 @@ class PoseCovariance {
     E = s.asDiagonal() * E;
     llt.matrixL().solveInPlace(E);
     cov_ = E.transpose() * E;
+    if (!calibrated) return;
+    const Eigen::VectorXd y = llt.matrixL().solve(s.asDiagonal() * eq.b);
+    step_ = -E.rightCols<kCalibrationSize>().transpose() * y;
   }
   bool ok() const { return ok_; }
   /// Of the calibration, the blocks behind all frames; nothing if it was held.
@@ -94,6 +97,8 @@ class PoseCovariance {
     if (!calibrated_) return std::nullopt;
     return cov_.bottomRightCorner<kCalibrationSize, kCalibrationSize>();
   }
+  /// From where it is to where the terms would have it.
+  const CalibrationChange& calibrationStep() const { return step_; }
   Mat6 block(std::size_t a, std::size_t b) const {
     return cov_.block<6, 6>(6 * static_cast<int>(a), 6 * static_cast<int>(b));
   }
@@ -108,6 +113,7 @@ class PoseCovariance {
   bool calibrated_;
   bool ok_ = false;
   Eigen::MatrixXd cov_;
+  CalibrationChange step_ = CalibrationChange::Zero();
 };
 
 void addRangeInformation(const WindowState& w, NormalEquations* eq) {
@@ -194,6 +200,7 @@ void updateCovariance(WindowState& w) {
   }
   const double factor = varianceFactor(w);
   w.covariance.calibration = cov.calibration();
+  w.covariance.calibration_step = cov.calibrationStep();
   if (w.covariance.calibration) *w.covariance.calibration *= std::max(1.0, factor);
   w.covariance.newest *= factor;
   w.covariance.edge *= factor;

@@ -84,11 +84,11 @@ void LongWindow::advance(TimeNs t, const Pose& T_O_B, std::vector<HeldRange> hea
   s.head.x[3] = node.x[3];
   s.head.x[4] = node.x[4];
   s.nodes.push_back(std::move(node));
-  if (s.position()) s.linkFront();
+  if (s.position()) s.linkHead();
   while (static_cast<int>(s.nodes.size()) > s.limit()) s.marginaliseOldest();
 }
 
-void LongWindow::Impl::linkFront() {
+void LongWindow::Impl::linkHead() {
   const std::size_t n = nodes.size();
   for (std::size_t back = 1; back <= 3 && back <= n; ++back) {
     LongNode& from = nodes[n - back];

@@ -60,7 +60,7 @@ struct LongWindow::Impl {
   void holdFrozen(Frontal* f) const;
   void holdFixedAnchors(Frontal* f) const;
   /// Mode "position": ties the new head to the nodes before it.
-  void linkFront();
+  void linkHead();
   void marginaliseOldest();
   std::vector<double> headAndAnchors() const;
   double cost(const std::vector<HeldRange>& head_ranges);

@@ -47,8 +47,11 @@ void describe(OptionVisitor& v, WindowOptions& o) {
   v.value("centre_sigma_px", o.calibration.centre_px, {1e-4, 1000.0},
           "how far the given principal point may be off");
   v.value("distortion_sigma", o.calibration.distortion, {1e-7, 1.0},
-          "how far k1 and k2 of the lens (xi and alpha of a double sphere) may be off; 1e-07: as "
-          "given");
+          "how far k1 and k2 of the lens (xi and alpha of a double sphere) may be off");
+  chooseEnum(
+      v, "lens", o.lens, {"watched", "free", "given"},
+      "k1 and k2: as given until the images are sure that they are others, estimated from the "
+      "first image on, or as given whatever the images say");
   v.value("gyro_gain_sigma", o.calibration.gyro_gain, {1e-7, 0.5},
           "how far the gyro's gain may be off (relative)");
   v.value("gyro_axes_sigma_rad", o.calibration.gyro_axes_rad, {1e-7, 0.5},

@@ -107,6 +107,7 @@ ShortWindow::ShortWindow(const WindowOptions& options, const imu::ImuNoise& nois
   impl_->calibration_sigma = options.calibration;
   impl_->camera_parameters[factors::kReadout] = options.readout_s;
   impl_->shutter_decided = options.readout_s > 0;
+  impl_->lens_held = options.lens != LensMode::free;
   setCalibration(calibration);
 }
 
@@ -236,7 +237,9 @@ WindowAccuracy ShortWindow::accuracy() const {
   WindowAccuracy out;
   const std::size_t n = impl_->frames.size();
   if (n < 2) return out;
-  const Eigen::MatrixXd cov = covarianceOf(informationOf(*impl_));
+  NormalEquations information = informationOf(*impl_);
+  holdLens(*impl_, &information);
+  const Eigen::MatrixXd cov = covarianceOf(information);
   std::size_t a = 0, b = 1;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 1; j < n; ++j) {
@@ -279,7 +282,7 @@ std::vector<HeldRange> ShortWindow::rangesInO(std::uint64_t anchor) const {
   return out;
 }
 
-std::vector<HeldRange> ShortWindow::rangesAtFront() const {
+std::vector<HeldRange> ShortWindow::rangesAtOldest() const {
   std::vector<HeldRange> out;
   const Vec3 origin = impl_->frames.front()->T_W_B().p;
   for (const auto& f : impl_->frames) {
@@ -296,6 +299,7 @@ std::vector<HeldRange> ShortWindow::rangesAtFront() const {
 void ShortWindow::updateCovariance() {
   window::updateCovariance(*impl_);
   decideShutter(*impl_);
+  watchLens(*impl_);
 }
 
 Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {
@@ -314,8 +318,9 @@ void ShortWindow::setTimeOffset(double time_offset_s, double sigma_s) {
 
 void ShortWindow::setCalibration(const Calibration& calibration) {
   impl_->camera = calibration.camera;
-  impl_->radial_response = impl_->options.calibrate ? camera::RadialResponse(calibration.camera)
-                                                    : camera::RadialResponse();
+  const bool looked_for = impl_->options.calibrate && impl_->options.lens != LensMode::given;
+  impl_->radial_response =
+      looked_for ? camera::RadialResponse(calibration.camera) : camera::RadialResponse();
   impl_->camera_parameters[factors::kTimeOffset] = calibration.time_offset_s;
   impl_->stamp_offset_s = calibration.time_offset_s;
   factors::poseTo(calibration.T_B_C, impl_->extrinsic);
@@ -341,6 +346,10 @@ std::optional<CalibrationCovariance> ShortWindow::calibrationCovariance() const 
   return impl_->covariance.calibration;
 }
 
+bool ShortWindow::lensContradicted() const {
+  return impl_->options.lens == LensMode::watched && !impl_->lens_held;
+}
+
 void ShortWindow::stampWith(double time_offset_s) { impl_->stamp_offset_s = time_offset_s; }
 
 Calibration ShortWindow::calibration() const {
@@ -351,8 +360,7 @@ Calibration ShortWindow::calibration() const {
   out.camera.cx += c[factors::kCx];
   out.camera.cy += c[factors::kCy];
   const Vec2 radial = c.segment<2>(factors::kRadial1);
-  // Held as given it only moves by what rounding leaves.
-  if (!radial.isZero(1e-6)) out.camera = withRadialChange(out.camera, radial);
+  if (!radial.isZero(0)) out.camera = withRadialChange(out.camera, radial);
   const imu::ImuIntrinsics k = impl_->imuIntrinsics();
   out.gyro_gain = k.segment<3>(imu::kGyroGain);
   out.gyro_axes_rad = k.segment<3>(imu::kGyroAxes);

@@ -78,8 +78,15 @@ class Unknowns {
   std::vector<double> values_;
 };
 
-void addParameters(WindowState& w, Unknowns* x, ceres::Problem* problem,
-                   ceres::ParameterBlockOrdering* ordering) {
+/// Nothing where the whole camera is free.
+std::unique_ptr<ceres::Manifold> cameraManifold(const WindowState& w) {
+  if (!w.calibrating() || !w.lens_held) return nullptr;
+  return std::make_unique<ceres::SubsetManifold>(
+      factors::kCameraParameters, std::vector<int>{factors::kRadial1, factors::kRadial2});
+}
+
+void addParameters(WindowState& w, ceres::Manifold* camera_manifold, Unknowns* x,
+                   ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering) {
   for (auto& f : w.frames) {
     problem->AddParameterBlock(x->of(f->pose), 7, &w.pose_manifold);
     problem->AddParameterBlock(x->of(f->speed_bias), 9);
@@ -90,7 +97,7 @@ void addParameters(WindowState& w, Unknowns* x, ceres::Problem* problem,
   double* const extrinsic = x->of(w.extrinsic);
   double* const camera = x->of(w.camera_parameters);
   problem->AddParameterBlock(extrinsic, 7, &w.pose_manifold);
-  problem->AddParameterBlock(camera, factors::kCameraParameters);
+  problem->AddParameterBlock(camera, factors::kCameraParameters, camera_manifold);
   ordering->AddElementToGroup(extrinsic, 1);
   ordering->AddElementToGroup(camera, 1);
   double* const imu = x->of(w.imu_intrinsics);
@@ -206,10 +213,11 @@ SolveSummary solveWindow(WindowState& w, int iterations) {
 
   ceres::Problem problem(problemOptions());
   const std::unique_ptr<ceres::Manifold> head_manifold = headManifold(w);
+  const std::unique_ptr<ceres::Manifold> camera_manifold = cameraManifold(w);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   const std::unique_ptr<ceres::LossFunction> loss = lossOf(w.options);
   Unknowns x(w);
-  addParameters(w, &x, &problem, ordering.get());
+  addParameters(w, camera_manifold.get(), &x, &problem, ordering.get());
   if (w.ranging()) addRangeParameters(w, head_manifold.get(), &x, &problem, ordering.get());
   for (const Term& t : set.terms()) {
     problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),

@@ -95,6 +95,8 @@ struct WindowCovariance {
   /// Newest frame relative to the oldest: position, rotation on the right.
   Eigen::Matrix<double, 6, 6> newest = Eigen::Matrix<double, 6, 6>::Zero();
   std::optional<CalibrationCovariance> calibration;
+  /// Where the terms would have the calibration if nothing of it were held: from where it is.
+  CalibrationChange calibration_step = CalibrationChange::Zero();
   Eigen::Matrix4d edge = Eigen::Matrix4d::Identity();   ///< second frame relative to the oldest
   Eigen::Matrix4d claim = Eigen::Matrix4d::Identity();  ///< oldest frame in O: position, yaw
 };
@@ -110,10 +112,12 @@ struct SightFit {
 struct WindowState {
   WindowOptions options;
   imu::ImuNoise noise;
-  CameraCalibration camera;  ///< as given: sights are bearings by it
-  camera::RadialResponse radial_response;
+  CameraCalibration camera;                ///< as given: sights are bearings by it
+  camera::RadialResponse radial_response;  ///< nothing where the lens is taken as given
   CalibrationSigma calibration_sigma;
   bool shutter_decided = false;  ///< see decideShutter()
+  bool lens_held = false;        ///< see watchLens()
+  int lens_doubts = 0;           ///< keyframes in a row that contradict the lens
   double stamp_offset_s = 0;     ///< time offset that new frames are stamped with
   double extrinsic[7];
   double camera_parameters[factors::kCameraParameters] = {};
@@ -204,6 +208,12 @@ void updateCovariance(WindowState& w);
 /// Most cameras have a global shutter, and the others one that takes milliseconds: once the sights
 /// tell which, what is next to nothing is held at nothing. Call after updateCovariance().
 void decideShutter(WindowState& w);
+/// The lens of most calibrations is right, and estimating it all the same costs accuracy: it is
+/// held as given until what the sights say of it contradicts that beyond doubt. All terms and the
+/// prior keep its columns, so that nothing is lost until then. Call after updateCovariance().
+void watchLens(WindowState& w);
+/// As if a held lens were known exactly.
+void holdLens(const WindowState& w, NormalEquations* information);
 /// The oldest frame, about to be marginalised, becomes a node of the long window.
 void handToLongWindow(WindowState& w);
 /// What NodeRangeFactor needs for a range of a frame with the short window taken as rigid: as if

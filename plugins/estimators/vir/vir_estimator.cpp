@@ -14,18 +14,10 @@
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/mrpt_camera.h"
+#include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
-namespace {
-
-Pose poseOf(const mrpt::poses::CPose3D& p) {
-  const mrpt::poses::CPose3DQuat q(p);
-  return {Quat(q.quat().r(), q.quat().x(), q.quat().y(), q.quat().z()).normalized(),
-          Vec3(q.x(), q.y(), q.z())};
-}
-
-}  // namespace
 
 void VirSettings::describe(OptionVisitor& v) {
   v.section("Estimator", "The estimator and which sensors of the recording it reads");
@@ -112,7 +104,7 @@ bool VirEstimator::knowsCamera(const mrpt::img::TCamera& camera,
   if (estimator_->hasCamera()) return true;
   calibration_ = rawlog::fromMrptCamera(camera);
   try {
-    estimator_->setCamera(calibration_, poseOf(T_B_C));
+    estimator_->setCamera(calibration_, rawlog::fromMrptPose(T_B_C));
   } catch (const std::invalid_argument& e) {
     ++images_without_calibration_;
     warnOnce("calibration", std::string("images without a usable calibration are skipped (") +

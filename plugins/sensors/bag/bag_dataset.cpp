@@ -137,9 +137,7 @@ void BagSource::emit(bag::Reading* reading) {
   } else if (const auto* range = std::get_if<Range>(&reading->what)) {
     obs = rawlog::toObservation(*range, s.label);
   } else if (const auto* pose = std::get_if<StampedPose>(&reading->what)) {
-    auto pose_obs = rawlog::toObservation(*pose, s.label);
-    pose_obs->pose.cov.setZero();
-    obs = pose_obs;
+    obs = rawlog::toObservation(*pose, s.label);
   } else {
     obs = imageObservation(reading->t, std::get<bag::ImageReading>(reading->what), s.label);
   }

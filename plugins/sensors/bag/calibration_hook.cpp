@@ -1,7 +1,6 @@
 #include "calibration_hook.h"
 
-#include <cstdio>
-
+#include "companion_ini.h"
 #include "vir/formats/calibration_file.h"
 
 namespace vir::bag {
@@ -19,18 +18,6 @@ const CalibratedCamera* cameraFor(const CalibrationFile& file, const std::string
   return place < file.cameras.size() ? &file.cameras[place] : nullptr;
 }
 
-std::string noiseText(const imu::ImuNoise& n, const std::string& path) {
-  char text[512];
-  std::snprintf(text, sizeof text,
-                "[Imu]\n"
-                "gyro_noise_density = %.6g  // rad/s/sqrt(Hz)\n"
-                "gyro_random_walk = %.6g  // rad/s^2/sqrt(Hz)\n"
-                "acc_noise_density = %.6g  // m/s^2/sqrt(Hz)\n"
-                "acc_random_walk = %.6g  // m/s^3/sqrt(Hz)\n",
-                n.gyro_noise_density, n.gyro_random_walk, n.acc_noise_density, n.acc_random_walk);
-  return "// Noise of the IMU, taken from " + path + "\n" + text;
-}
-
 }  // namespace
 
 CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<CameraSetup>* cameras,
@@ -38,7 +25,9 @@ CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<Came
   const CalibrationFile file = formats::readCalibrationFile(path);
   for (const std::string& note : file.notes) log->note(path + ": " + note);
   CalibrationExtras extras;
-  if (file.imu_noise) extras.ini += noiseText(*file.imu_noise, path);
+  if (file.imu_noise) {
+    extras.ini += "// Noise of the IMU, taken from " + path + "\n" + imuSection(*file.imu_noise);
+  }
   for (CameraSetup& c : *cameras) {
     const auto place = static_cast<std::size_t>(&c - cameras->data());
     const CalibratedCamera* found = cameraFor(file, c.topic, place);
@@ -51,11 +40,7 @@ CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<Came
     c.has_intrinsics = true;
     if (found->T_B_C) c.T_B_C = *found->T_B_C, c.has_place = true;
     // Estimators use the first camera.
-    if (found->time_offset_s && place == 0) {
-      char text[64];
-      std::snprintf(text, sizeof text, "[Camera]\ntime_offset_s = %.9g\n", *found->time_offset_s);
-      extras.ini += text;
-    }
+    if (found->time_offset_s && place == 0) extras.ini += cameraSection(*found->time_offset_s);
   }
   return extras;
 }

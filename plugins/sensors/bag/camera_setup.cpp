@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "calibration_hook.h"
+#include "camera_scaling.h"
 #include "input_error.h"
 
 namespace vir::bag {
@@ -68,16 +69,6 @@ bool lensOf(const CameraInfo& info, CameraCalibration* out, std::string* why) {
 bool sameShape(int width, int height, const CameraCalibration& c) {
   const double sx = static_cast<double>(width) / c.width;
   return std::abs(sx - static_cast<double>(height) / c.height) <= 0.01 * sx;
-}
-
-void scaleTo(int width, int height, CameraCalibration* c) {
-  const double sx = static_cast<double>(width) / c->width;
-  const double sy = static_cast<double>(height) / c->height;
-  // Of pixel centres: the middle of the first one is 0.
-  c->fx *= sx, c->fy *= sy;
-  c->cx = (c->cx + 0.5) * sx - 0.5;
-  c->cy = (c->cy + 0.5) * sy - 0.5;
-  c->width = width, c->height = height;
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 #include "survey.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 
 #include "range_fields.h"
+#include "vir/core/text.h"
 
 namespace vir::bag {
 namespace {
@@ -77,8 +77,7 @@ void lookInto(const MessageView& m, const BagMessage& message, TopicInfo* info, 
 /// By the names of type and topic; not one of the known types.
 bool mayHoldRanges(const TopicInfo& info) {
   if (knownRangeFields(info.type)) return false;
-  std::string name = info.type + info.topic;
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string name = lowerCase(info.type + info.topic);
   // Differences of ranges are none.
   if (name.find("tdoa") != std::string::npos) return false;
   for (const char* word : {"uwb", "ranging", "range", "distance", "pozyx", "dwm", "anchor"}) {

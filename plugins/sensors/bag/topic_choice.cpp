@@ -1,19 +1,14 @@
 #include "topic_choice.h"
 
 #include <algorithm>
-#include <cctype>
 #include <functional>
 
 #include "input_error.h"
+#include "vir/core/text.h"
 #include "vir/rawlog/labels.h"
 
 namespace vir::bag {
 namespace {
-
-std::string lower(std::string s) {
-  for (char& c : s) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return s;
-}
 
 bool contains(const std::string& text, std::initializer_list<const char*> words) {
   return std::any_of(words.begin(), words.end(),
@@ -32,12 +27,12 @@ bool isVector(const TopicInfo& t) {
          type == "geometry_msgs/AccelStamped" || type == "geometry_msgs/TwistStamped";
 }
 bool isAccelerometer(const TopicInfo& t) {
-  return isVector(t) && contains(lower(t.topic), {"accel", "/acc"});
+  return isVector(t) && contains(lowerCase(t.topic), {"accel", "/acc"});
 }
-bool isGyro(const TopicInfo& t) { return isVector(t) && contains(lower(t.topic), {"gyro"}); }
+bool isGyro(const TopicInfo& t) { return isVector(t) && contains(lowerCase(t.topic), {"gyro"}); }
 bool isTruth(const TopicInfo& t) {
-  return isPose(t.type) && contains(lower(t.topic), {"truth", "/gt", "_gt", "vicon", "mocap",
-                                                     "vrpn", "optitrack", "qualisys", "leica"});
+  return isPose(t.type) && contains(lowerCase(t.topic), {"truth", "/gt", "_gt", "vicon", "mocap",
+                                                         "vrpn", "optitrack", "qualisys", "leica"});
 }
 
 /// Whether messages of a topic can play a role.
@@ -95,7 +90,7 @@ class Chooser {
     for (const auto& [topic, info] : survey_.topics) {
       if (knownRangeFields(info.type)) add({Role::range, topic, {}}, info);
       if (!info.range_guess.empty()) addGuess(info);
-      if (contains(lower(info.type), {"tdoa"})) {
+      if (contains(lowerCase(info.type), {"tdoa"})) {
         log_->note(topic + " (" + info.type +
                    ") left out: differences of ranges, which no estimator of ours takes");
       }
@@ -138,7 +133,7 @@ class Chooser {
 
   /// The raw one of two that are the same; left or first camera before others.
   static int rank(const TopicInfo& t) {
-    const std::string name = lower(t.topic);
+    const std::string name = lowerCase(t.topic);
     int rank = t.type == "sensor_msgs/Image" ? 0 : 1;
     if (contains(name, {"left", "cam0", "camera0", "infra1", "cam_0"})) rank -= 2;
     if (contains(name, {"right", "cam1", "camera1", "infra2", "cam_1"})) rank += 2;
@@ -149,7 +144,7 @@ class Chooser {
     const TopicInfo* best = nullptr;
     for (const auto& [topic, info] : survey_.topics) {
       if (!isImage(info.type) || !info.camera) continue;
-      if (contains(lower(topic), {"depth", "disparity", "confidence"})) continue;
+      if (contains(lowerCase(topic), {"depth", "disparity", "confidence"})) continue;
       if (best == nullptr || rank(info) < rank(*best)) best = &info;
     }
     if (best != nullptr) add({Role::camera, best->topic, {}}, *best);

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "input_error.h"
+#include "vir/core/text.h"
 
 namespace vir {
 namespace {
@@ -13,13 +14,7 @@ constexpr std::size_t kBuffer = 1 << 16;
 /// given by mistake does not fill the memory.
 constexpr std::size_t kMaxLine = 8192;
 
-bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-
-std::string_view trim(std::string_view s) {
-  while (!s.empty() && isBlank(s.front())) s.remove_prefix(1);
-  while (!s.empty() && isBlank(s.back())) s.remove_suffix(1);
-  return s;
-}
+constexpr std::string_view kBlank = " \t\r";
 
 }  // namespace
 
@@ -71,7 +66,7 @@ bool LineReader::rawLine(std::string* line) {
 bool LineReader::next(std::string* line) {
   while (rawLine(line)) {
     if (line_number_ == 1 && line->compare(0, 3, "\xEF\xBB\xBF") == 0) line->erase(0, 3);
-    const std::string_view data = trim(*line);
+    const std::string_view data = trimmed(*line, kBlank);
     if (data.empty() || data.front() == '#' || data.front() == '%') continue;
     *line = std::string(data);
     return true;
@@ -86,23 +81,17 @@ double LineReader::progress() const {
 }
 
 void splitFields(std::string_view line, std::vector<std::string_view>* fields) {
-  fields->clear();
-  if (line.find(',') != std::string_view::npos) {
-    for (;;) {
-      const std::size_t comma = line.find(',');
-      fields->push_back(trim(line.substr(0, comma)));
-      if (comma == std::string_view::npos) return;
-      line.remove_prefix(comma + 1);
-    }
+  if (line.find(',') == std::string_view::npos) {
+    splitWords(line, kBlank, fields);
+    return;
   }
-  for (line = trim(line); !line.empty(); line = trim(line)) {
-    const std::size_t end =
-        static_cast<std::size_t>(std::find_if(line.begin(), line.end(), isBlank) - line.begin());
-    fields->push_back(line.substr(0, end));
-    line.remove_prefix(end);
+  fields->clear();
+  for (;;) {
+    const std::size_t comma = line.find(',');
+    fields->push_back(trimmed(line.substr(0, comma), kBlank));
+    if (comma == std::string_view::npos) return;
+    line.remove_prefix(comma + 1);
   }
 }
-
-bool parseNs(std::string_view field, TimeNs* t) { return parseNumber(field, t) && *t >= 0; }
 
 }  // namespace vir

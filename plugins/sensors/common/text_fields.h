@@ -47,7 +47,4 @@ class LineReader {
 /// Splits at commas, or at blanks where there is no comma; fields come without surrounding blanks.
 void splitFields(std::string_view line, std::vector<std::string_view>* fields);
 
-/// A whole, non-negative number of nanoseconds.
-bool parseNs(std::string_view field, TimeNs* t);
-
 }  // namespace vir

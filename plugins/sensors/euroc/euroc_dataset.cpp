@@ -7,12 +7,11 @@
 #include <mrpt/obs/CObservationImage.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 
-#include <algorithm>
-#include <cstdio>
-
+#include "companion_ini.h"
 #include "euroc_dataset.h"
 #include "input_error.h"
 #include "table_folder.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
@@ -30,42 +29,6 @@ using euroc::Event;
 
 /// Events per doProcess(): enough to be fast, few enough to keep the queue small.
 constexpr int kBatch = 64;
-
-mrpt::obs::CObservation::Ptr imuObservation(const euroc::ImuRow& row) {
-  using namespace mrpt::obs;
-  auto obs = std::make_shared<CObservationIMU>();
-  obs->sensorLabel = rawlog::kImuLabel;
-  obs->set(IMU_WX, row.gyro.x());
-  obs->set(IMU_WY, row.gyro.y());
-  obs->set(IMU_WZ, row.gyro.z());
-  obs->set(IMU_X_ACC, row.acc.x());
-  obs->set(IMU_Y_ACC, row.acc.y());
-  obs->set(IMU_Z_ACC, row.acc.z());
-  return obs;
-}
-
-mrpt::obs::CObservation::Ptr rangeObservation(const euroc::RangeRow& row, const Vec3& antenna,
-                                              double sigma, const std::string& label) {
-  auto obs = std::make_shared<mrpt::obs::CObservationBeaconRanges>();
-  obs->sensorLabel = label;
-  obs->minSensorDistance = 0;
-  obs->maxSensorDistance = 1000;
-  obs->stdError = static_cast<float>(sigma);
-  mrpt::obs::CObservationBeaconRanges::TMeasurement m;
-  m.sensorLocationOnRobot = mrpt::poses::CPoint3D(antenna.x(), antenna.y(), antenna.z());
-  m.sensedDistance = static_cast<float>(row.range_m);
-  m.beaconID = row.anchor;
-  obs->sensedData.push_back(m);
-  return obs;
-}
-
-mrpt::obs::CObservation::Ptr truthObservation(const euroc::PoseRow& row) {
-  auto obs = std::make_shared<mrpt::obs::CObservationRobotPose>();
-  obs->sensorLabel = rawlog::kGroundTruthLabel;
-  obs->pose.mean = rawlog::toMrptPose(row.T_W_B);
-  obs->pose.cov.setZero();
-  return obs;
-}
 
 euroc::ImageMode modeOf(const std::string& name) {
   if (name == "copy") return euroc::ImageMode::copy;
@@ -171,25 +134,25 @@ void FolderSource::finish() {
 void FolderSource::emit(const Event& event) {
   mrpt::obs::CObservation::Ptr obs;
   std::string counter;
-  if (const auto* imu = std::get_if<euroc::ImuRow>(&event.what)) {
-    obs = imuObservation(*imu);
+  if (const auto* imu = std::get_if<ImuSample>(&event.what)) {
+    obs = rawlog::toObservation(*imu, rawlog::kImuLabel);
     counter = "imu_samples";
   } else if (const auto* range = std::get_if<euroc::RangeRow>(&event.what)) {
     const auto& streams = recording_->rangeStreams();
     const bool drawn = streams.empty();
     const std::string label = drawn ? rawlog::kRangeLabel : streams[event.stream].label;
-    obs = rangeObservation(*range,
-                           drawn ? recording_->antennaInBody() : streams[event.stream].antenna,
-                           drawn ? options_.range_sigma_m : streams[event.stream].sigma_m, label);
+    const Range measured{event.t, static_cast<std::uint32_t>(range->anchor), range->range_m,
+                         drawn ? options_.range_sigma_m : streams[event.stream].sigma_m,
+                         drawn ? recording_->antennaInBody() : streams[event.stream].antenna};
+    obs = rawlog::toObservation(measured, label, rawlog::kUnknownRadio);
     counter = label == rawlog::kRangeLabel ? "ranges" : "ranges_" + label;
   } else if (const auto* pose = std::get_if<euroc::PoseRow>(&event.what)) {
-    obs = truthObservation(*pose);
+    obs = rawlog::toObservation(StampedPose{event.t, pose->T_W_B}, rawlog::kGroundTruthLabel);
     counter = "ground_truth_poses";
   } else {
     emitImage(event, std::get<euroc::ImageRow>(event.what));
     return;
   }
-  obs->timestamp = rawlog::toMrptTime(event.t);
   ++given_[counter];
   appendObservation(obs);
 }
@@ -234,22 +197,9 @@ std::string FolderSource::companionIni() const {
     const std::string from = options_.calibration.empty() && !recording_->folder().imu_yaml.empty()
                                  ? recording_->folder().imu_yaml
                                  : "the calibration";
-    char text[1024];
-    std::snprintf(text, sizeof text,
-                  "[Imu]\n"
-                  "gyro_noise_density = %.6g  // rad/s/sqrt(Hz)\n"
-                  "gyro_random_walk = %.6g  // rad/s^2/sqrt(Hz)\n"
-                  "acc_noise_density = %.6g  // m/s^2/sqrt(Hz)\n"
-                  "acc_random_walk = %.6g  // m/s^3/sqrt(Hz)\n",
-                  imu.gyro_noise_density, imu.gyro_random_walk, imu.acc_noise_density,
-                  imu.acc_random_walk);
-    out = "// Noise of the IMU, taken from " + from + "\n" + text;
+    out = "// Noise of the IMU, taken from " + from + "\n" + imuSection(imu);
   }
-  if (const auto offset = recording_->timeOffset()) {
-    char text[64];
-    std::snprintf(text, sizeof text, "[Camera]\ntime_offset_s = %.9g\n", *offset);
-    out += text;
-  }
+  if (const auto offset = recording_->timeOffset()) out += cameraSection(*offset);
   return out;
 }
 
@@ -257,7 +207,7 @@ std::vector<roles::TrueAnchor> FolderSource::trueAnchors() const {
   std::vector<roles::TrueAnchor> anchors;
   if (!recording_) return anchors;
   for (const euroc::AnchorRow& a : recording_->trueAnchors()) {
-    anchors.push_back({a.id, a.p_W.x(), a.p_W.y(), a.p_W.z()});
+    anchors.push_back({static_cast<std::uint32_t>(a.id), a.p_W});
   }
   return anchors;
 }

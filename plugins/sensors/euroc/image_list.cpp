@@ -8,6 +8,7 @@
 
 #include "image_survey.h"
 #include "input_error.h"
+#include "vir/core/text.h"
 #include "vir/tables/layout.h"
 
 namespace vir::euroc {
@@ -124,9 +125,7 @@ std::unique_ptr<RowStream<ImageRow>> inOrder(const CameraFiles& camera, ProblemL
 }  // namespace
 
 bool isImageFile(const std::string& path) {
-  std::string e = fs::path(path).extension().string();
-  std::transform(e.begin(), e.end(), e.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string e = lowerCase(fs::path(path).extension().string());
   static const std::set<std::string> known{".png", ".jpg", ".jpeg", ".tif", ".tiff",
                                            ".bmp", ".pgm", ".ppm",  ".webp"};
   return known.count(e) > 0;

@@ -1,7 +1,6 @@
 #include "image_store.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -11,6 +10,7 @@
 
 #include "image_head.h"
 #include "input_error.h"
+#include "vir/core/text.h"
 
 namespace vir::euroc {
 namespace fs = std::filesystem;
@@ -19,12 +19,7 @@ namespace {
 /// Larger files are no camera images; reading them would only fill the memory.
 constexpr std::uintmax_t kMaxBytes = 512u << 20;
 
-std::string lowerExtension(const fs::path& p) {
-  std::string e = p.extension().string();
-  std::transform(e.begin(), e.end(), e.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return e;
-}
+std::string lowerExtension(const fs::path& p) { return lowerCase(p.extension().string()); }
 
 bool startsWith(const std::vector<unsigned char>& b, std::initializer_list<unsigned char> magic) {
   return b.size() >= magic.size() && std::equal(magic.begin(), magic.end(), b.begin());

@@ -90,7 +90,7 @@ bool implausible(RowFault* fault, const std::string& text) {
   return false;
 }
 
-bool parseImu(const Fields& f, const tables::ImuColumns& c, const Stamps& stamps, ImuRow* row,
+bool parseImu(const Fields& f, const tables::ImuColumns& c, const Stamps& stamps, ImuSample* row,
               RowFault* fault) {
   if (!enough(f, c.last(), fault) || !stamp(f, stamps, &row->t, fault) ||
       !vector(f, c.gyro, &row->gyro, fault) || !vector(f, c.acc, &row->acc, fault)) {
@@ -231,8 +231,8 @@ void noteAntennas(const std::string& path, const tables::Layout& layout, int col
 
 }  // namespace
 
-std::unique_ptr<RowStream<ImuRow>> openImu(const std::string& path, const Units& units,
-                                           ProblemLog* log) {
+std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Units& units,
+                                              ProblemLog* log) {
   const tables::Layout layout = tables::layoutOf(path);
   tables::ImuColumns c = tables::imuColumns(layout);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kImuStep, false, log);
@@ -248,10 +248,10 @@ std::unique_ptr<RowStream<ImuRow>> openImu(const std::string& path, const Units&
   c.acc_unit = accUnit(path, units, c.acc_unit, tables::medianNorm(layout, c.acc), log);
   sayUnit(path, "gyro", c.gyro_unit, "rad/s", log);
   sayUnit(path, "accelerometer", c.acc_unit, "m/s^2", log);
-  const auto parse = [=](const Fields& f, ImuRow* row, RowFault* fault) {
+  const auto parse = [=](const Fields& f, ImuSample* row, RowFault* fault) {
     return parseImu(f, c, stamps, row, fault);
   };
-  return open<ImuRow>(path, "imu", layout, parse, log);
+  return open<ImuSample>(path, "imu", layout, parse, log);
 }
 
 std::unique_ptr<RowStream<VectorRow>> openVectors(const std::string& path, VectorKind kind,

@@ -10,14 +10,9 @@
 #include "vir/core/time.h"
 #include "vir/geometry/pose.h"
 #include "vir/tables/anchor_names.h"
+#include "vir/types/imu_sample.h"
 
 namespace vir::euroc {
-
-struct ImuRow {
-  TimeNs t = 0;
-  Vec3 gyro = Vec3::Zero();  ///< [rad/s], IMU frame
-  Vec3 acc = Vec3::Zero();   ///< specific force [m/s^2], IMU frame
-};
 
 /// A reading of a gyro or of an accelerometer alone.
 struct VectorRow {
@@ -63,14 +58,14 @@ struct Units {
 };
 
 /// Without names: t, gyro xyz, acc xyz (or the accelerometer first, where its size says so).
-std::unique_ptr<RowStream<ImuRow>> openImu(const std::string& path, const Units& units,
-                                           ProblemLog* log);
+std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Units& units,
+                                              ProblemLog* log);
 enum class VectorKind { gyro, accelerometer };
 std::unique_ptr<RowStream<VectorRow>> openVectors(const std::string& path, VectorKind kind,
                                                   const Units& units, ProblemLog* log);
 /// Gyro and accelerometer in files of their own: samples at the times of the gyro.
-std::unique_ptr<RowStream<ImuRow>> openSplitImu(const std::string& gyro, const std::string& acc,
-                                                const Units& units, ProblemLog* log);
+std::unique_ptr<RowStream<ImuSample>> openSplitImu(const std::string& gyro, const std::string& acc,
+                                                   const Units& units, ProblemLog* log);
 /// Without names: t, filename; or t alone, for files called after their stamps.
 std::unique_ptr<RowStream<ImageRow>> openImageList(const std::string& path, ProblemLog* log);
 /// Without names: t, anchor_id, range. `names` must outlive the stream.

@@ -20,7 +20,7 @@ namespace vir::euroc {
 struct Event {
   TimeNs t = 0;
   std::size_t stream = 0;  ///< which of the cameras(), which of the rangeStreams()
-  std::variant<ImuRow, RangeRow, PoseRow, ImageRow> what;
+  std::variant<ImuSample, RangeRow, PoseRow, ImageRow> what;
   std::string where;  ///< file and line, of images only
 };
 
@@ -97,7 +97,7 @@ class Recording {
   std::vector<AnchorRow> true_anchors_;
   Pose T_S_B_truth_;  ///< our body in the frame whose pose the ground truth gives
 
-  std::unique_ptr<RowStream<ImuRow>> imu_;
+  std::unique_ptr<RowStream<ImuSample>> imu_;
   std::vector<CameraStream> cameras_;
   std::vector<RangeStream> ranges_;
   std::unique_ptr<RowStream<PoseRow>> truth_;

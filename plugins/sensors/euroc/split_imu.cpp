@@ -8,14 +8,14 @@
 namespace vir::euroc {
 namespace {
 
-class SplitImu : public RowStream<ImuRow> {
+class SplitImu : public RowStream<ImuSample> {
  public:
   SplitImu(std::unique_ptr<RowStream<VectorRow>> gyro, std::unique_ptr<RowStream<VectorRow>> acc,
            ProblemLog* log)
       : gyro_(std::move(gyro)), acc_(std::move(acc)), log_(log) {
     fill();
   }
-  const ImuRow* peek() const override { return ready_.empty() ? nullptr : &ready_.front(); }
+  const ImuSample* peek() const override { return ready_.empty() ? nullptr : &ready_.front(); }
   void pop() override {
     ready_.pop_front();
     fill();
@@ -37,7 +37,7 @@ class SplitImu : public RowStream<ImuRow> {
         pairing_.addGyro({g->t, g->v});
         gyro_->pop();
       }
-      for (const ImuSample& s : pairing_.take()) ready_.push_back({s.t, s.gyro, s.acc});
+      for (const ImuSample& s : pairing_.take()) ready_.push_back(s);
     }
     if (ready_.empty() && pairing_.dropped() > 0 && !said_) {
       said_ = true;
@@ -50,14 +50,14 @@ class SplitImu : public RowStream<ImuRow> {
   std::unique_ptr<RowStream<VectorRow>> gyro_, acc_;
   ProblemLog* log_;
   ImuPairing pairing_;
-  std::deque<ImuRow> ready_;
+  std::deque<ImuSample> ready_;
   bool said_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<RowStream<ImuRow>> openSplitImu(const std::string& gyro, const std::string& acc,
-                                                const Units& units, ProblemLog* log) {
+std::unique_ptr<RowStream<ImuSample>> openSplitImu(const std::string& gyro, const std::string& acc,
+                                                   const Units& units, ProblemLog* log) {
   return std::make_unique<SplitImu>(openVectors(gyro, VectorKind::gyro, units, log),
                                     openVectors(acc, VectorKind::accelerometer, units, log), log);
 }

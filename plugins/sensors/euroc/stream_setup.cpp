@@ -4,8 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "camera_scaling.h"
 #include "image_list.h"
 #include "video_frames.h"
+#include "vir/core/angles.h"
+#include "vir/core/parse_number.h"
 
 namespace vir::euroc {
 
@@ -14,7 +17,7 @@ Units unitsOf(const EurocOptions& o) {
   Units u;
   if (o.acc_unit != "auto")
     u.acc = o.acc_unit == "g" ? kGravity : o.acc_unit == "mg" ? kGravity / 1000 : 1;
-  if (o.gyro_unit != "auto") u.gyro = o.gyro_unit == "deg/s" ? 0.017453292519943295 : 1;
+  if (o.gyro_unit != "auto") u.gyro = o.gyro_unit == "deg/s" ? kRadPerDeg : 1;
   if (o.range_unit != "auto") {
     u.range = o.range_unit == "mm" ? 0.001 : o.range_unit == "cm" ? 0.01 : 1;
   }
@@ -23,6 +26,13 @@ Units unitsOf(const EurocOptions& o) {
 }
 
 namespace {
+
+/// How far the frames of a video are turned, clockwise [deg].
+int turnOf(const EurocOptions& o) {
+  int turn_deg = 0;
+  parseNumber(o.turn_video, &turn_deg);  // describe() allows whole numbers only
+  return turn_deg;
+}
 
 /// The file's times begin with 0, whatever the IMU's clock is. Both are taken to have begun
 /// together unless the IMU's stamps lie within the video's.
@@ -33,7 +43,7 @@ TimeNs startOfVideo(const EurocOptions& o, const std::string& path, std::optiona
     tables::parseStamp(o.video_start, tables::StampUnit::seconds, &start);
     return start;
   }
-  const VideoInfo info = lookAtVideo(path, std::stoi(o.turn_video));
+  const VideoInfo info = lookAtVideo(path, turnOf(o));
   const double length_s = info.rate_hz > 0 ? static_cast<double>(info.frames) / info.rate_hz : 0;
   if (imu_start && toSeconds(*imu_start) > length_s) start = *imu_start;
   char text[400];
@@ -44,17 +54,6 @@ TimeNs startOfVideo(const EurocOptions& o, const std::string& path, std::optiona
                 toSeconds(start), start > 0 ? ", where the IMU begins" : "");
   log->note(path + text);
   return start;
-}
-
-/// The intrinsics of images that are `width`x`height` instead.
-void scaleTo(int width, int height, CameraCalibration* c) {
-  const double sx = static_cast<double>(width) / c->width;
-  const double sy = static_cast<double>(height) / c->height;
-  c->width = width;
-  c->height = height;
-  c->fx *= sx, c->fy *= sy;
-  // The middle of the first pixel is (0, 0).
-  c->cx = (c->cx + 0.5) * sx - 0.5, c->cy = (c->cy + 0.5) * sy - 0.5;
 }
 
 /// Some images, spread over all of the list, as full names.
@@ -86,7 +85,7 @@ std::unique_ptr<RowStream<ImageRow>> openCameraImages(const EurocOptions& o,
   VideoTimes times;
   times.table = files.list;
   if (times.table.empty()) times.start = startOfVideo(o, files.video, imu_start, log);
-  return openVideo(files.video, times, std::stoi(o.turn_video), log);
+  return openVideo(files.video, times, turnOf(o), log);
 }
 
 void fitToImages(const EurocOptions& o, CameraStream* camera, ProblemLog* log) {
@@ -95,7 +94,7 @@ void fitToImages(const EurocOptions& o, CameraStream* camera, ProblemLog* log) {
   if (camera->files.video.empty()) {
     survey = surveyImages(someImages(camera->files));
   } else {
-    const VideoInfo info = lookAtVideo(camera->files.video, std::stoi(o.turn_video));
+    const VideoInfo info = lookAtVideo(camera->files.video, turnOf(o));
     survey.width = info.width;
     survey.height = info.height;
   }

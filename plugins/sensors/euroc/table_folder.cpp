@@ -12,6 +12,7 @@
 #include "input_error.h"
 #include "table_kind.h"
 #include "video_frames.h"
+#include "vir/core/text.h"
 #include "vir/formats/calibration_file.h"
 #include "vir/rawlog/labels.h"
 #include "vir/tables/layout.h"
@@ -85,9 +86,7 @@ class Finder {
     const std::string stem = fs::path(video_).stem().string();
     const auto score = [&](const std::string& f) {
       if (!stem.empty() && fs::path(f).filename().string().rfind(stem, 0) == 0) return true;
-      std::string name = shortName(f);
-      std::transform(name.begin(), name.end(), name.begin(),
-                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+      const std::string name = lowerCase(shortName(f));
       return std::any_of(better.begin(), better.end(),
                          [&](const char* w) { return name.find(w) != std::string::npos; });
     };

@@ -1,11 +1,11 @@
 #include "table_kind.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 
 #include "text_fields.h"
+#include "vir/core/text.h"
 #include "vir/tables/layout.h"
 
 namespace vir::euroc {
@@ -13,12 +13,6 @@ namespace fs = std::filesystem;
 namespace {
 
 using tables::Layout;
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 bool holdsAny(const std::string& text, std::initializer_list<const char*> words) {
   return std::any_of(words.begin(), words.end(),
@@ -141,14 +135,14 @@ const char* name(TableKind kind) {
 }
 
 bool mayBeTable(const std::string& path) {
-  const std::string ending = lower(fs::path(path).extension().string());
+  const std::string ending = lowerCase(fs::path(path).extension().string());
   return ending == ".csv" || ending == ".txt" || ending == ".tum" || ending == ".tsv" ||
          ending == ".dat";
 }
 
 TableKind kindOfTable(const std::string& path, const std::string& relative) {
-  const std::string name = lower(relative);
-  const std::string own = lower(fs::path(path).stem().string());
+  const std::string name = lowerCase(relative);
+  const std::string own = lowerCase(fs::path(path).stem().string());
   if (holdsAny(own, {"magnet", "baro", "gravity", "gps", "gnss", "location", "pressure", "compass",
                      "depth", "battery", "temperature", "annotation", "metadata", "readme"})) {
     return TableKind::none;

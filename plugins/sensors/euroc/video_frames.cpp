@@ -12,6 +12,7 @@
 #include <set>
 
 #include "input_error.h"
+#include "vir/core/text.h"
 #include "vir/tables/layout.h"
 
 namespace vir::euroc {
@@ -276,9 +277,7 @@ class VideoRows : public RowStream<ImageRow> {
 }  // namespace
 
 bool isVideoFile(const std::string& path) {
-  std::string e = fs::path(path).extension().string();
-  std::transform(e.begin(), e.end(), e.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string e = lowerCase(fs::path(path).extension().string());
   static const std::set<std::string> known{".mp4", ".mov",  ".m4v", ".avi", ".mkv",
                                            ".3gp", ".webm", ".mpg", ".mpeg"};
   return known.count(e) > 0;

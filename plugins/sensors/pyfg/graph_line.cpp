@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "text_fields.h"
+#include "vir/core/angles.h"
 #include "vir/core/parse_number.h"
 #include "vir/evaluation/trajectory.h"
 
@@ -101,7 +102,7 @@ class FieldReader {
   bool poseSe2(Pose* pose) {
     double theta = 0;
     if (!position(&pose->p, 2) || !numbers(&theta, 1)) return false;
-    pose->q = expQuat(Vec3(0, 0, std::remainder(theta, 2 * M_PI)));
+    pose->q = expQuat(Vec3(0, 0, std::remainder(theta, 2 * kPi)));
     return true;
   }
 

@@ -9,9 +9,8 @@
 
 #include "input_error.h"
 #include "pyfg_dataset.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
-#include "vir/rawlog/mrpt_pose.h"
-#include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/grabber_settings.h"
 
 namespace vir {
@@ -23,49 +22,39 @@ namespace {
 /// Events per doProcess(): enough to be fast, few enough to keep the queue small.
 constexpr int kBatch = 64;
 
-mrpt::obs::CObservation::Ptr poseObservation(const char* label, const Pose& pose,
-                                             const pyfg::Mat6& covariance) {
-  auto obs = std::make_shared<mrpt::obs::CObservationRobotPose>();
-  obs->sensorLabel = label;
-  obs->pose.mean = rawlog::toMrptPose(pose);
-  for (int r = 0; r < 6; ++r) {
-    for (int c = 0; c < 6; ++c) obs->pose.cov(r, c) = covariance(r, c);
-  }
-  return obs;
-}
-
-mrpt::obs::CObservation::Ptr rangeObservation(const char* label, int id, double range_m,
+mrpt::obs::CObservation::Ptr rangeObservation(const char* label, TimeNs t, int id, double range_m,
                                               double sigma_m) {
-  auto obs = std::make_shared<mrpt::obs::CObservationBeaconRanges>();
-  obs->sensorLabel = label;
-  obs->minSensorDistance = 0;
-  obs->maxSensorDistance = 1000;
-  obs->stdError = static_cast<float>(sigma_m);
-  mrpt::obs::CObservationBeaconRanges::TMeasurement m;
-  m.sensedDistance = static_cast<float>(range_m);
-  m.beaconID = id;
-  obs->sensedData.push_back(m);
-  return obs;
+  Range range;
+  range.t = t;
+  range.anchor = static_cast<std::uint32_t>(id);
+  range.range_m = range_m;
+  range.sigma_m = sigma_m;
+  return rawlog::toObservation(range, label, rawlog::kUnknownRadio);
 }
 
 struct Converter {
+  TimeNs t;
   std::map<std::string, long>* given;
 
   mrpt::obs::CObservation::Ptr operator()(const pyfg::TruePose& e) const {
     ++(*given)["ground_truth_poses"];
-    return poseObservation(rawlog::kGroundTruthLabel, e.T_W_B, pyfg::Mat6::Zero());
+    return rawlog::toObservation(StampedPose{t, e.T_W_B}, rawlog::kGroundTruthLabel);
   }
   mrpt::obs::CObservation::Ptr operator()(const pyfg::OdometryPose& e) const {
     ++(*given)["odometry_poses"];
-    return poseObservation(rawlog::kOdometryLabel, e.T_O_B, e.step_covariance);
+    const auto obs = rawlog::toObservation(StampedPose{t, e.T_O_B}, rawlog::kOdometryLabel);
+    for (int r = 0; r < 6; ++r) {
+      for (int c = 0; c < 6; ++c) obs->pose.cov(r, c) = e.step_covariance(r, c);
+    }
+    return obs;
   }
   mrpt::obs::CObservation::Ptr operator()(const pyfg::AnchorRange& e) const {
     ++(*given)["ranges"];
-    return rangeObservation(rawlog::kRangeLabel, e.anchor, e.range_m, e.sigma_m);
+    return rangeObservation(rawlog::kRangeLabel, t, e.anchor, e.range_m, e.sigma_m);
   }
   mrpt::obs::CObservation::Ptr operator()(const pyfg::PeerRange& e) const {
     ++(*given)["peer_ranges"];
-    return rangeObservation(rawlog::kPeerLabel, e.peer, e.range_m, e.sigma_m);
+    return rangeObservation(rawlog::kPeerLabel, t, e.peer, e.range_m, e.sigma_m);
   }
 };
 
@@ -103,9 +92,7 @@ void PyfgDataset::doProcess() {
   if (!initialized_) throw InputError("PyfgDataset: doProcess() before initialize()");
   for (int i = 0; i < kBatch && !finished(); ++i) {
     const pyfg::Event& event = recording_.events[at_++];
-    const auto obs = std::visit(Converter{&given_}, event.what);
-    obs->timestamp = rawlog::toMrptTime(event.t);
-    appendObservation(obs);
+    appendObservation(std::visit(Converter{event.t, &given_}, event.what));
   }
 }
 
@@ -128,7 +115,7 @@ std::vector<std::string> PyfgDataset::warnings() const { return log_.messages();
 std::vector<roles::TrueAnchor> PyfgDataset::trueAnchors() const {
   std::vector<roles::TrueAnchor> anchors;
   for (const pyfg::Landmark& l : recording_.landmarks) {
-    anchors.push_back({l.name.number, l.p_W.x(), l.p_W.y(), l.p_W.z()});
+    anchors.push_back({static_cast<std::uint32_t>(l.name.number), l.p_W});
   }
   return anchors;
 }

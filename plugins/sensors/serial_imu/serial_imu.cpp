@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "vir/core/settings.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
-#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
@@ -88,20 +88,12 @@ TimeNs SerialImu::stampOf(const serial_imu::ImuReading& reading, TimeNs arrival)
 }
 
 void SerialImu::emit(const serial_imu::ImuReading& reading, TimeNs arrival) {
-  using namespace mrpt::obs;
   const auto acc = axes_.toBody(reading.acc_m_s2);
   const auto gyro = axes_.toBody(reading.gyro_rad_s);
-  auto obs = std::make_shared<CObservationIMU>();
-  obs->timestamp = rawlog::toMrptTime(stampOf(reading, arrival));
-  obs->sensorLabel = m_sensorLabel;
-  obs->set(IMU_X_ACC, acc[0]);
-  obs->set(IMU_Y_ACC, acc[1]);
-  obs->set(IMU_Z_ACC, acc[2]);
-  obs->set(IMU_WX, gyro[0]);
-  obs->set(IMU_WY, gyro[1]);
-  obs->set(IMU_WZ, gyro[2]);
+  const ImuSample sample{stampOf(reading, arrival), Vec3(gyro[0], gyro[1], gyro[2]),
+                         Vec3(acc[0], acc[1], acc[2])};
   ++given_;
-  appendObservation(obs);
+  appendObservation(rawlog::toObservation(sample, m_sensorLabel));
 }
 
 std::vector<std::pair<std::string, long>> SerialImu::counters() const {

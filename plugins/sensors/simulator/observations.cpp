@@ -1,7 +1,6 @@
 #include <Eigen/Core>
 //
 #include <mrpt/obs/CObservationBeaconRanges.h>
-#include <mrpt/obs/CObservationIMU.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 #include <mrpt/obs/CObservationStereoImagesFeatures.h>
 
@@ -15,39 +14,11 @@ namespace vir::simulator {
 
 using namespace mrpt::obs;
 
-CObservation::Ptr imuObservation(const ImuSample& s) {
-  auto obs = std::make_shared<CObservationIMU>();
-  obs->sensorLabel = rawlog::kImuLabel;
-  obs->set(IMU_WX, s.gyro.x());
-  obs->set(IMU_WY, s.gyro.y());
-  obs->set(IMU_WZ, s.gyro.z());
-  obs->set(IMU_X_ACC, s.acc.x());
-  obs->set(IMU_Y_ACC, s.acc.y());
-  obs->set(IMU_Z_ACC, s.acc.z());
-  return obs;
-}
-
-CObservation::Ptr poseObservation(const char* label, const Pose& pose) {
-  auto obs = std::make_shared<CObservationRobotPose>();
-  obs->sensorLabel = label;
-  obs->pose.mean = rawlog::toMrptPose(pose);
-  obs->pose.cov.setZero();
-  return obs;
-}
-
 CObservation::Ptr rangeObservation(const char* label, const simulation::SimulatedRange& range,
                                    const Vec3& antenna, double sigma_m) {
-  auto obs = std::make_shared<CObservationBeaconRanges>();
-  obs->sensorLabel = label;
-  obs->minSensorDistance = 0;
-  obs->maxSensorDistance = 1000;
-  obs->stdError = static_cast<float>(sigma_m);
-  CObservationBeaconRanges::TMeasurement m;
-  m.sensorLocationOnRobot = mrpt::poses::CPoint3D(antenna.x(), antenna.y(), antenna.z());
-  m.sensedDistance = static_cast<float>(range.range_m);
-  m.beaconID = range.anchor;
-  obs->sensedData.push_back(m);
-  return obs;
+  const Range measured{range.t, static_cast<std::uint32_t>(range.anchor), range.range_m, sigma_m,
+                       antenna};
+  return rawlog::toObservation(measured, label, rawlog::kUnknownRadio);
 }
 
 CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told) {

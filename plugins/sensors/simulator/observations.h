@@ -1,5 +1,6 @@
 #pragma once
-/// What happens in the simulated world as observations of stock MRPT classes, without time stamps.
+/// What happens in the simulated world as observations of stock MRPT classes; whoever gives them
+/// out stamps them.
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/obs/CObservationImage.h>
 
@@ -9,9 +10,6 @@
 
 namespace vir::simulator {
 
-mrpt::obs::CObservation::Ptr imuObservation(const ImuSample& sample);
-/// Label GT or ODOM.
-mrpt::obs::CObservation::Ptr poseObservation(const char* label, const Pose& pose);
 /// One range. Label UWB0 (to an anchor) or PEER.
 mrpt::obs::CObservation::Ptr rangeObservation(const char* label,
                                               const simulation::SimulatedRange& range,

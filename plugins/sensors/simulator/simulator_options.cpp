@@ -5,13 +5,13 @@
 #include <limits>
 #include <sstream>
 
+#include "vir/core/angles.h"
 #include "vir/core/random.h"
 #include "vir/core/settings.h"
 
 namespace vir::simulator {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr Bounds<double> kNotNegative{0.0, 1e6};
 constexpr Bounds<double> kPixels{1.0, 20000.0};
 

@@ -2,16 +2,19 @@
 //
 #include <mrpt/config/CConfigFileBase.h>
 #include <mrpt/img/CImage.h>
+#include <mrpt/obs/CObservationIMU.h>
 #include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationRobotPose.h>
 
 #include <cmath>
-#include <cstdio>
 #include <opencv2/core/mat.hpp>
 
+#include "companion_ini.h"
 #include "input_error.h"
 #include "observations.h"
 #include "simulator_sensor.h"
 #include "vir/core/settings.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/grabber_settings.h"
@@ -99,13 +102,13 @@ void SimulatorSensor::emit(const Event& event) {
   const simulation::RangeSimulationOptions& r = options_.range_errors;
   const double sigma = std::max(0.01, std::hypot(r.sigma_m, r.correlated_sigma_m));
   if (const auto* imu = std::get_if<simulator::ImuReading>(&event.what)) {
-    give(event.t, "imu_samples", simulator::imuObservation(imu->sample));
+    give(event.t, "imu_samples", rawlog::toObservation(imu->sample, rawlog::kImuLabel));
   } else if (const auto* truth = std::get_if<simulator::TruePose>(&event.what)) {
     give(event.t, "ground_truth_poses",
-         simulator::poseObservation(rawlog::kGroundTruthLabel, truth->T_W_B));
+         rawlog::toObservation(StampedPose{event.t, truth->T_W_B}, rawlog::kGroundTruthLabel));
   } else if (const auto* odometry = std::get_if<simulator::OdometryPose>(&event.what)) {
     give(event.t, "odometry_poses",
-         simulator::poseObservation(rawlog::kOdometryLabel, odometry->T_O_B));
+         rawlog::toObservation(StampedPose{event.t, odometry->T_O_B}, rawlog::kOdometryLabel));
   } else if (const auto* range = std::get_if<simulator::AnchorRange>(&event.what)) {
     give(event.t, "ranges",
          simulator::rangeObservation(rawlog::kRangeLabel, range->range, world_->antenna(), sigma));
@@ -155,17 +158,7 @@ std::string SimulatorSensor::companionIni() const {
   const bool noisy = imu.gyro_noise_density > 0 && imu.gyro_random_walk > 0 &&
                      imu.acc_noise_density > 0 && imu.acc_random_walk > 0;
   if (!noisy) return {};
-  char text[1024];
-  std::snprintf(text, sizeof text,
-                "// Noise of the simulated IMU\n"
-                "[Imu]\n"
-                "gyro_noise_density = %.6g  // rad/s/sqrt(Hz)\n"
-                "gyro_random_walk = %.6g  // rad/s^2/sqrt(Hz)\n"
-                "acc_noise_density = %.6g  // m/s^2/sqrt(Hz)\n"
-                "acc_random_walk = %.6g  // m/s^3/sqrt(Hz)\n",
-                imu.gyro_noise_density, imu.gyro_random_walk, imu.acc_noise_density,
-                imu.acc_random_walk);
-  return text;
+  return "// Noise of the simulated IMU\n" + imuSection(imu);
 }
 
 std::vector<roles::TrueAnchor> SimulatorSensor::trueAnchors() const {
@@ -173,8 +166,8 @@ std::vector<roles::TrueAnchor> SimulatorSensor::trueAnchors() const {
   const simulation::RangeSimulationOptions& r = options_.range_errors;
   for (std::size_t k = 0; options_.ranges && 3 * k + 3 <= r.anchor_m.size(); ++k) {
     const int id = r.anchor_id.empty() ? static_cast<int>(k) : static_cast<int>(r.anchor_id[k]);
-    const Vec3 p = simulation::anchorAt(r, k, 1e9);  // where it is in the end
-    anchors.push_back({id, p.x(), p.y(), p.z()});
+    const Vec3 p_W = simulation::anchorAt(r, k, 1e9);  // where it is in the end
+    anchors.push_back({static_cast<std::uint32_t>(id), p_W});
   }
   return anchors;
 }

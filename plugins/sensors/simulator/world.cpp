@@ -6,12 +6,12 @@
 #include <stdexcept>
 
 #include "input_error.h"
+#include "vir/core/angles.h"
 #include "vir/evaluation/trajectory.h"
 
 namespace vir::simulator {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// Poses per second of the paths the scene is built around.
 constexpr double kPathRate_hz = 5;
 /// The robots' random numbers have seeds this far apart.

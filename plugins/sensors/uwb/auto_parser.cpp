@@ -6,6 +6,7 @@ AutoParser::AutoParser(const RangeLimits& limits) : RangeParser(limits) { startS
 
 void AutoParser::startSearch() {
   chosen_ = nullptr;
+  ++choices_;
   messages_seen_ = 0;
   idle_bytes_ = 0;
   candidates_.clear();
@@ -44,6 +45,7 @@ void AutoParser::search(std::uint8_t byte, std::vector<RangeReading>* out) {
     candidate->feed(&byte, 1, &readings);
     if (candidate->counters().messages == candidate->counters().ignored) continue;
     chosen_ = candidate.get();
+    ++choices_;
     messages_seen_ = chosen_->counters().messages;
     idle_bytes_ = 0;
     unrecognised_bytes_ = 0;

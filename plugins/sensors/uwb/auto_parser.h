@@ -14,6 +14,7 @@ class AutoParser : public RangeParser {
   explicit AutoParser(const RangeLimits& limits);
   /// The chosen protocol's name, or "auto" as long as there is none.
   std::string name() const override;
+  long choices() const override { return choices_; }
   void feed(const std::uint8_t* bytes, std::size_t size, std::vector<RangeReading>* out) override;
   void reset() override;
   std::size_t buffered() const override;
@@ -28,7 +29,7 @@ class AutoParser : public RangeParser {
 
   std::vector<std::unique_ptr<RangeParser>> candidates_;
   RangeParser* chosen_ = nullptr;
-  long messages_seen_ = 0;
+  long messages_seen_ = 0, choices_ = 0;
   std::uint64_t idle_bytes_ = 0;
   std::uint64_t unrecognised_bytes_ = 0;
   ParserCounters past_;         ///< of protocols that were given up

@@ -54,6 +54,8 @@ class RangeParser {
 
   /// Name of the protocol in an ini.
   virtual std::string name() const = 0;
+  /// Grows whenever name() may have changed.
+  virtual long choices() const { return 0; }
   /// Adds the ranges that these bytes complete to `out`.
   virtual void feed(const std::uint8_t* bytes, std::size_t size,
                     std::vector<RangeReading>* out) = 0;

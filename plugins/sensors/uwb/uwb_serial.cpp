@@ -8,14 +8,12 @@
 #include <stdexcept>
 
 #include "vir/core/settings.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
-#include "vir/rawlog/mrpt_time.h"
 
 namespace vir {
 
 IMPLEMENTS_GENERIC_SENSOR(UwbSerial, vir)
-
-namespace {}  // namespace
 
 UwbSerial::UwbSerial() : DeviceSensor("UwbSerial", rawlog::kRangeLabel) {}
 UwbSerial::~UwbSerial() = default;
@@ -55,9 +53,10 @@ void UwbSerial::begin() {
     polling_ = std::make_unique<uwb::TlvPolling>(options_.poll_hz);
   }
   dwm1001_.restart();
-  given_.clear();
+  given_ = {};
   last_device_time_.reset();
-  known_protocol_.clear();
+  protocol_ = parser_->name();
+  choices_ = parser_->choices();
 }
 
 void UwbSerial::forgetHalfMessages() {
@@ -74,15 +73,15 @@ void UwbSerial::take(const std::uint8_t* bytes, std::size_t size, TimeNs arrival
 }
 
 void UwbSerial::noteProtocol() {
+  if (parser_->choices() == choices_) return;
+  choices_ = parser_->choices();
   const std::string name = parser_->name();
-  if (name == known_protocol_) return;
-  known_protocol_ = name;
+  if (name == protocol_) return;
+  protocol_ = name;
   forgetClock();
   last_device_time_.reset();
-  if (options_.protocol != "auto") return;
-  if (name != "auto") {
-    reports_.say(LogLevel::info, port().port + ": protocol recognised: " + name);
-  }
+  if (name == "auto") return;
+  reports_.say(LogLevel::info, port().port + ": protocol recognised: " + name);
 }
 
 std::string UwbSerial::whyNothing() const {
@@ -97,11 +96,10 @@ void UwbSerial::converse(double now_s) {
     if (!question.empty()) source().write(question);
     return;
   }
-  const std::string name = parser_->name();
   // A device that talks in another way is left alone.
-  const bool mayBeDwm = name == "dwm1001" || (name == "auto" && source().bytes() == 0);
+  const bool mayBeDwm = protocol_ == "dwm1001" || (protocol_ == "auto" && source().bytes() == 0);
   if (!options_.dialogue || !(mayBeDwm || dwm1001_.engaged())) return;
-  if (name != "dwm1001" && name != "auto") return;
+  if (protocol_ != "dwm1001" && protocol_ != "auto") return;
   const std::string words = dwm1001_.step(now_s, parser_->counters().messages);
   if (words.empty()) return;
   reports_.once("dialogue", LogLevel::info,
@@ -111,7 +109,7 @@ void UwbSerial::converse(double now_s) {
 
 std::optional<std::string> UwbSerial::labelOf(std::int64_t id) {
   if (id < 0 || id > INT32_MAX) {
-    ++given_["dropped_id_too_large"];
+    ++given_.id_too_large;
     reports_.once("id " + std::to_string(id), LogLevel::warning,
                   "id " + std::to_string(id) + " is too large for a beacon's number; dropped");
     return std::nullopt;
@@ -120,7 +118,7 @@ std::optional<std::string> UwbSerial::labelOf(std::int64_t id) {
   const bool all_are_anchors = anchors_.empty() && peers_.empty();
   if (all_are_anchors || anchors_.count(id) > 0) return m_sensorLabel;
   const bool keep = options_.unknown_ids == "anchor";
-  ++given_[keep ? "unknown_id_taken_as_anchor" : "dropped_unknown_id"];
+  ++(keep ? given_.unknown_id_kept : given_.unknown_id_dropped);
   reports_.once("id " + std::to_string(id), LogLevel::warning,
                 "id " + std::to_string(id) + " is neither in anchor_ids nor in peer_ids: " +
                     (keep ? "taken as an anchor" : "its ranges are dropped"));
@@ -147,30 +145,29 @@ TimeNs UwbSerial::stampOf(const uwb::RangeReading& reading, TimeNs arrival) {
 
 void UwbSerial::emit(const uwb::RangeReading& reading, TimeNs arrival) {
   if (options_.own_id >= 0 && reading.own && *reading.own != options_.own_id) {
-    ++given_["dropped_other_tag"];
+    ++given_.other_tag;
     return;
   }
   const TimeNs t = stampOf(reading, arrival);
   const std::optional<std::string> label = labelOf(reading.responder);
   if (!label) return;
-  auto obs = std::make_shared<mrpt::obs::CObservationBeaconRanges>();
-  obs->timestamp = rawlog::toMrptTime(t);
-  obs->sensorLabel = *label;
-  obs->minSensorDistance = static_cast<float>(options_.limits.min_m);
-  obs->maxSensorDistance = static_cast<float>(options_.limits.max_m);
-  obs->stdError = static_cast<float>(options_.std_error_m);
-  mrpt::obs::CObservationBeaconRanges::TMeasurement m;
-  m.sensedDistance = static_cast<float>(reading.range_m);
-  m.beaconID = static_cast<std::int32_t>(reading.responder);
-  m.sensorLocationOnRobot =
-      mrpt::poses::CPoint3D(options_.antenna_m[0], options_.antenna_m[1], options_.antenna_m[2]);
-  obs->sensedData.push_back(m);
-  ++given_[*label == rawlog::kPeerLabel ? "peer_ranges" : "ranges"];
-  appendObservation(obs);
+  const std::vector<double>& antenna = options_.antenna_m;
+  const Range range{t, static_cast<std::uint64_t>(reading.responder), reading.range_m,
+                    options_.std_error_m, Vec3(antenna[0], antenna[1], antenna[2])};
+  ++(*label == rawlog::kPeerLabel ? given_.peer_ranges : given_.ranges);
+  appendObservation(rawlog::toObservation(
+      range, *label, rawlog::RadioReach{options_.limits.min_m, options_.limits.max_m}));
 }
 
 std::vector<std::pair<std::string, long>> UwbSerial::counters() const {
-  Counts out(given_.begin(), given_.end());
+  Counts out;
+  addCounts({{"dropped_id_too_large", given_.id_too_large},
+             {"dropped_other_tag", given_.other_tag},
+             {"dropped_unknown_id", given_.unknown_id_dropped},
+             {"peer_ranges", given_.peer_ranges},
+             {"ranges", given_.ranges},
+             {"unknown_id_taken_as_anchor", given_.unknown_id_kept}},
+            &out);
   if (!parser_) return out;
   const uwb::ParserCounters& c = parser_->counters();
   addCounts({{"messages", c.messages},

@@ -1,6 +1,5 @@
 #pragma once
 /// Sensor "uwb": ranges of a UWB device on a serial port, TCP or UDP.
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -38,6 +37,12 @@ class UwbSerial : public DeviceSensor {
   std::string whyNothing() const override;
 
  private:
+  /// What became of the ranges behind the parser.
+  struct Given {
+    long ranges = 0, peer_ranges = 0;
+    long id_too_large = 0, other_tag = 0, unknown_id_dropped = 0, unknown_id_kept = 0;
+  };
+
   void readIds(const std::string& section);
   void noteProtocol();
   void emit(const uwb::RangeReading& reading, TimeNs arrival);
@@ -49,11 +54,12 @@ class UwbSerial : public DeviceSensor {
   std::unique_ptr<uwb::RangeParser> parser_;
   uwb::Dwm1001Dialogue dwm1001_;
   std::unique_ptr<uwb::TlvPolling> polling_;
-  std::map<std::string, long> given_;  ///< by name, and what was dropped behind the parser
+  Given given_;
   std::vector<uwb::RangeReading> readings_;
   std::optional<TimeNs> last_device_time_;
   TimeNs last_clock_stamp_ = 0, last_stamp_ = 0;
-  std::string known_protocol_;
+  std::string protocol_;  ///< parser_'s name
+  long choices_ = 0;      ///< of parser_, when it had that name
 };
 
 }  // namespace vir

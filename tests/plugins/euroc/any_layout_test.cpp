@@ -15,7 +15,7 @@ namespace {
 using test::EurocFolder;
 
 struct Content {
-  std::vector<ImuRow> imu;
+  std::vector<ImuSample> imu;
   std::vector<RangeRow> ranges;
   std::vector<PoseRow> truth;
   std::vector<std::string> images;  ///< where they are
@@ -31,7 +31,7 @@ Content read(const EurocFolder& f, const std::string& antenna = "") {
   Recording recording(o, &log);
   Event e;
   while (recording.next(&e)) {
-    if (auto* imu = std::get_if<ImuRow>(&e.what)) c.imu.push_back(*imu);
+    if (auto* imu = std::get_if<ImuSample>(&e.what)) c.imu.push_back(*imu);
     if (auto* range = std::get_if<RangeRow>(&e.what)) c.ranges.push_back(*range);
     if (auto* pose = std::get_if<PoseRow>(&e.what)) c.truth.push_back(*pose);
     if (auto* image = std::get_if<ImageRow>(&e.what)) {

@@ -51,7 +51,7 @@ class CsvFolder : public ::testing::Test {
   fs::path root() const { return temp_.path(); }
 
   struct Content {
-    std::vector<ImuRow> imu;
+    std::vector<ImuSample> imu;
     std::vector<RangeRow> ranges;
     std::vector<std::string> range_labels;
     std::vector<PoseRow> truth;
@@ -69,7 +69,7 @@ class CsvFolder : public ::testing::Test {
     Content c;
     Event e;
     while (recording.next(&e)) {
-      if (auto* imu = std::get_if<ImuRow>(&e.what)) c.imu.push_back(*imu);
+      if (auto* imu = std::get_if<ImuSample>(&e.what)) c.imu.push_back(*imu);
       if (auto* pose = std::get_if<PoseRow>(&e.what)) c.truth.push_back(*pose);
       if (auto* range = std::get_if<RangeRow>(&e.what)) {
         c.ranges.push_back(*range);

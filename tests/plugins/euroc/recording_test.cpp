@@ -16,7 +16,7 @@ using test::EurocFolderOptions;
 
 struct Content {
   std::vector<Event> events;
-  std::vector<ImuRow> imu;
+  std::vector<ImuSample> imu;
   std::vector<RangeRow> ranges;
   std::vector<PoseRow> truth;
   std::vector<ImageRow> images;
@@ -39,7 +39,7 @@ Content readAll(const EurocOptions& o) {
     c.in_order = c.in_order && e.t >= last;
     last = e.t;
     c.events.push_back(e);
-    if (auto* imu = std::get_if<ImuRow>(&e.what)) c.imu.push_back(*imu);
+    if (auto* imu = std::get_if<ImuSample>(&e.what)) c.imu.push_back(*imu);
     if (auto* range = std::get_if<RangeRow>(&e.what)) c.ranges.push_back(*range);
     if (auto* pose = std::get_if<PoseRow>(&e.what)) c.truth.push_back(*pose);
     if (auto* image = std::get_if<ImageRow>(&e.what)) c.images.push_back(*image);
@@ -136,7 +136,7 @@ TEST(Recording, FaultyImuRowsAreCountedAndNamedByLine) {
   EXPECT_TRUE(contains(c.log.first("imu_not_finite"), "data.csv:7: column 2"))
       << c.log.first("imu_not_finite");
   EXPECT_TRUE(contains(c.log.first("imu_malformed"), "data.csv:9: has 4 columns, needs 7"));
-  for (const ImuRow& r : c.imu) EXPECT_TRUE(r.gyro.allFinite() && r.acc.allFinite());
+  for (const ImuSample& r : c.imu) EXPECT_TRUE(r.gyro.allFinite() && r.acc.allFinite());
 }
 
 TEST(Recording, OnlyTheFirstFaultsAreSpelledOut) {

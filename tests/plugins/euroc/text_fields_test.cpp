@@ -67,14 +67,5 @@ TEST(Fields, SplitsAtCommasOrElseAtBlanks) {
   EXPECT_EQ(f, (std::vector<std::string_view>{"1.5", "2", "3"}));
 }
 
-TEST(Stamps, NanosecondsAreWholeAndNotNegative) {
-  TimeNs t = 0;
-  EXPECT_TRUE(parseNs("1403636580838555648", &t));
-  EXPECT_EQ(t, 1403636580838555648);
-  for (const char* bad : {"", "-5", "1.5", "1e18", "99999999999999999999", "12 "}) {
-    EXPECT_FALSE(parseNs(bad, &t)) << bad;
-  }
-}
-
 }  // namespace
 }  // namespace vir::euroc

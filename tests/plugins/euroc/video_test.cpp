@@ -62,7 +62,7 @@ class Video : public ::testing::Test {
       Recording recording(findTables(o), o, &log);
       Event e;
       while (recording.next(&e)) {
-        if (std::holds_alternative<ImuRow>(e.what)) ++c.imu;
+        if (std::holds_alternative<ImuSample>(e.what)) ++c.imu;
         const auto* image = std::get_if<ImageRow>(&e.what);
         if (image == nullptr) continue;
         if (c.frames.empty()) c.first_where = e.where;

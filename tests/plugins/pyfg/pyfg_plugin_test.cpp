@@ -96,8 +96,8 @@ TEST_F(PyfgPlugin, SaysWhereTheAnchorsAreOutsideTheObservations) {
   s->initialize();
   const auto anchors = dynamic_cast<roles::RecordedSource&>(*s).trueAnchors();
   ASSERT_EQ(anchors.size(), 1u);
-  EXPECT_EQ(anchors[0].id, 7);
-  EXPECT_DOUBLE_EQ(anchors[0].y_m, -1.5);
+  EXPECT_EQ(anchors[0].id, 7u);
+  EXPECT_DOUBLE_EQ(anchors[0].p_W.y(), -1.5);
 }
 
 TEST_F(PyfgPlugin, CanBeStartedAgain) {

@@ -97,7 +97,7 @@ TEST_F(SimulatorPlugin, GivesEverySensorUnderItsLabel) {
   EXPECT_NEAR(range->stdError, 0.05, 1e-6);
   const auto& source = dynamic_cast<roles::RecordedSource&>(*s);
   ASSERT_EQ(source.trueAnchors().size(), 1u);
-  EXPECT_EQ(source.trueAnchors()[0].id, 5);
+  EXPECT_EQ(source.trueAnchors()[0].id, 5u);
   EXPECT_NE(source.companionIni().find("acc_noise_density = 0.002"), std::string::npos);
 }
 

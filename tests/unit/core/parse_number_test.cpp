@@ -108,5 +108,23 @@ TEST(ParseNumber, WholeNumbersThatDoNotFit) {
   expectNone<long>("99999999999999999999999999");
 }
 
+TEST(ParseBool, TakesThreeWordsForEach) {
+  for (const char* yes : {"true", "Yes", "1"}) {
+    bool value = false;
+    EXPECT_TRUE(parseBool(yes, &value)) << yes;
+    EXPECT_TRUE(value) << yes;
+  }
+  for (const char* no : {"FALSE", "no", "0"}) {
+    bool value = true;
+    EXPECT_TRUE(parseBool(no, &value)) << no;
+    EXPECT_FALSE(value) << no;
+  }
+  bool value = true;
+  for (const char* bad : {"", "2", "y", " true", "on", "01"}) {
+    EXPECT_FALSE(parseBool(bad, &value)) << bad;
+  }
+  EXPECT_TRUE(value);
+}
+
 }  // namespace
 }  // namespace vir

@@ -36,6 +36,13 @@ TEST(RandomNumbers, StreamsAreIndependent) {
   EXPECT_LT(std::abs(ac / n), 0.02);
 }
 
+TEST(RandomNumbers, BelowReachesAllAndNoMore) {
+  Random r(3);
+  int seen[5] = {};
+  for (int k = 0; k < 1000; ++k) ++seen[r.below(5)];
+  for (const int n : seen) EXPECT_NEAR(n, 200, 60);
+}
+
 TEST(RandomNumbers, SameSeedSameNumbers) {
   Random a(5, 9), b(5, 9);
   for (int k = 0; k < 100; ++k) EXPECT_EQ(a.uniform(), b.uniform());

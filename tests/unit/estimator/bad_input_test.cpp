@@ -191,6 +191,27 @@ TEST(EstimatorBadInput, AHoleIsForgottenWhenTheClockIsSetBack) {
   EXPECT_TRUE(out.back().valid) << healthText(out.back());
 }
 
+TEST(EstimatorBadInput, AHoleAfterAStepOfTheClockIsToldAgain) {
+  EstimatorDriver d;
+  d.run(kStart, kStart + 2000 * kMs);
+  d.imu(kStart + 2600 * kMs, kStart + 2700 * kMs);
+  d.estimator.addImage(kStart + 2650 * kMs, d.image);  // its link has a gap
+  const auto told = [&d] {
+    long n = 0;
+    for (const std::string& w : d.estimator.warnings()) {
+      n += w.find("IMU readings missing") != std::string::npos;
+    }
+    return n;
+  };
+  ASSERT_EQ(told(), 1);
+  const TimeNs back = kStart - 10000 * kMs;
+  d.run(back, back + 2000 * kMs);
+  ASSERT_EQ(d.estimator.counters().clock_steps, 1);
+  d.run(back + 2600 * kMs, back + 4000 * kMs);
+  EXPECT_EQ(told(), 2);
+  expectSane(&d);
+}
+
 TEST(EstimatorBadInput, SeveralHolesAtOnce) {
   EstimatorDriver d;
   d.run(kStart, kStart + 2000 * kMs);

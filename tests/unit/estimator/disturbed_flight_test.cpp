@@ -39,6 +39,40 @@ TEST(DisturbedFlight, ARollingShutterIsFoundAndCostsNothing) {
   EXPECT_GT(held, 1.5 * rolling) << "what the test is about must matter";
 }
 
+/// The first coefficient is 0.03 off: 2 px at the corner of the image.
+TEST(DisturbedFlight, ALensThatIsOffIsFoundAndToldAndOneThatIsRightIsNot) {
+  const auto motion = flightOf("eight", 60);
+  double exact = 0, found = 0, held = 0;
+  for (int seed = 1; seed <= 3; ++seed) {
+    RunSettings s = lookingAhead();
+    s.camera.distortion = Distortion::radtan;
+    s.camera.dist = {-0.28, 0.07};
+    const RunResult right = simulateRun(motion, s, seed);
+    s.given_camera = s.camera;
+    s.given_camera->dist[0] = -0.25;
+    const RunResult watched = simulateRun(motion, s, seed);
+    s.estimator.window.lens = window::LensMode::given;
+    const RunResult believed = simulateRun(motion, s, seed);
+    ASSERT_TRUE(right.valid && watched.valid && believed.valid);
+    EXPECT_EQ(right.calibration.camera.dist, s.camera.dist) << "seed " << seed;
+    EXPECT_EQ(believed.calibration.camera.dist, s.given_camera->dist) << "seed " << seed;
+    EXPECT_NEAR(watched.calibration.camera.dist[0], -0.28, 0.005) << "seed " << seed;
+    const auto told = [](const RunResult& r) {
+      return std::count_if(r.warnings.begin(), r.warnings.end(), [](const std::string& w) {
+        return w.find("distortion of the lens") != std::string::npos;
+      });
+    };
+    EXPECT_EQ(told(right), 0) << "seed " << seed;
+    EXPECT_EQ(told(watched), 1) << "seed " << seed;
+    exact += right.evaluation.ate_position_m.rmse / 3;
+    found += watched.evaluation.ate_position_m.rmse / 3;
+    held += believed.evaluation.ate_position_m.rmse / 3;
+  }
+  std::printf("ATE: exact lens %.4f m, found %.4f m, believed %.4f m\n", exact, found, held);
+  EXPECT_LT(found, 2 * exact) << "until it is sure it flies with the wrong one";
+  EXPECT_LT(found, 0.75 * held);
+}
+
 TEST(DisturbedFlight, TwoSecondsWithoutReadingsAreBridgedByTheImages) {
   const auto motion = flightOf("eight", 60);
   double whole = 0, bridged = 0;
@@ -116,6 +150,7 @@ TEST(DisturbedFlight, ACameraGivenTheWrongWayRoundOrTurnedIsNamed) {
       {T.inverse(), "wrong way round"},
       {Pose{T.q * expQuat(Vec3(0, 0, EIGEN_PI / 2)), T.p}, "turned by 90 deg"},
       {Pose{T.q * expQuat(Vec3(0, 0, EIGEN_PI)), T.p}, "are its images upside down?"},
+      {Pose{T.q * expQuat(Vec3(EIGEN_PI, 0, 0)), T.p}, "images mirrored (left for right)?"},
       // Images of a mirror turn like this too.
       {Pose{T.q * expQuat(Vec3(0, EIGEN_PI, 0)), T.p}, "images mirrored (top for bottom)?"}};
   for (const auto& [given, text] : cases) {

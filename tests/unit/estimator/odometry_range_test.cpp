@@ -132,66 +132,80 @@ TEST(OdometryRange, AnOutageCausesNoJump) {
   }
 }
 
-TEST(OdometryRange, IsAsSureAsItMayBe) {
-  // The odometry errs as the settings say: random walks of position and yaw, a scale that is off
-  // by a random amount and wanders.
-  constexpr int kRuns = 20;
-  constexpr double kSpeed = 1.5, kScale = 0.05;
+/// NEES of what was estimated, summed.
+struct Honesty {
   double position = 0, anchor = 0;
-  int anchors = 0;
-  long positions = 0;
-  for (int seed = 1; seed <= kRuns; ++seed) {
+  long positions = 0, anchors = 0;
+};
+
+/// An odometry that errs as the settings say: random walks of position and yaw, a scale that is off
+/// by a random amount and wanders.
+struct HonestSettings {
+  explicit HonestSettings(int seed) {
+    constexpr double kSpeed = 1.5, kScale = 0.05;
     vir::test::Noise noise(static_cast<std::uint64_t>(1000 + seed));
-    simulation::OdometrySimulationOptions o;
-    o.seed = seed;
-    o.scale_error = kScale * noise.normal();
-    o.scale_wander = 0.01;
-    o.scale_wander_s = 10;
-    o.position_walk = 0.02;
-    o.yaw_walk = 0.005;
-    OdometryRangeConfig config;
-    config.odometry.noise.sigma_per_sqrt_m = o.position_walk / std::sqrt(kSpeed);
-    config.odometry.noise.sigma_per_rad_m = 0;
-    config.odometry.noise.vertical_share = 1;
-    config.odometry.noise.yaw_per_sqrt_m = config.odometry.noise.yaw_per_sqrt_rad = 0;
-    config.odometry.noise.yaw_per_sqrt_s = o.yaw_walk;
+    simulated.seed = seed;
+    simulated.scale_error = kScale * noise.normal();
+    simulated.scale_wander = 0.01;
+    simulated.scale_wander_s = 10;
+    simulated.position_walk = 0.02;
+    simulated.yaw_walk = 0.005;
+    auto& assumed = config.odometry.noise;
+    assumed.sigma_per_sqrt_m = simulated.position_walk / std::sqrt(kSpeed);
+    assumed.sigma_per_rad_m = 0;
+    assumed.vertical_share = 1;
+    assumed.yaw_per_sqrt_m = assumed.yaw_per_sqrt_rad = 0;
+    assumed.yaw_per_sqrt_s = simulated.yaw_walk;
     config.long_window.scale_sigma = kScale;
     config.long_window.scale_walk_per_sqrt_m =
-        o.scale_wander * std::sqrt(2 / o.scale_wander_s / kSpeed);
+        simulated.scale_wander * std::sqrt(2 / simulated.scale_wander_s / kSpeed);
     config.long_window.size = 150;
-    const RangeWorld world(simulation::flight("eight", flightOf(75, seed)), o,
-                           rangesTo({kAnchor}, seed));
-    const RangeRun run = fly(world, config);
-    double value = 0, sum = 0;
-    long n = 0;
-    for (std::size_t k = 0; k < run.estimates.size(); k += 20) {
-      const StateEstimate& e = run.estimates[k];
-      if (e.state.t < world.time(10)) continue;
-      if (!evaluation::nees(e.state.T_W_B.p - world.truth(e.state.t).p,
-                            e.covariance.topLeftCorner<3, 3>(), &value)) {
-        ADD_FAILURE() << "no covariance at " << e.state.t << ", seed " << seed;
-        continue;
-      }
-      sum += value;
-      ++n;
-    }
-    position += sum;
-    positions += n;
-    ASSERT_TRUE(run.anchor(0)) << seed;
-    const Anchor& a = *run.anchor(0);
-    const bool known =
-        a.has_position && evaluation::nees(a.p_W - world.anchor(0), a.covariance, &value);
-    EXPECT_TRUE(known) << seed;
-    if (known) {
-      anchor += value;
-      ++anchors;
-    }
-    std::printf("seed %2d: position NEES %.2f, anchor NEES %.2f (%.3f m off), scale %.3f of %.3f\n",
-                seed, sum / static_cast<double>(n), value, (a.p_W - world.anchor(0)).norm(),
-                run.estimates.back().odometry_scale, 1 + o.scale_error);
   }
-  position /= static_cast<double>(positions);
-  anchor /= anchors;
+  simulation::OdometrySimulationOptions simulated;
+  OdometryRangeConfig config;
+};
+
+/// Adds a flight's every twentieth position from its tenth second on, and its anchor.
+void addFlight(int seed, Honesty* all) {
+  const HonestSettings settings(seed);
+  const RangeWorld world(simulation::flight("eight", flightOf(75, seed)), settings.simulated,
+                         rangesTo({kAnchor}, seed));
+  const RangeRun run = fly(world, settings.config);
+  double value = 0, sum = 0;
+  long n = 0;
+  for (std::size_t k = 0; k < run.estimates.size(); k += 20) {
+    const StateEstimate& e = run.estimates[k];
+    if (e.state.t < world.time(10)) continue;
+    if (!evaluation::nees(e.state.T_W_B.p - world.truth(e.state.t).p,
+                          e.covariance.topLeftCorner<3, 3>(), &value)) {
+      ADD_FAILURE() << "no covariance at " << e.state.t << ", seed " << seed;
+      continue;
+    }
+    sum += value;
+    ++n;
+  }
+  all->position += sum;
+  all->positions += n;
+  ASSERT_TRUE(run.anchor(0)) << seed;
+  const Anchor& a = *run.anchor(0);
+  const bool known =
+      a.has_position && evaluation::nees(a.p_W - world.anchor(0), a.covariance, &value);
+  EXPECT_TRUE(known) << seed;
+  if (known) {
+    all->anchor += value;
+    ++all->anchors;
+  }
+  std::printf("seed %2d: position NEES %.2f, anchor NEES %.2f (%.3f m off), scale %.3f of %.3f\n",
+              seed, sum / static_cast<double>(n), value, (a.p_W - world.anchor(0)).norm(),
+              run.estimates.back().odometry_scale, 1 + settings.simulated.scale_error);
+}
+
+TEST(OdometryRange, IsAsSureAsItMayBe) {
+  constexpr int kRuns = 20;
+  Honesty all;
+  for (int seed = 1; seed <= kRuns; ++seed) ASSERT_NO_FATAL_FAILURE(addFlight(seed, &all));
+  const double position = all.position / static_cast<double>(all.positions);
+  const double anchor = all.anchor / static_cast<double>(all.anchors);
   std::printf("mean NEES of the position %.2f, of the anchor %.2f\n", position, anchor);
   EXPECT_GT(position, 0.5 * 3);
   EXPECT_LT(position, 2.0 * 3);

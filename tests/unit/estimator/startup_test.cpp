@@ -178,6 +178,23 @@ TEST(Startup, WaitsForSightsThatAgree) {
   EXPECT_TRUE(s.window.empty()) << "a refused start leaves nothing behind";
 }
 
+TEST(Startup, WaitsForTracksThatFit) {
+  // Wrong by so much that hardly any track is one point for the camera: no landmarks to start with.
+  Starter s(vir_test::circling);
+  s.scene.noise_px = 4;
+  EXPECT_FALSE(s.run(3));
+  EXPECT_EQ(s.reasons.count("the tracks do not fit the camera's model and the readings"), 1u);
+  EXPECT_TRUE(s.window.empty()) << "a refused start leaves nothing behind";
+}
+
+TEST(Startup, WaitsForAGyroThatCanBe) {
+  Starter s(vir_test::turningOnTheSpot);
+  s.scene.bias_gyro = Vec3(0.9, -0.9, 0.9);
+  EXPECT_FALSE(s.run(1.3));
+  EXPECT_EQ(s.reasons.count("implausible gyro bias"), 1u);
+  EXPECT_TRUE(s.startup.gyroBias().isZero()) << "it is not taken over";
+}
+
 TEST(Startup, WaitsForTheClockOfTheCamera) {
   // Stamps that are 30 ms late are put right on the way. Those that are 150 ms late are beyond what
   // a start looks for: what the solver makes of them is refused.

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "simulated_frames.h"
 
 namespace vir::initialization {
@@ -95,6 +97,24 @@ TEST(GyroBias, TooFewTracksIsRefusedWithAReason) {
   EXPECT_FALSE(estimate({}).ok);
   Scene other(vir_test::circling);
   EXPECT_FALSE(estimate(framesOf(other, 1.0, 1, 0.1, Vec3::Zero())).ok) << "one frame";
+}
+
+TEST(GyroBias, ABiasThatNoGyroHasIsRefusedWithAReason) {
+  Scene scene(vir_test::still);
+  scene.bias_gyro = Vec3(0.9, -0.9, 0.9);
+  const GyroBiasEstimate e = estimate(framesOf(scene, 1.0, 3, 0.05, Vec3::Zero()));
+  EXPECT_FALSE(e.ok) << e.bias.transpose();
+  EXPECT_EQ(e.reason, "implausible gyro bias");
+}
+
+TEST(GyroBias, ASightThatIsNoNumberIsRefusedWithAReason) {
+  Scene scene(vir_test::circling);
+  std::vector<AlignmentFrame> frames = framesOf(scene, 1.0, 5, 0.1, Vec3::Zero());
+  frames[0].sights[0].bearing.setConstant(std::numeric_limits<double>::quiet_NaN());
+  const GyroBiasEstimate e = estimate(frames);
+  EXPECT_FALSE(e.ok);
+  EXPECT_EQ(e.reason, "singular");
+  EXPECT_TRUE(e.bias.allFinite());
 }
 
 TEST(GyroBias, SightsThatAreAllTheSameAreFinite) {

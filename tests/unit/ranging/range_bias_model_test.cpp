@@ -66,7 +66,6 @@ TEST(RangeBiasModel, TextReadsBackExactly) {
   ASSERT_EQ(back.nodes().size(), 2u);
   EXPECT_EQ(back.nodes()[0].bias_m, 1.0 / 3);
   EXPECT_EQ(back.nodes()[1].bias_m, -0.2);
-  EXPECT_EQ(back.noiseSigma(), 0.1 / 3);
   EXPECT_EQ(back.text(), model.text());
   EXPECT_TRUE(RangeBiasModel::fromText(RangeBiasModel().text()).empty());
   // As an editor on another system leaves it.

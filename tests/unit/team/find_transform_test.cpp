@@ -5,11 +5,25 @@
 #include <gtest/gtest.h>
 
 #include "meetings.h"
+#include "vir/team/joint_solution.h"
+#include "vir/team/transform_tracker.h"
 
 namespace vir::team {
 namespace {
 
 using test::errorOf;
+
+TEST(TeamOptions, AProgramsValuesAreCheckedAsAFilesAre) {
+  TransformOptions transform;
+  transform.false_alarm = 0;
+  EXPECT_THROW(findTransform({}, {}, transform), std::invalid_argument);
+  TransformTrackerOptions tracker;
+  tracker.max_ranges = 0;
+  EXPECT_THROW(TransformTracker{tracker}, std::invalid_argument);
+  JointOptions joint;
+  joint.iterations = 0;
+  EXPECT_THROW(solveJointly({}, {}, joint), std::invalid_argument);
+}
 
 struct Nees {
   double mean = 0;

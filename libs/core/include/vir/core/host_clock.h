@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+
 #include "vir/core/time.h"
 
 namespace vir {
@@ -25,6 +27,9 @@ TimeNs hostNow();
 
 /// By how much the wall clock was set since pinHostClock(), forward positive [ns]; 0 without it.
 TimeNs hostClockStep();
+
+/// The time of day where we are, for names of files: `20260131-235959`.
+std::string localDateTime();
 
 }  // namespace core
 }  // namespace vir

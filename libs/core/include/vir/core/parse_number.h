@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers from text, the same with every locale.
+/// Numbers, and yes or no, from text, the same with every locale.
 #include <charconv>
 #include <string_view>
 #include <system_error>
@@ -16,6 +16,10 @@ bool parseNumber(std::string_view text, double* value);
 
 /// The same, but false for what is infinite, too large for a double, or `nan`.
 bool parseFinite(std::string_view text, double* value);
+
+/// `true`, `yes` or `1`; `false`, `no` or `0`; in any case of letters. False, and `value` as it
+/// was, for anything else.
+bool parseBool(std::string_view text, bool* value);
 
 /// All of `text` as a whole number that `T` can hold: digits of `base` (2 to 36) and, where `T` has
 /// a sign, a `-` before them; no `+`, no `0x`, no blank. False, and `value` as it was, for anything

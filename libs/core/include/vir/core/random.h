@@ -17,6 +17,9 @@ class Random {
   double uniform();
   /// Uniform in [low, high).
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
+  /// A whole number below `n`, which is not 0: of all nearly equally often, as long as `n` is far
+  /// from 2^64.
+  std::uint64_t below(std::uint64_t n) { return engine_() % n; }
   /// Zero mean, standard deviation 1 (Box-Muller; one pair of uniforms per call).
   double normal();
 

@@ -41,7 +41,6 @@ class RangeBiasModel {
 
   bool empty() const { return nodes_.empty(); }
   const std::vector<Node>& nodes() const { return nodes_; }
-  double noiseSigma() const { return noise_sigma_m_; }
 
   /// csv with a line that names the format; reads back as the same numbers.
   std::string text() const;

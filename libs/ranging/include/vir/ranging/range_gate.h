@@ -29,9 +29,8 @@ struct GateOptions {
 
 struct GateCounters {
   long accepted = 0, too_long = 0, too_short = 0;
-  long invalid = 0;           ///< residual not finite: rejected
-  long without_variance = 0;  ///< judged by the fallback sigma
-  long widened = 0;           ///< accepted only because the gate was widened
+  long invalid = 0;  ///< residual not finite: rejected
+  long widened = 0;  ///< accepted only because the gate was widened
 };
 
 class RangeGate {

@@ -31,12 +31,20 @@ std::shared_ptr<mrpt::obs::CObservationIMU> toObservation(const ImuSample& sampl
 /// The ranges of a CObservationBeaconRanges, a negative id of the radio as one above 2^31; none for
 /// any other class.
 std::vector<Range> rangesOf(const mrpt::obs::CObservation& observation);
+/// From where to where a radio measures [m]; by itself what MRPT assumes.
+struct RadioReach {
+  double min_m = 0, max_m = 100;
+};
+/// Of importers, which do not know the radio.
+constexpr RadioReach kUnknownRadio{0, 1000};
 /// One observation for one range, since MRPT keeps one standard deviation for all of them.
 std::shared_ptr<mrpt::obs::CObservationBeaconRanges> toObservation(const Range& range,
-                                                                   const std::string& label);
+                                                                   const std::string& label,
+                                                                   const RadioReach& reach = {});
 
 /// The mean of a CObservationRobotPose; empty for any other class.
 std::optional<StampedPose> poseOf(const mrpt::obs::CObservation& observation);
+/// With a covariance of 0.
 std::shared_ptr<mrpt::obs::CObservationRobotPose> toObservation(const StampedPose& pose,
                                                                 const std::string& label);
 

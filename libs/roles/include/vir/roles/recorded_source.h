@@ -1,9 +1,11 @@
 #pragma once
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "vir/core/options.h"
+#include "vir/geometry/so3.h"
 
 namespace vir::roles {
 
@@ -13,8 +15,8 @@ inline constexpr const char* kDamageCounter = "damage";
 
 /// Where an anchor truly is, in the world of the ground truth.
 struct TrueAnchor {
-  int id = 0;
-  double x_m = 0, y_m = 0, z_m = 0;
+  std::uint64_t id = 0;  ///< as that of its ranges (rawlog::rangesOf)
+  Vec3 p_W = Vec3::Zero();
 };
 
 /// What a recorded or simulated sensor offers beside mrpt::hwdrivers::CGenericSensor, so that

@@ -64,6 +64,9 @@ struct TransformOptions {
   int polish_evaluations = 40;
   int max_polish_ranges = 200;  ///< with more, what it gains is not worth its time
   ranging::RobustRange robust;
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 /// Section [Rendezvous].
 void describe(OptionVisitor& v, TransformOptions& o);
@@ -71,7 +74,7 @@ void describe(OptionVisitor& v, TransformOptions& o);
 /// Closed form with a common anchor, scan over the yaw with linear trilateration without one,
 /// global search (NLopt's DIRECT) where these give nothing to start from; Levenberg-Marquardt, and
 /// NLopt's BOBYQA on the full robust cost in the end. Ranges in order of time. Results are finite
-/// for any input. Deterministic.
+/// for any input. Deterministic. Throws as TransformOptions::validate().
 ///
 /// `unique` is a likelihood-ratio test: the best solution must be 1/false_alarm times as likely as
 /// any other. This bounds the rate of wrong decisions even when the question is asked again after

@@ -40,6 +40,9 @@ struct JointOptions {
   double range_worth = 0.15;  ///< of a range among many: their errors are correlated
   int iterations = 30;
   ranging::RobustRange robust;
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 /// Section [Joint].
 void describe(OptionVisitor& v, JointOptions& o);
@@ -70,7 +73,7 @@ struct JointSolution {
 };
 
 /// The first robot's world is the common one (its first pose stays). Deterministic. Bad ranges (not
-/// finite, not positive) are left out.
+/// finite, not positive) are left out. Throws as JointOptions::validate().
 JointSolution solveJointly(const std::vector<JointRobot>& robots,
                            const std::vector<JointMutualRange>& mutual,
                            const JointOptions& options);

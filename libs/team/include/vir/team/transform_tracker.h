@@ -10,13 +10,17 @@ namespace vir::team {
 struct TransformTrackerOptions {
   TransformOptions transform;
   int max_ranges = 1000;  ///< kept at once; beyond, every second of the older half goes
+
+  /// Throws std::invalid_argument for a value that is not allowed.
+  void validate() const;
 };
 /// Section [Rendezvous].
 void describe(OptionVisitor& v, TransformTrackerOptions& o);
 
 class TransformTracker {
  public:
-  explicit TransformTracker(const TransformTrackerOptions& options = {}) : options_(options) {}
+  /// Throws as TransformTrackerOptions::validate().
+  explicit TransformTracker(const TransformTrackerOptions& options = {});
 
   /// A range with the segments of both robots' worlds (they count up when an estimator starts
   /// anew). A new segment is a new world: what was known of the old one is dropped. Ranges of older

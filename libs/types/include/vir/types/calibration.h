@@ -46,8 +46,7 @@ struct CalibrationSigma {
   double focal = 0.01;    ///< relative, of both focal lengths
   double aspect = 0.002;  ///< relative, of one against the other
   double centre_px = 4;
-  /// Of either radial coefficient (radialCoefficients); as small as this: they are not looked for.
-  double distortion = 1e-7;
+  double distortion = 0.01;  ///< of either radial coefficient (radialCoefficients)
   double gyro_gain = 0.005;  ///< relative, per axis
   double gyro_axes_rad = 0.005;
   double acc_gain = 0.005;  ///< relative, per axis

@@ -8,11 +8,27 @@
 namespace vir {
 inline namespace types {
 
-/// A change of a calibration as a vector, in this order: position of the camera in the body [m],
-/// its rotation on the right [rad], time offset [s], readout [s], both focal lengths together and
-/// one against the other (relative), principal point [px], the two radial coefficients, gyro gain,
-/// gyro axes [rad], accelerometer gain.
-constexpr int kCalibrationSize = 23;
+/// Where what stands in a CalibrationChange; vectors begin there.
+struct CalibrationIndex {
+  enum : int {
+    position = 0,     ///< of the camera in the body [m], 3
+    rotation = 3,     ///< of the camera, on the right [rad], 3
+    time_offset = 6,  ///< [s]
+    readout,          ///< [s]
+    focal,            ///< both focal lengths together, relative
+    aspect,           ///< one against the other, relative
+    cx,               ///< principal point [px]
+    cy,
+    radial,          ///< radialCoefficients(), 2
+    gyro_gain = 14,  ///< 3
+    gyro_axes = 17,  ///< [rad], 3
+    acc_gain = 20,   ///< 3
+    size = 23
+  };
+};
+
+/// A change of a calibration as a vector, by CalibrationIndex.
+constexpr int kCalibrationSize = CalibrationIndex::size;
 using CalibrationChange = Eigen::Matrix<double, kCalibrationSize, 1>;
 using CalibrationCovariance = Eigen::Matrix<double, kCalibrationSize, kCalibrationSize>;
 

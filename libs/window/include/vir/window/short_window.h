@@ -19,6 +19,13 @@ namespace vir::window {
 /// How a reprojection beyond loss_scale sigma counts.
 enum class ReprojectionLoss { huber, cauchy };
 
+/// What becomes of the lens' radial coefficients.
+enum class LensMode {
+  watched,  ///< as given, until the sights are sure that it is another
+  free,     ///< estimated from the first image on
+  given     ///< as given
+};
+
 struct WindowOptions {
   int keyframes = 14;
   int iterations = 2;
@@ -36,6 +43,7 @@ struct WindowOptions {
   bool first_estimate_jacobians = true;
   bool calibrate = true;
   CalibrationSigma calibration;
+  LensMode lens = LensMode::watched;
   double readout_s = 0;
   double rest_sigma_v_mps = 0.01;
   double rest_sigma_p_m = 0.001;
@@ -139,7 +147,7 @@ class ShortWindow {
   /// its lever arm there.
   std::vector<HeldRange> rangesInO(std::uint64_t anchor) const;
   /// All ranges in this window as if held by its oldest frame, vectors in O's axes.
-  std::vector<HeldRange> rangesAtFront() const;
+  std::vector<HeldRange> rangesAtOldest() const;
   /// Works out the covariances below at the present state (as costly as a marginalisation).
   void updateCovariance();
   /// Covariance of (position, rotation on the right) of the newest frame against position and yaw
@@ -157,6 +165,8 @@ class ShortWindow {
   void stampWith(double time_offset_s);
   /// As estimated by now.
   Calibration calibration() const;
+  /// The sights are sure that the lens is another than given (LensMode::watched).
+  bool lensContradicted() const;
   /// How far the camera's pose in the body may be off, for windows that begin from now on; no less
   /// than the options say.
   void setExtrinsicsSigma(double position_m, double rotation_rad);
