@@ -58,14 +58,18 @@ void BackEnd::expectUnknownPose() {
 }
 
 void BackEnd::checkCameraRotation(TimeNs t) {
-  if (turned || !timing || timing->offsetKnown() || ++images_since_rotation < kImagesPerLook)
-    return;
+  if (turned || !timing || timing->rotationKnown()) return;
+  if (++images_since_rotation < kImagesPerLook) return;
   images_since_rotation = 0;
   const initialization::CameraRotation found = timing->rotation(imu);
   const double off = angleBetween(T_B_C.q, found.q_B_C);
-  if (!found.ok || off < std::max(kTurned, 6 * found.sigma_rad)) return;
+  if (!found.ok) return;
+  if (off < std::max(kTurned, 6 * found.sigma_rad)) {
+    timing->setRotationKnown();
+    return;
+  }
   // What runs is only given up for what is clearly better.
-  if (running && timing->found().explained > found.explained - kClearly) return;
+  if (running && timing->explainedBy(T_B_C.q, imu) > found.explained - kClearly) return;
   turned = true;
   const bool inverted = angleBetween(T_B_C.q.conjugate(), found.q_B_C) < kTheSame;
   tellRotation(t, inverted, logQuat(T_B_C.q.conjugate() * found.q_B_C));

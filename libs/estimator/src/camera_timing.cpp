@@ -30,7 +30,7 @@ void CameraTiming::reset() {
 }
 
 void CameraTiming::add(const vision::TrackedFrame& frame) {
-  if (offset_known_) return;
+  if (offset_known_ && rotation_known_) return;
   if (!frame.usable) {
     seen_.clear();
     return;

@@ -25,12 +25,19 @@ class CameraTiming {
   /// Compares with the readings. Settled once it agrees for good.
   /// `running`: a window is, and what it finds itself is left to it.
   State look(const imu::ImuBuffer& imu, const Quat& q_B_C, bool running);
-  /// All that is asked has been answered.
   bool offsetKnown() const { return offset_known_; }
+  /// Turns are followed until this is known as well: nodding tells the offset, and nothing of a
+  /// rotation about the axis of the nod.
+  bool rotationKnown() const { return rotation_known_; }
+  void setRotationKnown() { rotation_known_ = true; }
   const initialization::TurnCorrelation& found() const { return found_; }
   /// The camera's rotation in the body by turning alone, from nothing known of it.
   initialization::CameraRotation rotation(const imu::ImuBuffer& imu) const {
     return initialization::findCameraRotation({turns_.begin(), turns_.end()}, imu);
+  }
+  /// Share of the turning that agrees with the readings if the camera stands like this.
+  double explainedBy(const Quat& q_B_C, const imu::ImuBuffer& imu) const {
+    return initialization::correlateTurns({turns_.begin(), turns_.end()}, imu, q_B_C).explained;
   }
   /// found().offset_s is worth a try, although not proved.
   bool suggests() const;
@@ -50,7 +57,7 @@ class CameraTiming {
   std::deque<Seen> seen_;  // what the next images are compared with
   std::deque<initialization::ImageTurn> turns_;
   initialization::TurnCorrelation found_;
-  bool offset_known_ = false;
+  bool offset_known_ = false, rotation_known_ = false;
   int since_look_ = 0;
 };
 

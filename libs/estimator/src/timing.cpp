@@ -39,12 +39,12 @@ bool BackEnd::coveredByReadings(TimeNs t) const {
 }
 
 bool BackEnd::checkTiming(const vision::TrackedFrame& frame) {
-  if (!timing || timing->offsetKnown()) return false;
+  if (!timing) return false;
   timing->add(frame);
-  if (running) {
-    startup->remember(frame);
-    rememberPose(window->newest());
-  }
+  const bool all_known = timing->offsetKnown() && timing->rotationKnown();
+  if (running && !all_known) rememberPose(window->newest());
+  if (timing->offsetKnown()) return false;
+  if (running) startup->remember(frame);
   if (timing->look(imu, window->extrinsics().q, running) != CameraTiming::State::differs)
     return false;
   const double by = timing->found().offset_s;

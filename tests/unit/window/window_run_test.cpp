@@ -252,7 +252,7 @@ std::unique_ptr<WindowDriver> flightWithLens(double k1, const WindowOptions& opt
   d->scene.noise_px = 0.3;
   d->spoil = [k1](std::vector<vision::FeatureObservation>* f) { bend(k1, f); };
   d->start(d->scene.truth(d->t), StartPrior());
-  for (int k = 0; k < 300; ++k) d->step(0.05);
+  for (int k = 0; k < 600; ++k) d->step(0.05);
   EXPECT_TRUE(d->last.usable);
   return d;
 }
