@@ -158,8 +158,11 @@ std::uint64_t GzArchive::mostLeft() const {
 }
 
 void GzArchive::checkGrowth() {
+  // Where the file stands is a question to the system: not for every few bytes that MRPT reads.
+  const std::int64_t unpacked = gztell(file_) - object_at_;
+  if (unpacked <= kGrowth * kBufferBytes) return;
   const std::int64_t packed = gzoffset(file_) - object_packed_at_ + kBufferBytes;
-  if (gztell(file_) - object_at_ <= kGrowth * packed) return;
+  if (unpacked <= kGrowth * packed) return;
   // MRPT puts words of its own before what is thrown through it.
   problem_ =
       "an object unpacks to more than " + std::to_string(kGrowth) + " times its size in the file";

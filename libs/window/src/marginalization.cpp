@@ -2,6 +2,7 @@
 
 #include <ceres/cost_function.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,9 @@
 
 namespace vir::window {
 namespace {
+/// Pivots of a matrix of full rank are larger than the eigenvalues that count as none by this.
+constexpr double kSafely = 1e3;
+
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Residual and local Jacobians of one term, robust weight applied. Buffers are reused.
@@ -128,7 +132,41 @@ struct LandmarkSystem {
   }
 };
 
+/// A term of many residuals without a landmark, the prior: one product instead of one for each pair
+/// of its many blocks.
+void accumulateDense(const Linearizer& lin, const Term& t, NormalEquations* eq) {
+  const std::vector<int>& sizes = t.cost->parameter_block_sizes();
+  int n = 0;
+  for (const int size : sizes) n += localSize(size);
+  Eigen::MatrixXd J(lin.rows, n);
+  int column = 0;
+  for (std::size_t k = 0; k < sizes.size(); ++k) {
+    J.middleCols(column, localSize(sizes[k])) = lin.J[k].leftCols(localSize(sizes[k]));
+    column += localSize(sizes[k]);
+  }
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
+  H.selfadjointView<Eigen::Upper>().rankUpdate(J.transpose());
+  H.triangularView<Eigen::StrictlyLower>() = H.transpose();
+  const Eigen::VectorXd b = J.transpose() * lin.r;
+  int row = 0;
+  for (std::size_t k = 0; k < sizes.size(); row += localSize(sizes[k++])) {
+    const int at = eq->offsetOf(t.blocks[k]), size = localSize(sizes[k]);
+    if (at < 0) continue;
+    eq->b.segment(at, size) += b.segment(row, size);
+    column = 0;
+    for (std::size_t m = 0; m < sizes.size(); column += localSize(sizes[m++])) {
+      const int across = eq->offsetOf(t.blocks[m]);
+      if (across < at) continue;
+      eq->H.block(at, across, size, localSize(sizes[m])) +=
+          H.block(row, column, size, localSize(sizes[m]));
+    }
+  }
+}
+
+/// Only what lies on and above the diagonal of H is brought up to date.
 void accumulate(const Linearizer& lin, const Term& t, NormalEquations* eq, LandmarkSystem* lm) {
+  constexpr int kManyRows = 30;
+  if (!t.landmark && lin.rows > kManyRows) return accumulateDense(lin, t, eq);
   const std::vector<int>& sizes = t.cost->parameter_block_sizes();
   const std::size_t n = sizes.size();
   lm->columns.resize(n);
@@ -138,22 +176,24 @@ void accumulate(const Linearizer& lin, const Term& t, NormalEquations* eq, Landm
     const int sk = localSize(sizes[k]);
     const auto Jk = lin.J[k].leftCols(sk);
     if (t.landmark && t.blocks[k] == t.landmark) {
-      lm->H.noalias() += Jk.transpose() * Jk;
-      lm->b.noalias() += Jk.transpose() * lin.r;
+      lm->H.noalias() += Jk.transpose().lazyProduct(Jk);
+      lm->b.noalias() += Jk.transpose().lazyProduct(lin.r);
       for (std::size_t m = 0; m < n; ++m) {
         if (m == k || offset[m] < 0) continue;
         const int sm = localSize(sizes[m]);
         const int at = lm->slot(offset[m], sm);
-        lm->coupling[at].topRows(sm).noalias() += lin.J[m].leftCols(sm).transpose() * Jk;
+        lm->coupling[at].topRows(sm).noalias() += lin.J[m].leftCols(sm).transpose().lazyProduct(Jk);
       }
       continue;
     }
     if (offset[k] < 0) continue;  // a block held constant
-    eq->b.segment(offset[k], sk).noalias() += Jk.transpose() * lin.r;
+    eq->b.segment(offset[k], sk).noalias() += Jk.transpose().lazyProduct(lin.r);
     for (std::size_t m = 0; m < n; ++m) {
-      if (offset[m] < 0) continue;
+      if (offset[m] < offset[k]) continue;
       const int sm = localSize(sizes[m]);
-      eq->H.block(offset[k], offset[m], sk, sm).noalias() += Jk.transpose() * lin.J[m].leftCols(sm);
+      // Of few rows: a product that is prepared for large matrices would cost more than it does.
+      eq->H.block(offset[k], offset[m], sk, sm).noalias() +=
+          Jk.transpose().lazyProduct(lin.J[m].leftCols(sm));
     }
   }
 }
@@ -210,32 +250,54 @@ NormalEquations marginalizeFirst(const NormalEquations& full, int count) {
   return out;
 }
 
+namespace {
+
+/// Directions of which nothing is known are left out.
+void rootByEigenvalues(const Eigen::MatrixXd& A, const Eigen::VectorXd& s, const Eigen::VectorXd& b,
+                       double relative, factors::LinearPrior* prior) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eig(A);
+  std::vector<int> keep;
+  for (int i = 0; i < eig.eigenvalues().size(); ++i) {
+    if (eig.eigenvalues()[i] > relative) keep.push_back(i);
+  }
+  const auto rows = static_cast<int>(keep.size());
+  prior->J.resize(rows, A.cols());
+  prior->r0.resize(rows);
+  for (int r = 0; r < rows; ++r) {
+    const int k = keep[static_cast<std::size_t>(r)];
+    const double root = std::sqrt(eig.eigenvalues()[k]);
+    const auto v = eig.eigenvectors().col(k);
+    prior->J.row(r) = root * (v.array() * s.array()).matrix().transpose();
+    prior->r0[r] = v.dot(b) / root;
+  }
+}
+
+}  // namespace
+
 factors::LinearPrior toPrior(const NormalEquations& eq, double relative) {
   // Scale first: positions, angles and biases differ by orders of magnitude in information.
   const Eigen::VectorXd s =
       eq.H.diagonal().unaryExpr([](double d) { return d > 0 ? std::sqrt(d) : 0.0; });
   const Eigen::VectorXd s_inv = s.unaryExpr([](double d) { return d > 0 ? 1.0 / d : 0.0; });
   const Eigen::MatrixXd A = s_inv.asDiagonal() * eq.H * s_inv.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eig(A);
-  std::vector<int> keep;
-  for (int i = 0; i < eig.eigenvalues().size(); ++i) {
-    if (eig.eigenvalues()[i] > relative) keep.push_back(i);
-  }
   factors::LinearPrior prior;
   const int n = static_cast<int>(eq.H.rows());
-  prior.J.resize(static_cast<int>(keep.size()), n);
-  prior.r0.resize(static_cast<int>(keep.size()));
   // The equations stand at the current values; the prior at the first estimates.
   Eigen::VectorXd shift = Eigen::VectorXd::Zero(n);
   for (const BlockRef& ref : eq.blocks) {
     if (ref.lin) blockMinus(ref.data, ref.lin, ref.ambient, shift.data() + ref.offset);
   }
   const Eigen::VectorXd b = s_inv.asDiagonal() * (eq.b - eq.H * shift);
-  for (std::size_t r = 0; r < keep.size(); ++r) {
-    const double root = std::sqrt(eig.eigenvalues()[keep[r]]);
-    const auto v = eig.eigenvectors().col(keep[r]);
-    prior.J.row(r) = root * (v.array() * s.array()).matrix().transpose();
-    prior.r0[r] = v.dot(b) / root;
+  // Where everything is known the factor of Cholesky is a square root as good as any.
+  const Eigen::LLT<Eigen::MatrixXd> llt(A);
+  const bool full_rank = llt.info() == Eigen::Success &&
+                         llt.matrixLLT().diagonal().cwiseAbs2().minCoeff() > kSafely * relative;
+  if (full_rank) {
+    prior.J = llt.matrixU();
+    prior.J *= s.asDiagonal();
+    prior.r0 = llt.matrixL().solve(b);
+  } else {
+    rootByEigenvalues(A, s, b, relative, &prior);
   }
   for (const BlockRef& ref : eq.blocks) {
     factors::LinearPrior::Block block;
