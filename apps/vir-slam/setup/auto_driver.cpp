@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <sstream>
 
+#include "vir/core/text.h"
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/roles/estimator_registry.h"
 
@@ -42,12 +42,13 @@ std::vector<Candidate> candidates(const Settings& settings) {
 }
 
 /// All words that are set there.
-std::set<std::string> wordsOf(const Settings& settings, const std::vector<std::string>& sections) {
+std::set<std::string> wordsIn(const Settings& settings, const std::vector<std::string>& sections) {
   std::set<std::string> out;
   for (const std::string& section : sections) {
     for (const std::string& key : settings.keys(section)) {
-      std::istringstream text(settings.find(section, key)->value);
-      for (std::string word; text >> word;) out.insert(word);
+      for (const std::string_view word : wordsOf(settings.find(section, key)->value)) {
+        out.emplace(word);
+      }
     }
   }
   return out;
@@ -80,7 +81,7 @@ std::string driverForLive(const std::string& driver, const Settings& settings,
   if (driver != kAutoDriver) return driver;
   std::vector<Candidate> all = candidates(settings);
   if (all.empty()) return driver;
-  const std::set<std::string> words = wordsOf(settings, sensor_sections);
+  const std::set<std::string> words = wordsIn(settings, sensor_sections);
   for (Candidate& c : all) {
     for (const roles::EstimatorInput& input : c.inputs) {
       if (input.group > 0 && words.count(input.label) > 0) c.found.insert(input.group);

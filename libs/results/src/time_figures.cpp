@@ -267,7 +267,6 @@ evaluation::Figure calibrationFigure(const RunPictures& run) {
   figure.entries = {{"x; or the only one", evaluation::figureColor(0)},
                     {"y", evaluation::figureColor(1)},
                     {"z", evaluation::figureColor(2)}};
-  constexpr double kDeg = 180 / kPi;
   panel(
       "time offset [ms]", 1,
       [&](const roles::CalibrationPoint& p) {
@@ -283,9 +282,9 @@ evaluation::Figure calibrationFigure(const RunPictures& run) {
   panel(
       "rotation [deg]", 3,
       [&](const roles::CalibrationPoint& p) {
-        return Vec3(kDeg * logQuat(given.T_B_C.q.conjugate() * p.calibration.T_B_C.q));
+        return Vec3(kDegPerRad * logQuat(given.T_B_C.q.conjugate() * p.calibration.T_B_C.q));
       },
-      [](const roles::CalibrationPoint& p) { return kDeg * p.sigma.rotation_rad; });
+      [](const roles::CalibrationPoint& p) { return kDegPerRad * p.sigma.rotation_rad; });
   panel(
       "position [mm]", 3,
       [&](const roles::CalibrationPoint& p) {

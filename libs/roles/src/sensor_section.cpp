@@ -11,8 +11,6 @@
 namespace vir::roles {
 namespace {
 
-constexpr double kRad = kPi / 180;
-
 void declare(OptionVisitor& v, SensorSection& s) {
   v.section(s.name, "A sensor");
   v.value("driver", s.driver, "class of the sensor");
@@ -83,8 +81,8 @@ void complete(const SensorSection& s, mrpt::obs::CObservation* observation) {
   }
   if (!s.camera_pose.empty()) {
     const std::vector<double>& p = s.camera_pose;
-    image->cameraPose =
-        mrpt::poses::CPose3D(p[0], p[1], p[2], p[3] * kRad, p[4] * kRad, p[5] * kRad);
+    image->cameraPose = mrpt::poses::CPose3D(p[0], p[1], p[2], p[3] * kRadPerDeg, p[4] * kRadPerDeg,
+                                             p[5] * kRadPerDeg);
   }
 }
 

@@ -78,7 +78,7 @@ std::string unitText(const Layout& layout, int index) {
 double angularUnit(const Layout& layout, int column) {
   const std::string unit = unitText(layout, column);
   const bool degrees = unit.rfind("deg", 0) == 0 || unit.rfind("\xC2\xB0", 0) == 0 || unit == "dps";
-  return degrees ? kPi / 180 : 1.0;
+  return degrees ? kRadPerDeg : 1.0;
 }
 
 /// Headers are copied, numbers are converted: g only where gravity is about 1.

@@ -136,8 +136,12 @@ struct LandmarkSystem {
 /// of its many blocks.
 void accumulateDense(const Linearizer& lin, const Term& t, NormalEquations* eq) {
   const std::vector<int>& sizes = t.cost->parameter_block_sizes();
+  std::vector<int> offset;
   int n = 0;
-  for (const int size : sizes) n += localSize(size);
+  for (std::size_t k = 0; k < sizes.size(); ++k) {
+    offset.push_back(eq->offsetOf(t.blocks[k]));
+    n += localSize(sizes[k]);
+  }
   Eigen::MatrixXd J(lin.rows, n);
   int column = 0;
   for (std::size_t k = 0; k < sizes.size(); ++k) {
@@ -150,14 +154,13 @@ void accumulateDense(const Linearizer& lin, const Term& t, NormalEquations* eq) 
   const Eigen::VectorXd b = J.transpose() * lin.r;
   int row = 0;
   for (std::size_t k = 0; k < sizes.size(); row += localSize(sizes[k++])) {
-    const int at = eq->offsetOf(t.blocks[k]), size = localSize(sizes[k]);
+    const int at = offset[k], size = localSize(sizes[k]);
     if (at < 0) continue;
     eq->b.segment(at, size) += b.segment(row, size);
     column = 0;
     for (std::size_t m = 0; m < sizes.size(); column += localSize(sizes[m++])) {
-      const int across = eq->offsetOf(t.blocks[m]);
-      if (across < at) continue;
-      eq->H.block(at, across, size, localSize(sizes[m])) +=
+      if (offset[m] < at) continue;
+      eq->H.block(at, offset[m], size, localSize(sizes[m])) +=
           H.block(row, column, size, localSize(sizes[m]));
     }
   }
