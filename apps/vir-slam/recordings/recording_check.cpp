@@ -116,6 +116,20 @@ std::vector<check::StreamSummary> RecordingCheck::streams() const {
   return out;
 }
 
+/// How the first camera sits on the IMU, as far as it is known.
+std::optional<check::Mounting> RecordingCheck::mountingOf(const check::TurningVerdict& turning,
+                                                          const std::string& imu) const {
+  if (cameras_.empty()) return std::nullopt;
+  const auto& [label, camera] = *cameras_.begin();
+  const bool ours = imu == imus_.begin()->first;
+  if (ours && turning.R_B_C) return check::Mounting{*turning.R_B_C, label, turning.force};
+  // What turning speaks against says nothing of up. The identity is what is there when nobody has
+  // said where the camera sits.
+  const bool doubted = check::worst(turning.findings) == check::Severity::unusable;
+  if (doubted || camera->R_B_C.isIdentity(1e-9)) return std::nullopt;
+  return check::Mounting{camera->R_B_C, label, {}};
+}
+
 std::vector<check::Finding> RecordingCheck::findings() const {
   std::vector<check::Finding> out = check::checkStreams(streams());
   if (depth_ == Depth::brief) {
@@ -135,12 +149,12 @@ std::vector<check::Finding> RecordingCheck::findings() const {
   const Camera* first = cameras_.empty() ? nullptr : cameras_.begin()->second.get();
   // What rests on the time between readings says nothing while stamps are wrong.
   const bool stamps = check::worst(out) != check::Severity::unusable;
+  check::TurningVerdict turning;
+  if (turning_ && first != nullptr && first->turning && stamps) {
+    turning = turning_->verdict(first->R_B_C, time_offset_s_);
+  }
   for (const auto& [label, imu] : imus_) {
-    std::optional<check::Mounting> mounting;
-    // The identity is what is there when nobody has said where the camera sits.
-    const bool mounted = first != nullptr && !first->R_B_C.isIdentity(1e-9);
-    if (mounted) mounting = check::Mounting{first->R_B_C, cameras_.begin()->first};
-    if (stamps) take(imu.findings(noise_, mounting));
+    if (stamps) take(imu.findings(noise_, mountingOf(turning, label), turning.gyro_trusted));
   }
   for (const auto& [label, ranges] : ranges_) {
     take(ranges.findings());
@@ -163,9 +177,7 @@ std::vector<check::Finding> RecordingCheck::findings() const {
   const bool gyro = std::none_of(out.begin(), out.end(), [](const check::Finding& f) {
     return f.kind == "imu_columns_swapped";
   });
-  if (turning_ && first != nullptr && first->turning && stamps && gyro) {
-    take(turning_->findings(first->R_B_C, time_offset_s_));
-  }
+  if (gyro) take(turning.findings);
   std::stable_sort(out.begin(), out.end(), [](const check::Finding& a, const check::Finding& b) {
     return a.severity > b.severity;
   });

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "found.h"
+#include "vir/core/angles.h"
 #include "vir/core/random.h"
 
 namespace vir::check {
@@ -89,6 +90,37 @@ TEST(TurningCheck, NamesDegrees) {
 TEST(TurningCheck, NamesAPoseGivenTheWrongWayRound) {
   EXPECT_EQ(seriousKinds(findingsOf(kAsItIs, forward(), forward().transpose())),
             Kinds{"camera_pose_inverted"});
+}
+
+/// Half a turn between the rotation given and the true one, by the axis of the camera.
+TEST(TurningCheck, NamesTheCauseOfHalfATurn) {
+  const auto given = [](double x, double y, double z) {
+    return Mat3(forward() * expSO3(kPi * Vec3(x, y, z).normalized()));
+  };
+  EXPECT_EQ(seriousKinds(findingsOf(kAsItIs, forward(), given(0, 0, 1))),
+            Kinds{"camera_upside_down"});
+  for (const Mat3& told : {given(1, 0, 0), given(0, 1, 0), given(1, 1, 0), given(1, -1, 0)}) {
+    const auto findings = findingsOf(kAsItIs, forward(), told);
+    // Without matches nothing tells a mirror from a camera that looks back: both are said.
+    ASSERT_EQ(seriousKinds(findings), Kinds{"images_mirrored"});
+    EXPECT_NE(findings.back().what.find("the other way"), std::string::npos)
+        << findings.back().what;
+  }
+}
+
+TEST(TurningCheck, NamesALensThatDoesNotFit) {
+  const auto faster = [](const Vec3& w) { return Vec3(1.3 * w); };
+  const auto findings = findingsOf(faster, forward(), forward());
+  ASSERT_EQ(seriousKinds(findings), Kinds{"camera_scale"});
+  EXPECT_EQ(findings[0].stream, "CAM0");
+  EXPECT_NE(findings[0].what.find("lens model"), std::string::npos);
+}
+
+TEST(TurningCheck, NamesANegatedGyro) {
+  const auto negated = [](const Vec3& w) { return Vec3(-w); };
+  const auto findings = findingsOf(negated, forward(), forward());
+  ASSERT_EQ(seriousKinds(findings), Kinds{"gyro_mirrored"});
+  EXPECT_NE(findings[0].what.find("negated"), std::string::npos) << findings[0].what;
 }
 
 TEST(TurningCheck, NamesExchangedAxes) {
