@@ -66,7 +66,9 @@ void RangeCheck::checkUnit(std::vector<Finding>* out) const {
        std::string("the ranges are in ") + (mm ? "millimetres" : "centimetres") + ", not in metres",
        "median " + num(typical, 4) + ", changing by " + num(speed) + " per second" +
            (integers ? ", all whole numbers" : ""),
-       std::string("multiply them by ") + (mm ? "0.001" : "0.01") + " before importing"});
+       std::string("import with --set euroc.range_unit=") + (mm ? "mm" : "cm") +
+           " (csv.range_unit for tables, unit=" + (mm ? "mm" : "cm") +
+           " in --topic range= of a bag), or multiply them by " + (mm ? "0.001" : "0.01")});
 }
 
 std::vector<Finding> RangeCheck::findings() const {
