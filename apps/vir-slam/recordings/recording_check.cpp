@@ -5,6 +5,7 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "vir/camera/camera_model.h"
 #include "vir/rawlog/convert.h"
@@ -21,6 +22,7 @@ using namespace mrpt::obs;
 
 /// Images followed for turning; later ones are looked at now and then.
 constexpr long kFollowed = 600, kLookEvery = 20;
+constexpr double kFarLever = 3;  // [m] no camera is as far from an IMU that is fixed to it
 
 check::StreamKind kindOf(const CObservation& o) {
   if (rawlog::isImage(o)) return check::StreamKind::images;
@@ -37,6 +39,7 @@ struct RecordingCheck::Camera {
   CameraCalibration calibration;
   bool calibrated = false;
   Mat3 R_B_C = Mat3::Identity();
+  double lever_m = 0;
   std::unique_ptr<check::ImageTurning> turning;
   long count = 0;
 };
@@ -84,6 +87,7 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     camera = std::make_unique<Camera>(image.sensorLabel);
     camera->calibration = rawlog::fromMrptCamera(image.cameraParams);
     camera->R_B_C = rawlog::fromMrptPose(image.cameraPose).R();
+    camera->lever_m = rawlog::fromMrptPose(image.cameraPose).p.norm();
     camera->calibrated = camera->calibration.fx > 0 && camera->calibration.cx > 0;
     if (camera->calibrated && depth_ == Depth::full && cameras_.size() == 1) {
       camera->turning =
@@ -169,6 +173,12 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     if (depth_ == Depth::brief) continue;
     const CameraCalibration& c = camera->calibration;
     take(camera->images.findings(camera->calibrated ? c.width : 0, c.height));
+    if (camera->lever_m > kFarLever) {
+      out.push_back({check::Severity::unusable, "camera_pose_far", label,
+                     "its pose on the IMU is " + std::to_string(std::lround(camera->lever_m)) +
+                         " m away from it",
+                     "translation of T_BS", "give it in metres (millimetres?)"});
+    }
     if (!camera->calibrated) {
       out.push_back({check::Severity::unusable, "no_calibration", label,
                      "the camera has no calibration", "", "give --calibration FILE"});

@@ -22,7 +22,7 @@ struct Slip {
 };
 
 Mat3 halfTurn(const Vec3& axis) {
-  return 2 * axis.normalized() * axis.normalized().transpose() - Mat3::Identity();
+  return 2.0 * axis.normalized() * axis.normalized().transpose() - Mat3::Identity();
 }
 
 /// Half a turn about an axis in the image is what mirrored images look like as well: the mirror

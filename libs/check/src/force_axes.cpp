@@ -22,7 +22,7 @@ std::vector<Mat3> axesRotations() {
     for (int signs = 0; signs < 8; ++signs) {
       Mat3 S = Mat3::Zero();
       for (int i = 0; i < 3; ++i) {
-        S(i, p[static_cast<std::size_t>(i)]) = (signs >> i & 1) != 0 ? -1 : 1;
+        S(i, p[static_cast<std::size_t>(i)]) = ((signs >> i) & 1) != 0 ? -1 : 1;
       }
       if (S.determinant() > 0) out.push_back(S);
     }

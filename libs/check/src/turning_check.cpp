@@ -234,8 +234,8 @@ std::vector<Finding> axesFindings(const AxesFit& fit, const Mat3& R_B_C,
   return {};
 }
 
-constexpr double kFewAxes =
-    0.15;  // turning about other axes, below which one rotation is as good as another
+/// Turning about other axes, below which one rotation is as good as another.
+constexpr double kFewAxes = 0.15;
 
 /// The rotation given or the one found, as the turning has it; with a finding where they differ.
 /// `share_given`: of the turning that the rotation given leaves unexplained.
