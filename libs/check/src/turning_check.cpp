@@ -24,7 +24,10 @@ constexpr double kReachS = 0.2;  // offsets of the clocks looked for, to both si
 constexpr double kTurnS = 0.09;  // over less than this, noise makes turns of steps aside
 constexpr double kLongestTurnS = 0.3;
 constexpr double kOffsetS = 0.004;  // that no estimate of a window needs to be told
-constexpr double kFits = 0.45;      // rest of the rate that a rotation leaves, as a share
+/// Turning about other axes, below which one rotation is as good as another.
+constexpr double kFewAxes = 0.15;
+constexpr double kWrongShare = 0.8;  // left unexplained by what is given, which then is wrong
+constexpr double kFits = 0.45;       // rest of the rate that a rotation leaves, as a share
 
 /// Rotation (or mirror) from the gyro's axes to the camera's that explains the pairs best.
 struct AxesFit {
@@ -210,8 +213,17 @@ std::vector<Finding> scaleFindings(double ratio, const std::string& imu_label,
 
 std::string percent(double share) { return num(100 * share, 2) + " %"; }
 
-/// Both see turning of which no rotation, or only a mirror, makes the other.
-std::vector<Finding> axesFindings(const AxesFit& fit, const Mat3& R_B_C,
+/// A mirror explains what no rotation does; less clearly so where it is one of axes that are
+/// negated or exchanged, and what is given is wrong anyway.
+bool mirrorExplains(const AxesFit& fit, double share_given, bool named) {
+  if (fit.mirror_rest > kFits || fit.second_axis < kFewAxes) return false;
+  return fit.mirror_rest < 0.6 * fit.rotation_rest ||
+         (named && share_given > kWrongShare && fit.mirror_rest < 0.8 * fit.rotation_rest);
+}
+
+/// Both see turning of which no rotation, or only a mirror, makes the other. `share_given`: what
+/// the rotation given leaves unexplained.
+std::vector<Finding> axesFindings(const AxesFit& fit, double share_given, const Mat3& R_B_C,
                                   const std::string& camera_label, const std::string& imu_label) {
   if (std::min(fit.rotation_rest, fit.mirror_rest) > 0.7) {
     return {
@@ -219,35 +231,47 @@ std::vector<Finding> axesFindings(const AxesFit& fit, const Mat3& R_B_C,
          "no rotation between the two explains " + percent(fit.rotation_rest) + " of the turning",
          "check that the stamps of both are from one clock"}};
   }
-  if (fit.mirror_rest < 0.6 * fit.rotation_rest && fit.mirror_rest < kFits &&
-      fit.second_axis > 0.15) {
-    const std::string axes = axesNamed(R_B_C * fit.mirror);
-    const bool negated = axes == "x is -x, y is -y, z is -z";
-    return {{Severity::unusable, "gyro_mirrored", imu_label,
-             std::string(negated ? "the gyro is negated" : "the gyro's axes are mirrored") +
-                 (axes.empty() || negated ? "" : ": its " + axes),
-             "a mirror leaves " + percent(fit.mirror_rest) + " of the turning, a rotation " +
-                 percent(fit.rotation_rest),
-             negated ? "negate all three axes of the gyro"
-                     : "one axis has the wrong sign, or two are exchanged"}};
-  }
-  return {};
+  const std::string axes = axesNamed(R_B_C * fit.mirror);
+  if (!mirrorExplains(fit, share_given, !axes.empty())) return {};
+  const bool negated = axes == "x is -x, y is -y, z is -z";
+  return {{Severity::unusable, "gyro_mirrored", imu_label,
+           std::string(negated ? "the gyro is negated" : "the gyro's axes are mirrored") +
+               (axes.empty() || negated ? "" : ": its " + axes),
+           "a mirror leaves " + percent(fit.mirror_rest) + " of the turning, a rotation " +
+               percent(fit.rotation_rest),
+           negated ? "negate all three axes of the gyro"
+                   : "one axis has the wrong sign, or two are exchanged"}};
 }
 
-/// Turning about other axes, below which one rotation is as good as another.
-constexpr double kFewAxes = 0.15;
+/// What is given is wrong, but what is right the turning does not tell.
+Finding turnsOtherwise(const AxesFit& fit, double share_given, const std::string& camera_label) {
+  return {Severity::doubtful,
+          "turns_otherwise",
+          camera_label,
+          "turns about other axes than the gyro says with the pose given",
+          "what is given leaves " + percent(share_given) + " of the turning, the best rotation " +
+              percent(fit.rotation_rest),
+          "check T_BS (which way round?) and the signs and order of the gyro's columns; a piece "
+          "with more turning about all axes tells which"};
+}
 
 /// The rotation given or the one found, as the turning has it; with a finding where they differ.
 /// `share_given`: of the turning that the rotation given leaves unexplained.
 void judgeRotation(const AxesFit& fit, double share_given, const Mat3& given,
                    const std::string& camera_label,
                    const std::function<ForceSign(const Mat3&)>& forceWith, TurningVerdict* out) {
-  if (fit.second_axis < kFewAxes) return;
   const Mat3 found = fit.rotation.transpose();
   const double off = angleDeg(given * fit.rotation);
-  const bool better = fit.rotation_rest < kFits && fit.rotation_rest < 0.6 * share_given;
-  if (off < kWrongAngle || !better) {
-    if (off < kWrongAngle) out->R_B_C = given;
+  const bool told = fit.second_axis >= kFewAxes;
+  const bool better = fit.rotation_rest < 0.6 * share_given;
+  if (off < kWrongAngle && told) {
+    out->R_B_C = given;
+    return;
+  }
+  if (!told || !better || fit.rotation_rest >= kFits) {
+    if (better && share_given > kWrongShare && !given.isIdentity(1e-9)) {
+      out->findings.push_back(turnsOtherwise(fit, share_given, camera_label));
+    }
     return;
   }
   out->R_B_C = found;
@@ -302,14 +326,15 @@ TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) co
     }
   }
   const AxesFit fit = fitAxes(turning);
-  const auto axes = axesFindings(fit, R_B_C, camera_label_, imu_label_);
+  const double share_given = restOf(turning, R_B_C.transpose());
+  const auto axes = axesFindings(fit, share_given, R_B_C, camera_label_, imu_label_);
   out.findings.insert(out.findings.end(), axes.begin(), axes.end());
   out.gyro_trusted = out.gyro_trusted && axes.empty();
   if (!axes.empty()) return out;
   const auto forceWith = [&](const Mat3& R) {
     return degrees ? ForceSign{} : forceSign(turns_, beside_, R, offset_s);
   };
-  judgeRotation(fit, restOf(turning, R_B_C.transpose()), R_B_C, camera_label_, forceWith, &out);
+  judgeRotation(fit, share_given, R_B_C, camera_label_, forceWith, &out);
   if (out.R_B_C) out.force = forceWith(*out.R_B_C);
   return out;
 }

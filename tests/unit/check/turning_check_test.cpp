@@ -123,6 +123,28 @@ TEST(TurningCheck, NamesANegatedGyro) {
   EXPECT_NE(findings[0].what.find("negated"), std::string::npos) << findings[0].what;
 }
 
+/// Turning about one axis alone tells that a pose is wrong, but not which would be right.
+TEST(TurningCheck, DoubtsAPoseThatOneAxisSpeaksAgainst) {
+  const Vec3 up(0, 0, 1);
+  TurningCheck check("IMU0", "CAM0");
+  for (int i = 0; i < 4000; ++i) {
+    const double t = 0.005 * i;
+    const auto about = [&](double at) { return Vec3(0.8 * std::sin(0.9 * at) * up); };
+    if (i % 10 == 5 && i > 10) {
+      ImageTurn turn;
+      turn.t0 = fromSeconds(t - 0.05);
+      turn.t1 = fromSeconds(t);
+      turn.rotation_C = forward().transpose() * about(t - 0.025) * 0.05;
+      check.add(turn);
+    }
+    check.add(ImuSample{fromSeconds(t), about(t), Vec3(0, 0, 9.81)});
+  }
+  EXPECT_EQ(seriousKinds(check.findings(forward(), 0)), Kinds{});
+  const Mat3 over = forward() * Vec3(-1, -1, 1).asDiagonal();
+  EXPECT_EQ(seriousKinds(check.findings(over, 0)), Kinds{"turns_otherwise"});
+  EXPECT_FALSE(check.verdict(over, 0).R_B_C);
+}
+
 TEST(TurningCheck, NamesExchangedAxes) {
   const auto turned = [](const Vec3& w) { return Vec3(w.y(), -w.x(), w.z()); };
   const auto findings = findingsOf(turned, forward(), forward());
