@@ -101,8 +101,9 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
   try {
     image.load();
     gray = rawlog::grayOf(image);
-  } catch (const std::exception&) {
-    camera->images.addUnreadable();
+  } catch (const std::exception& e) {
+    const std::string why = e.what();
+    camera->images.addUnreadable(why.substr(0, why.find('\n')));
     return;
   }
   camera->images.add(gray);

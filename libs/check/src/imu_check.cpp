@@ -12,8 +12,9 @@ namespace {
 
 constexpr double kGravity = 9.80665;
 constexpr TimeNs kBlock = 250'000'000;
-constexpr std::size_t kMostInBlock = 20000;  // faster is no IMU, but a wrong stamp
-constexpr std::size_t kFewest = 8;           // blocks, to say anything
+constexpr std::size_t kMostInBlock = 20000;           // faster is no IMU, but a wrong stamp
+constexpr double kSpikeSteps = 30, kSpikeSizes = 20;  // times the usual step, and the usual size
+constexpr std::size_t kFewest = 8;                    // blocks, to say anything
 /// Nothing with a camera on it turns this fast for a quarter of a second in a twentieth of its
 /// time: in degrees it is a brisk hand.
 constexpr double kFastestRate = 10;  // [rad/s]
@@ -55,7 +56,38 @@ void ImuCheck::add(const ImuSample& s) {
   open_.push_back(s);
 }
 
+/// Single readings that jump away and back, as bit errors make them.
+void ImuCheck::leaveOutSpikes() {
+  const std::size_t n = open_.size();
+  if (n < 8) return;
+  std::vector<bool> bad(n, false);
+  const auto look = [&](Vec3 ImuSample::*part, double farthest) {
+    std::vector<double> sizes, steps;
+    for (std::size_t i = 0; i < n; ++i) {
+      sizes.push_back((open_[i].*part).norm());
+      if (i > 0) steps.push_back((open_[i].*part - open_[i - 1].*part).norm());
+    }
+    const std::vector<double> step = steps;
+    const double usual = medianInPlace(&steps), size = medianInPlace(&sizes);
+    for (std::size_t i = 1; i + 1 < n; ++i) {
+      const double away = std::min(step[i - 1], step[i]);
+      if (away < kSpikeSteps * usual || away < kSpikeSizes * std::max(size, farthest)) continue;
+      bad[i] = true;
+      ++spikes_;
+      highest_spike_ = std::max(highest_spike_, away);
+    }
+  };
+  look(&ImuSample::acc, 1);
+  look(&ImuSample::gyro, 0.5);
+  std::vector<ImuSample> good;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!bad[i]) good.push_back(open_[i]);
+  }
+  open_ = std::move(good);
+}
+
 void ImuCheck::close() {
+  leaveOutSpikes();
   const auto n = static_cast<double>(open_.size());
   if (open_.size() >= 4) {
     Block b;
@@ -252,6 +284,12 @@ std::vector<Finding> ImuCheck::findings(const std::optional<imu::ImuNoise>& give
     out.push_back({not_finite_ * 100 > count_ ? Severity::doubtful : Severity::note, "not_finite",
                    label_, "readings are no numbers",
                    std::to_string(not_finite_) + " of " + std::to_string(count_), ""});
+  }
+  if (spikes_ > 0) {
+    out.push_back({Severity::doubtful, "imu_spikes", label_, "single readings jump away and back",
+                   std::to_string(spikes_) + " of " + std::to_string(count_) + ", by up to " +
+                       num(highest_spike_),
+                   "leave them out before importing; look for bit errors on the way"});
   }
   if (blocks_.size() < kFewest) return out;
   if (columnsSwapped(&out)) return out;

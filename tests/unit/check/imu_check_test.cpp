@@ -130,6 +130,21 @@ TEST(ImuCheck, NamesAxesOfTheAccelerometerThatAreNotTheGyros) {
   EXPECT_EQ(seriousKinds(findingsAfter(all)), Kinds{});
 }
 
+/// One reading in thousands, as a bit error makes it, is said and spoils nothing else.
+TEST(ImuCheck, NamesSingleReadingsThatJump) {
+  for (const double size : {20.0, 1e18}) {
+    ImuCheck check("IMU0");
+    int i = 0;
+    for (ImuSample s : carried()) {
+      if (++i == 1000) (size > 100 ? s.acc : s.gyro).x() += size;
+      check.add(s);
+    }
+    const auto findings = check.findings(std::nullopt, std::nullopt);
+    EXPECT_EQ(seriousKinds(findings), Kinds{"imu_spikes"}) << size;
+    EXPECT_EQ(findings[0].evidence.rfind("1 of 4000", 0), 0u) << findings[0].evidence;
+  }
+}
+
 /// What is left of a hand's or drone's force without gravity is about 1 m/s^2, and is no unit.
 TEST(ImuCheck, GravityRemovedIsNotTakenForG) {
   const auto removed = [](ImuSample* s) {

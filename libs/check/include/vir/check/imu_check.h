@@ -42,6 +42,7 @@ class ImuCheck {
     double dt = 0;                         ///< mean time between readings [s]
   };
   void close();
+  void leaveOutSpikes();
   std::vector<Block> quietest() const;
   bool columnsSwapped(std::vector<Finding>* out) const;
   void checkGravity(std::vector<Finding>* out) const;
@@ -53,7 +54,8 @@ class ImuCheck {
   std::string label_;
   std::vector<Block> blocks_;
   std::vector<ImuSample> open_;  ///< of the block that is being filled
-  long not_finite_ = 0, count_ = 0;
+  long not_finite_ = 0, count_ = 0, spikes_ = 0;
+  double highest_spike_ = 0;  ///< distance from its neighbours, in its unit
 };
 
 }  // namespace vir::check
