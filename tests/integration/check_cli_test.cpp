@@ -154,7 +154,7 @@ TEST(CheckCli, NamesUnitsAxesAndColumns) {
       {"acc_in_g", 1, each(3, 1 / 9.80665)},
       {"acc_in_mg", 1, each(3, 1000 / 9.80665)},
       {"acc_negated", 1, each(3, -1)},
-      {"acc_axes", 1, [](std::vector<double>* v) { (*v)[3] = -(*v)[3]; }},
+      {"acc_axes", 3, [](std::vector<double>* v) { (*v)[3] = -(*v)[3]; }},
       {"gyro_in_deg", 1, each(0, 57.29577951)},
       {"imu_columns_swapped", 1,
        [](std::vector<double>* v) { std::rotate(v->begin(), v->begin() + 3, v->begin() + 6); }},

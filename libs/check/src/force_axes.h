@@ -15,9 +15,10 @@ struct ForceAndTurn {
 };
 
 struct ForceAxes {
-  bool wrong = false;
-  double as_is = 0;  ///< share of the force that averages out within a stretch of 4 s
-  double best = 0;   ///< the same with the axes that suit best
+  bool doubtful = false;
+  bool wrong = false;  ///< beyond doubt
+  double as_is = 0;    ///< share of the force that averages out within a stretch of 4 s
+  double best = 0;     ///< the same with the axes that suit best
 };
 
 /// `parts` a quarter of a second each, in order of time. Not wrong where there is too little

@@ -196,8 +196,8 @@ bool ImuCheck::forceAxesWrong(std::vector<Finding>* out) const {
   std::vector<ForceAndTurn> parts;
   for (const Block& b : blocks_) parts.push_back({b.t, b.gyro, b.acc});
   const ForceAxes axes = forceAxes(parts);
-  if (!axes.wrong) return false;
-  out->push_back({Severity::unusable, "acc_axes", label_,
+  if (!axes.wrong && !axes.doubtful) return false;
+  out->push_back({axes.wrong ? Severity::unusable : Severity::doubtful, "acc_axes", label_,
                   "the accelerometer's axes are not the gyro's: two are exchanged, or some have "
                   "the wrong sign",
                   "turned with the gyro, gravity would wander: as it is " +
