@@ -69,12 +69,15 @@ void ImuCheck::leaveOutSpikes() {
     }
     const std::vector<double> step = steps;
     const double usual = medianInPlace(&steps), size = medianInPlace(&sizes);
-    for (std::size_t i = 1; i + 1 < n; ++i) {
-      const double away = std::min(step[i - 1], step[i]);
-      if (away < kSpikeSteps * usual || away < kSpikeSizes * std::max(size, farthest)) continue;
+    const double far = std::max(kSpikeSteps * usual, kSpikeSizes * std::max(size, farthest));
+    for (std::size_t i = 0; i < n; ++i) {
+      // At the ends there is one step only; the next one tells whose jump it is.
+      const bool in = i == 0 ? step[1] < far : step[i - 1] >= far;
+      const bool back = i + 1 == n ? step[i - 2] < far : step[i] >= far;
+      if (!in || !back) continue;
       bad[i] = true;
       ++spikes_;
-      highest_spike_ = std::max(highest_spike_, away);
+      highest_spike_ = std::max(highest_spike_, step[i == 0 ? 0 : i - 1]);
     }
   };
   look(&ImuSample::acc, 1);

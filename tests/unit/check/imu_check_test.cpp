@@ -132,15 +132,17 @@ TEST(ImuCheck, NamesAxesOfTheAccelerometerThatAreNotTheGyros) {
 
 /// One reading in thousands, as a bit error makes it, is said and spoils nothing else.
 TEST(ImuCheck, NamesSingleReadingsThatJump) {
-  for (const double size : {20.0, 1e18}) {
+  // Within a quarter of a second, and at either end of it.
+  for (const auto& [size, at] : std::vector<std::pair<double, int>>{
+           {20, 1010}, {1e18, 1010}, {20, 1000}, {1e18, 999}, {20, 1001}, {20, 998}}) {
     ImuCheck check("IMU0");
     int i = 0;
     for (ImuSample s : carried()) {
-      if (++i == 1000) (size > 100 ? s.acc : s.gyro).x() += size;
+      if (i++ == at) (size > 100 ? s.acc : s.gyro).x() += size;
       check.add(s);
     }
     const auto findings = check.findings(std::nullopt, std::nullopt);
-    EXPECT_EQ(seriousKinds(findings), Kinds{"imu_spikes"}) << size;
+    EXPECT_EQ(seriousKinds(findings), Kinds{"imu_spikes"}) << size << " " << at;
     EXPECT_EQ(findings[0].evidence.rfind("1 of 4000", 0), 0u) << findings[0].evidence;
   }
 }
