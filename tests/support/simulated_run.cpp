@@ -34,13 +34,16 @@ class Feeder {
     std::size_t next = 0, next_range = 0;
     for (const TimeNs t : tracks_.times()) {
       for (; next < imu_.samples.size() && imu_.samples[next].t <= t; ++next) {
-        if (!silent(imu_.samples[next].t)) estimator_.addImu(imu_.samples[next]);
+        const ImuSample& s = imu_.samples[next];
+        if (silent(s.t)) continue;
+        estimator_.addImu(within(settings_.false_imu_s, s.t) ? settings_.false_imu(s) : s);
       }
       for (; next_range < ranges_.size() && ranges_[next_range].t <= t; ++next_range) {
         addRange(ranges_[next_range]);
       }
       vision::TrackedFrame seen = seenAt(t);
-      seen.t += fromSeconds(settings_.images_late_s);
+      seen.t += fromSeconds(settings_.images_late_s + 1e-6 * settings_.camera_clock_ppm *
+                                                          toSeconds(t - imu_.samples.front().t));
       estimator_.addTracks(seen);
       collect();
     }
@@ -165,6 +168,7 @@ RunResult simulateRun(const std::shared_ptr<const simulation::Motion>& motion, R
   out.calibration = feeder.estimator().calibration();
   out.doubts = feeder.estimator().doubts();
   out.warnings = feeder.estimator().warnings();
+  out.counters = feeder.estimator().counters();
   out.resets = feeder.estimator().resets();
   out.ranges = feeder.ranges();
   double ms = 0, tracks = 0;

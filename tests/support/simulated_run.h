@@ -2,6 +2,7 @@
 /// One run of the estimator on simulated tracks, readings and ranges, and how good it was.
 #include <Eigen/Dense>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,8 +32,12 @@ struct RunSettings {
   std::pair<double, double> silent_imu_s{0, 0};
   /// In this stretch the camera repeats what it saw at its start [s].
   std::pair<double, double> frozen_camera_s{0, 0};
-  double images_late_s = 0;  ///< how much later than they were taken images are stamped
-  std::FILE* log = nullptr;  ///< what the estimator says goes there
+  /// In this stretch the IMU reads what it does not feel.
+  std::pair<double, double> false_imu_s{0, 0};
+  std::function<ImuSample(const ImuSample&)> false_imu;
+  double images_late_s = 0;     ///< how much later than they were taken images are stamped
+  double camera_clock_ppm = 0;  ///< how much faster than the IMU's clock the camera's runs
+  std::FILE* log = nullptr;     ///< what the estimator says goes there
 };
 
 /// The estimate at one image against the truth, in the truth's world after the estimate has been
@@ -73,6 +78,7 @@ struct RunResult {
   double mean_tracks = 0;
   int resets = 0;
   std::vector<std::string> doubts, warnings;
+  estimator::EstimatorCounters counters;
   Calibration calibration;  ///< as it was found
   long ranges = 0;
   double smoothed_ate_m = -1;             ///< of the keyframes as last seen

@@ -226,11 +226,17 @@ class LiveSession final : public results::RunObserver {
                   server_->refused());
     }
     for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
+  }
+
+  void tellWhatTheCheckSaw() const {
     for (const std::string& line : briefLines(check_)) std::printf("%s\n", line.c_str());
   }
 
   bool finishEstimation() {
-    if (!estimation_) return true;
+    if (!estimation_) {
+      tellWhatTheCheckSaw();
+      return true;
+    }
     results::RunSummary summary = estimation_->finish();
     summary.estimator = plan_.estimator_name;
     summary.rawlog = options_.out;
@@ -241,6 +247,10 @@ class LiveSession final : public results::RunObserver {
                 summary.frames, summary.poses, estimation_->imagesDropped());
     std::printf("image to pose [ms]: median %.1f, 95 %% %.1f, 99 %% %.1f, longest %.1f\n",
                 latency.median_ms, latency.p95_ms, latency.p99_ms, latency.max_ms);
+    std::printf("verdict: %s\n", name(summary.verdict));
+    for (const std::string& doubt : summary.doubts) std::printf("doubt: %s\n", doubt.c_str());
+    // What it saw is among the doubts, if there are any.
+    if (summary.verdict == results::Verdict::good) tellWhatTheCheckSaw();
     if (summary.ate_posyaw_m) std::printf("ATE %.4f m\n", *summary.ate_posyaw_m);
     std::printf("Results in %s\n", folder_->path().c_str());
     return summary.error.empty();

@@ -54,6 +54,7 @@ Feedback BackEnd::process(Packet packet) {
   out.resets = segment;
   out.time_offset_s = time_offset_s;
   if (turned) out.q_B_C = T_B_C.q;
+  if (running && contradicted_since != 0) out.turning_C = turning_C;
   if (window) out.gyro_bias = running ? window->newest().bg : startup->gyroBias();
   const WrongTracks* last = wrong_tracks.empty() ? nullptr : &wrong_tracks.back();
   if (last != nullptr && last->packet == packets) out.wrong_tracks = last->ids;
@@ -238,7 +239,13 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
                                            window->imuIntrinsics());
   noteHole(gap, previous.t, t);
   State predicted = window::predict(previous, link, config.imu.gravity_mps2, t);
-  if (gap) guessAcrossHole(previous, frame, &predicted);
+  bool guessed = gap;
+  if (gap) {
+    guessAcrossHole(previous, frame, &predicted);
+  } else if (!rest.standing() && contradicted(previous, frame, &predicted)) {
+    link = linkBySight(previous, predicted);
+    guessed = true;
+  }
   rememberSights(frame);
   window->push(predicted, std::move(link), frame.features, rest.standing());
   attachRanges(previous, predicted);
@@ -247,8 +254,8 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     StageTimer timer(&out->ms.optimise);
     out->keyframe = window->newestIsKeyframe();
     window->triangulate();
-    const bool full = out->keyframe || window->newestEndsRestLink();
-    const int at_least = gap ? kIterationsInHole : 0;
+    const bool full = out->keyframe || window->newestEndsRestLink() || (guessed && !gap);
+    const int at_least = guessed ? kIterationsInHole : 0;
     solve = full || config.window.full_every_image
                 ? window->optimise(std::max(at_least, config.window.iterations))
                 : window->optimiseNewest(std::max(at_least, config.window.iterations_newest));
@@ -269,7 +276,9 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     out->reason = "restarted: " + problem;
     return;
   }
-  out->state = inWorld(window->newest());
+  const State newest = window->newest();
+  turning_B = logQuat(previous.T_W_B.q.conjugate() * newest.T_W_B.q) / toSeconds(t - previous.t);
+  out->state = inWorld(newest);
   out->covariance = covarianceInWorld();
   out->odometry_scale = odometryScale();
   out->valid = true;

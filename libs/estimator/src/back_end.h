@@ -67,6 +67,11 @@ struct BackEnd {
                        State* predicted) const;
   /// Is the last hole behind, and with it the hold on the landmarks? Told once.
   bool lostInHole(const vision::TrackedFrame& frame, TimeNs t);
+  /// Do the sights contradict the readings before `frame`? Then `predicted` is what they say
+  /// (false_readings.cpp). A burst of readings only: not for long.
+  bool hangs(const State& previous, const vision::TrackedFrame& frame) const;
+  bool contradicted(const State& previous, const vision::TrackedFrame& frame, State* predicted);
+  imu::Preintegration linkBySight(const State& previous, const State& seen) const;
   /// Says once that the images have the lens otherwise than given.
   void tellLens();
   void rememberSights(const vision::TrackedFrame& frame);
@@ -127,6 +132,11 @@ struct BackEnd {
   std::deque<WrongTracks> wrong_tracks;        // that the tracker may not have heard of
   long packets = 0;
   long imu_gaps = 0;
+  long imu_contradicted = 0;      // images whose readings were left out
+  TimeNs contradicted_since = 0;  // 0: they fit
+  Vec3 turning_B = Vec3::Zero();  // before the newest state [rad/s]
+  Vec3 turning_C = Vec3::Zero();  // of the camera, while they do not fit [rad/s]
+  double usual_off_px = 0;        // how far sights are from where readings put them
   std::unique_ptr<CameraTiming> timing;
   imu::ImuNoise imu_noise;         // as given, or as seen at rest
   int images_since_rotation = 0;   // was looked for

@@ -134,6 +134,7 @@ void FrontEnd::process(const WaitingImage& image) {
 
 void FrontEnd::follow(Feedback feedback) {
   gyro_bias_ = feedback.gyro_bias;
+  turning_C_ = feedback.turning_C;
   retime(feedback.time_offset_s);
   if (feedback.q_B_C) T_B_C_.q = *feedback.q_B_C;
   tracker_->stopFollowing(feedback.wrong_tracks);
@@ -164,7 +165,8 @@ void FrontEnd::track(TimeNs t, const WaitingImage& image) {
     frame = *image.tracks;
     frame.t = t;
   } else {
-    frame = tracker_->process(t, image.gray, rotationSince(last_usable_, t));
+    frame = turning_C_ ? tracker_->processTurning(t, image.gray, *turning_C_)
+                       : tracker_->process(t, image.gray, rotationSince(last_usable_, t));
   }
   next_.tracker_resets = resets_;
   if (!frame.usable) ++counters_.images_unusable;

@@ -62,6 +62,7 @@ class FrontEnd {
   imu::ImuBuffer imu_;  // only for the rotation between images
   std::deque<WaitingImage> waiting_;
   Packet next_;
+  std::optional<Vec3> turning_C_;  // see Feedback
   Vec3 gyro_bias_ = Vec3::Zero();
   EstimatorCounters counters_;
   double time_offset_s_;  // stamp of an image + this = its time on the IMU's clock

@@ -40,6 +40,8 @@ struct Packet {
 
 /// What the tracker needs to know of the state, after each packet.
 struct Feedback {
+  /// Of the camera by the images alone [rad/s], its frame, while they contradict the readings.
+  std::optional<Vec3> turning_C;
   Vec3 gyro_bias = Vec3::Zero();            ///< [rad/s]
   std::vector<std::uint64_t> wrong_tracks;  ///< tracks that were found to be wrong
   double time_offset_s = 0;                 ///< of the camera, as images are to be stamped

@@ -134,6 +134,7 @@ const std::vector<Eigen::Vector2f>& VisualInertialEstimator::trackedPixels() con
 EstimatorCounters VisualInertialEstimator::counters() const {
   EstimatorCounters out = impl_->front_end.counters();
   out.imu_gaps += impl_->back_end.imu_gaps;
+  out.imu_contradicted = impl_->back_end.imu_contradicted;
   return out;
 }
 const imu::ImuBufferCounters& VisualInertialEstimator::imuCounters() const {

@@ -101,10 +101,19 @@ FeatureTracker::FeatureTracker(const TrackerOptions& options,
 FeatureTracker::~FeatureTracker() = default;
 
 TrackedFrame FeatureTracker::process(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1) {
-  Impl& s = *impl_;
+  return impl_->process(t, gray, R_C0_C1, kRotationRateSigma);
+}
+
+TrackedFrame FeatureTracker::processTurning(TimeNs t, const cv::Mat& gray, const Vec3& rate) {
+  const double dt = impl_->last_t == 0 ? 0 : toSeconds(t - impl_->last_t);
+  return impl_->process(t, gray, expSO3(rate * dt), kSteadyRateSigma);
+}
+
+TrackedFrame FeatureTracker::Impl::process(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1,
+                                           double rate_sigma) {
   TrackedFrame frame;
   frame.t = t;
-  frame.reason = s.refuse(gray);
+  frame.reason = refuse(gray);
   if (!frame.reason.empty()) {
     frame.usable = false;
     return frame;
@@ -112,9 +121,9 @@ TrackedFrame FeatureTracker::process(TimeNs t, const cv::Mat& gray, const Mat3& 
   StageLaps watch;
   const Brightness brightness = measure(gray);
   frame.mean_intensity = brightness.mean;
-  s.current.build(gray, s.window, s.levels);
-  const std::size_t coarse = std::min(kBlankHalving, s.current.halvings().size() / 2 - 1);
-  if (measure(s.current.halvings()[2 * coarse]).deviation < kBlankDeviation) {
+  current.build(gray, window, levels);
+  const std::size_t coarse = std::min(kBlankHalving, current.halvings().size() / 2 - 1);
+  if (measure(current.halvings()[2 * coarse]).deviation < kBlankDeviation) {
     frame.usable = false;
     frame.reason = "image is blank (mean grey level " +
                    std::to_string(static_cast<int>(std::lround(brightness.mean))) + ")";
@@ -125,35 +134,34 @@ TrackedFrame FeatureTracker::process(TimeNs t, const cv::Mat& gray, const Mat3& 
     frame.reason = "the rotation given is not one: tracked without prediction";
     R.setIdentity();
   }
-  const bool follow = !s.last.empty() && !s.tracks.empty();
-  const ImagePyramid& target = follow ? s.matchExposure(brightness) : s.current;
+  const bool follow = !last.empty() && !tracks.empty();
+  const ImagePyramid& target = follow ? matchExposure(brightness) : current;
   frame.ms_pyramid = watch.lapMs();
   if (follow) {
-    s.follow(R, target, &frame);
-    s.rejectOutliers(R, toSeconds(t - s.last_t), &frame);
-    if (s.tooDark(brightness, t)) {
+    followAsTurned(rate_sigma, toSeconds(t - last_t), target, &R, &frame);
+    if (tooDark(brightness, t)) {
       TrackedFrame dark;
       dark.t = t;
       dark.mean_intensity = brightness.mean;
       dark.usable = false;
-      dark.reason =
-          "image is too dark or too faint to find the tracks again (contrast " +
-          std::to_string(static_cast<int>(std::lround(brightness.deviation))) + " after " +
-          std::to_string(static_cast<int>(std::lround(s.last_brightness.deviation))) + ")";
+      dark.reason = "image is too dark or too faint to find the tracks again (contrast " +
+                    std::to_string(static_cast<int>(std::lround(brightness.deviation))) +
+                    " after " +
+                    std::to_string(static_cast<int>(std::lround(last_brightness.deviation))) + ")";
       return dark;
     }
-    s.thinOut(&frame);
-    s.summarise(R, &frame);
-    s.keepFollowed();
+    thinOut(&frame);
+    summarise(R, &frame);
+    keepFollowed();
   }
   frame.ms_flow = watch.lapMs();
-  s.detect(&frame);
-  for (const Track& track : s.tracks) frame.features.push_back(track.seen);
+  detect(&frame);
+  for (const Track& track : tracks) frame.features.push_back(track.seen);
   frame.ms_detect = watch.lapMs();
 
-  s.last.swap(s.current);
-  s.last_brightness = brightness;
-  s.last_t = t;
+  last.swap(current);
+  last_brightness = brightness;
+  last_t = t;
   return frame;
 }
 

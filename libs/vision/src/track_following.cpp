@@ -8,8 +8,10 @@ namespace vir::vision {
 namespace {
 // Tracks nearer to each other than this share of min_distance_px are thinned out.
 constexpr double kCrowded = 0.5;
-// How wrong the gyro's rotation may be before its bias is known.
-constexpr double kRotationRateSigma = 0.08;  // [rad/s]
+// A prediction by which this share of so many tracks is lost may be wrong, and is, if another finds
+// so many times more.
+constexpr double kNearlyAll = 0.7;
+constexpr std::size_t kTracksThatCount = 20, kClearlyMore = 2;
 }  // namespace
 
 bool FeatureTracker::Impl::insideBorder(const Vec2& p) const {
@@ -112,13 +114,37 @@ void FeatureTracker::Impl::follow(const Mat3& R_C0_C1, const ImagePyramid& targe
   followed.resize(kept);
 }
 
-void FeatureTracker::Impl::rejectOutliers(const Mat3& R_C0_C1, double dt, TrackedFrame* frame) {
+void FeatureTracker::Impl::followAsTurned(double rate_sigma, double dt, const ImagePyramid& target,
+                                          Mat3* R_C0_C1, TrackedFrame* frame) {
+  const double seconds = std::clamp(dt, 0.01, 1.0);
+  const TrackedFrame before = *frame;
+  follow(*R_C0_C1, target, frame);
+  rejectOutliers(*R_C0_C1, rate_sigma * seconds, dt, frame);
+  const auto lost = static_cast<double>(tracks.size() - followed.size());
+  if (tracks.size() >= kTracksThatCount && lost > kNearlyAll * static_cast<double>(tracks.size())) {
+    // The readings may be wrong: what turned goes on turning.
+    std::vector<Followed> as_predicted = std::move(followed);
+    TrackedFrame again = before;
+    const Mat3 R = expSO3(turning * dt);
+    follow(R, target, &again);
+    rejectOutliers(R, kSteadyRateSigma * seconds, dt, &again);
+    if (followed.size() > kClearlyMore * as_predicted.size()) {
+      *R_C0_C1 = R;
+      *frame = again;
+      return;
+    }
+    followed = std::move(as_predicted);
+  }
+  if (dt > 0) turning = logSO3(*R_C0_C1) / dt;
+}
+
+void FeatureTracker::Impl::rejectOutliers(const Mat3& R_C0_C1, double sigma, double dt,
+                                          TrackedFrame* frame) {
   std::vector<BearingPair> pairs(followed.size());
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const FeatureObservation& now = followed[k].now;
     pairs[k] = {tracks[followed[k].from].seen.bearing, now.bearing, now.dpx_dbearing};
   }
-  const double sigma = kRotationRateSigma * std::clamp(dt, 0.01, 1.0);
   const MotionVerdict verdict = filterByMotion(pairs, R_C0_C1, sigma, options.outlier_px);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < pairs.size(); ++k) {

@@ -31,6 +31,10 @@ struct Track {
   PatchWarp warp;  ///< patch to the last usable image
 };
 
+/// How wrong the gyro's rotation may be before its bias is known, and one that just goes on
+/// [rad/s].
+constexpr double kRotationRateSigma = 0.08, kSteadyRateSigma = 0.5;
+
 /// A track found in the new image; nothing of the state changes until all of them are known.
 struct Followed {
   std::size_t from = 0;  ///< index of the track
@@ -49,12 +53,19 @@ struct FeatureTracker::Impl {
         detector(
             {o.grid_cell_px / 2, 0.5 * o.min_distance_px, o.min_corner_score, (border + 1) / 2}) {}
 
+  /// `rate_sigma`: how wrong the rotation may be [rad/s].
+  TrackedFrame process(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1, double rate_sigma);
   std::string refuse(const cv::Mat& gray) const;
   const ImagePyramid& matchExposure(const Brightness& now);
   void predict(const Mat3& R_C0_C1, int* lost);
   void follow(const Mat3& R_C0_C1, const ImagePyramid& target, TrackedFrame* frame);
   bool align(const Track& track, const cv::Point2f& start, Followed* f) const;
-  void rejectOutliers(const Mat3& R_C0_C1, double dt, TrackedFrame* frame);
+  /// `sigma`: of `R_C0_C1` [rad].
+  void rejectOutliers(const Mat3& R_C0_C1, double sigma, double dt, TrackedFrame* frame);
+  /// Follows with the camera turned as predicted; where that loses nearly all and another turn
+  /// finds them, `R_C0_C1` is that one.
+  void followAsTurned(double rate_sigma, double dt, const ImagePyramid& target, Mat3* R_C0_C1,
+                      TrackedFrame* frame);
   void thinOut(TrackedFrame* frame);
   bool observe(const Vec2& px, FeatureObservation* f) const;
   bool insideBorder(const Vec2& p) const;
@@ -74,6 +85,7 @@ struct FeatureTracker::Impl {
   std::vector<Followed> followed;  ///< those of them found in the new image, in the same order
   std::uint64_t next_id = 0;
   TimeNs last_t = 0;
+  Vec3 turning = Vec3::Zero();  ///< of the camera before the last usable image [rad/s]
   ImagePyramid last, current, matched;
   Brightness last_brightness;
   cv::Mat matched_image;

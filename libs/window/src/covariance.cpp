@@ -176,7 +176,7 @@ double varianceFactor(const WindowState& w) {
   for (const auto& [id, l] : w.landmarks) {
     seen += l.has_depth && l.sights.back().frame == w.frames.back().get();
   }
-  return std::clamp(w.sight_fit.mean_square, seen < kSeeing ? 1.0 : kLeast, kMost);
+  return std::clamp(w.sight_level.mean_square, seen < kSeeing ? 1.0 : kLeast, kMost);
 }
 
 }  // namespace

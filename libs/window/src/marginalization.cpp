@@ -253,6 +253,15 @@ NormalEquations marginalizeFirst(const NormalEquations& full, int count) {
   return out;
 }
 
+void addProcessNoise(int column, double variance, NormalEquations* eq) {
+  // (H^-1 + variance e e^T)^-1, and the minimum stays where it is.
+  const Eigen::VectorXd h = eq->H.col(column);
+  const double gain = variance / (1 + variance * h[column]);
+  const double b = eq->b[column];
+  eq->H -= gain * h * h.transpose();
+  eq->b -= gain * b * h;
+}
+
 namespace {
 
 /// Directions of which nothing is known are left out.

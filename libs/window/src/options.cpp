@@ -37,6 +37,8 @@ void describe(OptionVisitor& v, WindowOptions& o) {
           "how far the given camera rotation may be off");
   v.value("time_offset_sigma_s", o.calibration.time_offset_s, {1e-7, 1.0},
           "how far the time offset may be off once the start has found it");
+  v.value("time_offset_walk", o.time_offset_walk, {0.0, 0.01},
+          "how much the time offset wanders: clocks run at rates of their own [s/sqrt(s)]");
   v.value("readout_s", o.readout_s, {-0.2, 0.2},
           "rolling shutter: time from the first row of an image to the last");
   v.value("readout_sigma_s", o.calibration.readout_s, {1e-7, 0.2}, "how far readout_s may be off");

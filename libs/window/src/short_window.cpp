@@ -29,6 +29,20 @@ State navStateOf(const Frame& f) {
   return s;
 }
 
+LandmarkSight WindowState::sightOf(const vision::FeatureObservation& o) const {
+  LandmarkSight s;
+  s.frame = frames.back().get();
+  s.row = camera.height > 0 ? o.px.y() / camera.height - 0.5 : 0;
+  s.off_centre = o.px - Vec2(camera.cx, camera.cy);
+  s.sight.bearing = o.bearing;
+  s.sight.weight = o.dpx_dbearing / options.sigma_px;
+  s.sight.by_camera =
+      factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate, Vec2(camera.cx, camera.cy),
+                               s.row, radial_response.at(s.off_centre));
+  s.sight.at[factors::kTimeOffset] = stamp_offset_s;
+  return s;
+}
+
 struct ShortWindow::Impl : WindowState {
   Frame& add(const State& s, const std::vector<vision::FeatureObservation>& features,
              bool standing) {
@@ -54,20 +68,6 @@ struct ShortWindow::Impl : WindowState {
       }
     }
     return *frames.back();
-  }
-
-  LandmarkSight sightOf(const vision::FeatureObservation& o) const {
-    LandmarkSight s;
-    s.frame = frames.back().get();
-    s.row = camera.height > 0 ? o.px.y() / camera.height - 0.5 : 0;
-    s.off_centre = o.px - Vec2(camera.cx, camera.cy);
-    s.sight.bearing = o.bearing;
-    s.sight.weight = o.dpx_dbearing / options.sigma_px;
-    s.sight.by_camera =
-        factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate, Vec2(camera.cx, camera.cy),
-                                 s.row, radial_response.at(s.off_centre));
-    s.sight.at[factors::kTimeOffset] = stamp_offset_s;
-    return s;
   }
 
   /// Appends one block whose local coordinates are known to `sigmas`.
@@ -162,6 +162,12 @@ void ShortWindow::push(const State& predicted, imu::Preintegration link,
   Frame& f = impl_->add(predicted, features, standing);
   f.rate = link.lastRate();
   f.link = std::make_unique<imu::Preintegration>(std::move(link));
+}
+
+Resected ShortWindow::resect(const Pose& predicted,
+                             const std::vector<vision::FeatureObservation>& features,
+                             double far_px) const {
+  return window::resect(*impl_, predicted, features, far_px);
 }
 
 void ShortWindow::keepNewest() { impl_->newest().keyframe = true; }

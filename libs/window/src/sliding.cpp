@@ -39,6 +39,14 @@ SharedTracks sharedWith(const WindowState& w, const Frame& reference) {
   return out;
 }
 
+/// The camera's clock against the IMU's: two quartzes differ by tens of parts per million.
+void letClockWander(const WindowState& w, double dt_s, NormalEquations* prior) {
+  const int camera = prior->offsetOf(w.camera_parameters);
+  if (camera < 0) return;
+  const double sigma = w.options.time_offset_walk;
+  addProcessNoise(camera + factors::kTimeOffset, sigma * sigma * dt_s, prior);
+}
+
 }  // namespace
 
 bool decideKeyframe(const WindowState& w) {
@@ -105,7 +113,8 @@ void marginalizeOldest(WindowState& w) {
     if (used) touched.push_back(order[k]);
   }
   const NormalEquations full = eliminateLandmarks(set.terms(), touched);
-  const NormalEquations rest = marginalizeFirst(full, 2);
+  NormalEquations rest = marginalizeFirst(full, 2);
+  letClockWander(w, toSeconds(w.frames[1]->t - oldest.t), &rest);
   w.prior = toPrior(rest);
   w.prior_blocks.clear();
   for (const BlockRef& b : rest.blocks) w.prior_blocks.push_back(b.data);

@@ -199,7 +199,7 @@ SolveSummary run(const ceres::Solver::Options& options, const TermSet& set, Unkn
 
 }  // namespace
 
-void SightFit::add(double rms, int sights) {
+void SightLevel::add(double rms, int sights) {
   constexpr int kFewestSights = 200, kMemory = 20;
   if (sights < kFewestSights || !std::isfinite(rms)) return;
   solutions = std::min(solutions + 1, kMemory);
@@ -228,7 +228,7 @@ SolveSummary solveWindow(WindowState& w, int iterations) {
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.linear_solver_ordering = ordering;
   const SolveSummary out = run(options, set, &x, &problem);
-  if (out.usable) w.sight_fit.add(out.reprojection_rms, out.sights);
+  if (out.usable) w.sight_level.add(out.reprojection_rms, out.sights);
   if (out.usable) updateLongWindow(w);
   return out;
 }

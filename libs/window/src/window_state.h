@@ -103,7 +103,7 @@ struct WindowCovariance {
 
 /// How the sights fit against what sigma_px promises: mean square of whitened residuals over the
 /// last solutions. The same camera may be three times better or worse than a fixed sigma.
-struct SightFit {
+struct SightLevel {
   double mean_square = 1;
   int solutions = 0;
   void add(double rms, int sights);
@@ -130,7 +130,7 @@ struct WindowState {
   factors::PoseManifold pose_manifold;
   LongWindow* long_window = nullptr;  ///< not owned; nullptr: no ranges, no covariance in W
   WindowCovariance covariance;
-  SightFit sight_fit;
+  SightLevel sight_level;
 
   bool ranging() const { return long_window && !long_window->anchors().empty(); }
 
@@ -140,6 +140,7 @@ struct WindowState {
   double focalPx() const { return 0.5 * (camera.fx + camera.fy); }
   bool calibrating() const { return options.calibrate; }
   Frame& newest() { return *frames.back(); }
+  LandmarkSight sightOf(const vision::FeatureObservation& o) const;
 };
 
 /// The residuals of (part of) the window, with the cost functions they point to.
@@ -186,6 +187,10 @@ class TermSet {
   std::vector<std::unique_ptr<ceres::CostFunction>> others_;
   int sights_ = 0;
 };
+
+/// See ShortWindow::resect().
+Resected resect(const WindowState& w, const Pose& predicted,
+                const std::vector<vision::FeatureObservation>& features, double far_px);
 
 /// How the bearings of a landmark's sights change with the camera's parameters, out of the motion
 /// and the landmark as estimated. The pixels themselves, and their difference to the image before,

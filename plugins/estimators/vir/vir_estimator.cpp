@@ -184,6 +184,7 @@ roles::EstimatorReport VirEstimator::report() const {
                 {"imu_out_of_order", i.out_of_order},
                 {"imu_spikes", c.imu_spikes},
                 {"imu_impossible", c.imu_impossible},
+                {"imu_contradicted", c.imu_contradicted},
                 {"imu_saturated", imu_saturation_.readings()},
                 {"imu_incomplete", imu_incomplete_},
                 {"imu_gaps", c.imu_gaps},

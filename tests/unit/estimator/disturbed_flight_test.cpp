@@ -91,6 +91,60 @@ TEST(DisturbedFlight, TwoSecondsWithoutReadingsAreBridgedByTheImages) {
   EXPECT_LT(bridged, 1.5 * whole + 0.03);
 }
 
+/// More in a row than are a spike, in the middle of the flight; what they say is left out where
+/// the sights contradict it, and nothing else is.
+TEST(DisturbedFlight, FalseReadingsAreLeftOutWhereTheImagesContradictThem) {
+  struct Case {
+    const char* what;
+    double duration_s;
+    std::function<ImuSample(const ImuSample&)> read;
+    bool doubted;
+  };
+  const auto plus = [](const Vec3& gyro, const Vec3& acc) {
+    return [gyro, acc](ImuSample s) {
+      s.gyro += gyro;
+      s.acc += acc;
+      return s;
+    };
+  };
+  const Case cases[] = {
+      {"gyro", 0.025, plus(Vec3(1, -1, 0.5), Vec3::Zero()), false},
+      {"gyro, longer", 0.2, plus(Vec3(1, -1, 0.5), Vec3::Zero()), false},
+      {"accelerometer", 0.025, plus(Vec3::Zero(), Vec3(30, -30, 15)), false},
+      {"accelerometer, longer", 0.2, plus(Vec3::Zero(), Vec3(30, -30, 15)), false},
+      {"nothing but zeros", 1.0,
+       [](ImuSample s) {
+         s.gyro.setZero();
+         s.acc.setZero();
+         return s;
+       },
+       true},
+  };
+  const auto motion = flightOf("eight", 60);
+  const RunSettings exact = lookingAhead();
+  const RunResult whole = simulateRun(motion, exact, 1);
+  ASSERT_TRUE(whole.valid);
+  EXPECT_EQ(whole.counters.imu_contradicted, 0);
+  for (const Case& c : cases) {
+    RunSettings s = exact;
+    s.false_imu_s = {15.0, 15.0 + c.duration_s};
+    s.false_imu = c.read;
+    const RunResult r = simulateRun(motion, s, 1);
+    ASSERT_TRUE(r.valid) << c.what;
+    std::printf("%s: ATE %.4f m (%.4f m), %ld images\n", c.what, r.evaluation.ate_position_m.rmse,
+                whole.evaluation.ate_position_m.rmse, r.counters.imu_contradicted);
+    EXPECT_EQ(r.resets, 0) << c.what;
+    EXPECT_LT(r.evaluation.ate_position_m.rmse, 1.3 * whole.evaluation.ate_position_m.rmse + 0.02)
+        << c.what;
+    EXPECT_GE(r.counters.imu_contradicted, 1) << c.what;
+    EXPECT_LE(r.counters.imu_contradicted, 3 + 20 * c.duration_s) << c.what;
+    EXPECT_EQ(!r.doubts.empty(), c.doubted) << c.what;
+    EXPECT_TRUE(std::any_of(r.warnings.begin(), r.warnings.end(), [](const std::string& w) {
+      return w.find("bridged by the images") != std::string::npos;
+    })) << c.what;
+  }
+}
+
 /// Found while it starts in motion: what came before and the image of that very moment are put on
 /// the clock that was found (an image left where it was ended runs with 120 ms and more).
 TEST(DisturbedFlight, AClockThatIsFarOffIsFoundBeforeTheStart) {
@@ -107,6 +161,25 @@ TEST(DisturbedFlight, AClockThatIsFarOffIsFoundBeforeTheStart) {
     EXPECT_TRUE(r.doubts.empty()) << late_s << ": " << r.doubts.front();
     EXPECT_LT(r.evaluation.ate_position_m.rmse, 0.2) << late_s;
   }
+}
+
+/// Two quartzes: 200 millionths are 12 ms in a minute.
+TEST(DisturbedFlight, AClockThatRunsFasterIsFollowed) {
+  const auto motion = flightOf("eight", 80);
+  double same = 0, drifting = 0;
+  for (int seed = 1; seed <= 3; ++seed) {
+    RunSettings s = lookingAhead();
+    const RunResult exact = simulateRun(motion, s, seed);
+    s.camera_clock_ppm = 200;
+    const RunResult r = simulateRun(motion, s, seed);
+    ASSERT_TRUE(exact.valid && r.valid);
+    EXPECT_TRUE(r.doubts.empty()) << r.doubts.front();
+    EXPECT_NEAR(r.calibration.time_offset_s, -200e-6 * motion->duration(), 0.002);
+    same += exact.evaluation.ate_position_m.rmse / 3;
+    drifting += r.evaluation.ate_position_m.rmse / 3;
+  }
+  std::printf("ATE: %.4f m, with another clock's rate %.4f m\n", same, drifting);
+  EXPECT_LT(drifting, 1.3 * same + 0.01);
 }
 
 /// Taken for a rest, three still seconds stop the flight: metres. On the readings alone they cost

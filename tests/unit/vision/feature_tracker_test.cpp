@@ -154,6 +154,20 @@ TEST(FeatureTracker, ToleratesAGyroBias) {
   EXPECT_LT(b.rms, 0.06);
 }
 
+/// A burst of false readings: what turned goes on turning.
+TEST(FeatureTracker, FollowsWhereTheRotationGivenIsFarFromTheTruth) {
+  const auto camera = camera::makeCamera(smallCamera());
+  FeatureTracker exact(smallOptions(), camera), told(smallOptions(), camera);
+  const auto poses = sweep(10, 0.03);
+  std::vector<Mat3> wrong = rotations(poses);
+  for (const std::size_t i : {5u, 6u}) wrong[i] = wrong[i] * expSO3(Vec3(0.25, -0.3, 0.2));
+  const std::vector<double> gain(poses.size(), 1.0);
+  const Flight a(*camera, &exact, poses, gain, rotations(poses));
+  const Flight b(*camera, &told, poses, gain, wrong);
+  EXPECT_GT(b.n, 0.9 * static_cast<double>(a.n));
+  EXPECT_LT(b.rms, 0.06);
+}
+
 TEST(FeatureTracker, DropsWhatMovesOnItsOwn) {
   const auto camera = camera::makeCamera(smallCamera());
   FeatureTracker tracker(smallOptions(), camera);

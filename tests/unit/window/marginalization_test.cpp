@@ -244,6 +244,30 @@ TEST(Marginalization, GaugeDirectionsAreNotInvented) {
   EXPECT_LT(toPrior(one).J.norm(), 1e-4);
 }
 
+TEST(Marginalization, AParameterThatWalks) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  NormalEquations eq;
+  const MatrixXd A = MatrixXd::NullaryExpr(9, 6, [&] { return normal(random); });
+  eq.H = A.transpose() * A;
+  eq.b = VectorXd::NullaryExpr(6, [&] { return normal(random); });
+  const NormalEquations before = eq;
+  addProcessNoise(4, 0.3, &eq);
+  MatrixXd covariance = before.H.inverse();
+  covariance(4, 4) += 0.3;
+  EXPECT_LT((eq.H.inverse() - covariance).norm(), 1e-9 * covariance.norm());
+  EXPECT_LT((eq.H.ldlt().solve(eq.b) - before.H.ldlt().solve(before.b)).norm(), 1e-9)
+      << "the minimum moves";
+
+  NormalEquations unknown;
+  unknown.H = MatrixXd::Identity(2, 2);
+  unknown.H(1, 1) = 0;
+  unknown.b = VectorXd::Zero(2);
+  addProcessNoise(1, 0.3, &unknown);
+  EXPECT_EQ(unknown.H(1, 1), 0) << "nothing was known: nothing is forgotten";
+  EXPECT_EQ(unknown.H(0, 0), 1);
+}
+
 TEST(Marginalization, RobustWeightsAndConstantBlocks) {
   // r = 6, J = (2, 3): Huber at 1.5 weighs 1.5/6 = 1/4, Cauchy at 3 weighs 1/(1 + 36/9) = 1/5.
   factors::LinearPrior prior;

@@ -71,6 +71,9 @@ class FeatureTracker {
   /// matched against the last usable, so after it the caller must hand over the rotation over the
   /// whole time in between.
   TrackedFrame process(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1);
+  /// Where no gyro is to be believed: the camera is expected to go on turning by `rate` [rad/s], in
+  /// its frame, give or take 0.5 rad/s.
+  TrackedFrame processTurning(TimeNs t, const cv::Mat& gray, const Vec3& rate);
   /// The back end found these to be wrong: stop following them.
   void stopFollowing(const std::vector<std::uint64_t>& ids);
   /// Forgets all tracks (after a gap).

@@ -47,6 +47,10 @@ NormalEquations eliminateLandmarks(const std::vector<Term>& terms,
 /// Marginalises the first `count` blocks by a Schur complement with a rank-safe inverse.
 NormalEquations marginalizeFirst(const NormalEquations& full, int count);
 
+/// A parameter walks: its variance grows by `variance`, what is known of the others stays.
+/// Nothing where nothing is known of it.
+void addProcessNoise(int column, double variance, NormalEquations* eq);
+
 /// Square-root form around each block's first estimate (`lin`), or its current value where it has
 /// none yet. Directions whose information is below `relative` of
 /// the scale of their own diagonal are left out (the gauge, unseen states).

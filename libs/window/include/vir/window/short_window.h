@@ -19,6 +19,19 @@ namespace vir::window {
 /// How a reprojection beyond loss_scale sigma counts.
 enum class ReprojectionLoss { huber, cauchy };
 
+/// How far sights are from where a pose puts their landmarks (those with a depth).
+struct SightFit {
+  int sights = 0;
+  double median_px = 0;
+};
+
+/// What the sights of an image say about its pose.
+struct Resected {
+  Pose T_W_B;          ///< as predicted where the sights fit that, or are too few
+  SightFit predicted;  ///< at the prediction
+  SightFit found;      ///< at T_W_B
+};
+
 /// What becomes of the lens' radial coefficients.
 enum class LensMode {
   watched,  ///< as given, until the sights are sure that it is another
@@ -44,6 +57,7 @@ struct WindowOptions {
   bool calibrate = true;
   CalibrationSigma calibration;
   LensMode lens = LensMode::watched;
+  double time_offset_walk = 1e-4;  ///< [s/sqrt(s)]
   double readout_s = 0;
   double rest_sigma_v_mps = 0.01;
   double rest_sigma_p_m = 0.001;
@@ -106,6 +120,10 @@ class ShortWindow {
   /// newest frame, which was standing too.
   void push(const State& predicted, imu::Preintegration link,
             const std::vector<vision::FeatureObservation>& features, bool standing);
+  /// Is an image that is about to be pushed where it is predicted to be, T_W_B? Where the median of
+  /// its sights is `far_px` off or more, the pose is found that explains them best.
+  Resected resect(const Pose& predicted, const std::vector<vision::FeatureObservation>& features,
+                  double far_px) const;
   /// Keeps the newest frame as a keyframe whatever the policy says (while an initialisation fills
   /// the window).
   void keepNewest();
