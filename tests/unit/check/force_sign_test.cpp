@@ -57,7 +57,8 @@ struct Scene {
       turn.t1 = fromSeconds(t1 + late_s);
       for (const Vec3& p : points) {
         Eigen::Vector4f match;
-        match << seen(t0, p), seen(t1, p);
+        const Eigen::Vector2f before = seen(t0, p), after = seen(t1, p);
+        match << before.x(), before.y(), after.x(), after.y();
         turn.matches.push_back(match);
       }
       out.push_back(turn);
