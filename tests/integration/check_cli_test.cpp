@@ -153,7 +153,8 @@ TEST(CheckCli, NamesUnitsAxesAndColumns) {
   const std::vector<Case> cases{
       {"acc_in_g", 1, each(3, 1 / 9.80665)},
       {"acc_in_mg", 1, each(3, 1000 / 9.80665)},
-      {"acc_negated", 3, each(3, -1)},
+      {"acc_negated", 1, each(3, -1)},
+      {"acc_axes", 3, [](std::vector<double>* v) { (*v)[3] = -(*v)[3]; }},
       {"gyro_in_deg", 1, each(0, 57.29577951)},
       {"imu_columns_swapped", 1,
        [](std::vector<double>* v) { std::rotate(v->begin(), v->begin() + 3, v->begin() + 6); }},
@@ -261,23 +262,46 @@ TEST(CheckCli, NamesRangesInMillimetresAndReadsNamesOfAnchors) {
   }
 }
 
-TEST(CheckCli, NamesAPoseOfTheCameraGivenTheWrongWayRound) {
+/// Kalibr's file of the room's camera, with this for T_cam_imu.
+std::string camchain(const std::string& rows) {
+  return "cam0:\n  T_cam_imu:\n" + rows +
+         "  - [0.0, 0.0, 0.0, 1.0]\n  camera_model: pinhole\n"
+         "  distortion_coeffs: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]\n"
+         "  distortion_model: radtan\n  intrinsics: [458.654, 457.296, 367.215, 248.375]\n"
+         "  resolution: [752, 480]\n";
+}
+
+TEST(CheckCli, NamesTheCauseOfAWrongPoseOfTheCamera) {
   VIR_REQUIRE_DATA(source, kRoom);
-  const Variant v(source);
-  const std::string calibration = v.out("inverted.yaml");
-  // T_cam_imu where T_imu_cam is meant: EuRoC's T_BS under the other name.
-  vir::test::writeText(
-      calibration,
-      "cam0:\n  T_cam_imu:\n  - [0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216]\n"
-      "  - [0.999557249008, 0.0149672133247, 0.025715529948, -0.0647]\n"
-      "  - [-0.0257744366974, 0.00375618835797, 0.999660727178, 0.0098]\n"
-      "  - [0.0, 0.0, 0.0, 1.0]\n  camera_model: pinhole\n"
-      "  distortion_coeffs: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]\n"
-      "  distortion_model: radtan\n  intrinsics: [458.654, 457.296, 367.215, 248.375]\n"
-      "  resolution: [752, 480]\n");
-  const Checked c = check(v, "--calibration " + quoted(calibration));
-  EXPECT_EQ(c.code, 1) << c.text;
-  EXPECT_TRUE(has(c, "camera_pose_inverted")) << c.text;
+  const std::vector<std::pair<const char*, std::string>> poses{
+      // T_cam_imu where T_imu_cam is meant: EuRoC's T_BS under the other name.
+      {"camera_pose_inverted",
+       "  - [0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216]\n"
+       "  - [0.999557249008, 0.0149672133247, 0.025715529948, -0.0647]\n"
+       "  - [-0.0257744366974, 0.00375618835797, 0.999660727178, 0.0098]\n"},
+      // As if it hung upside down: the accelerometer is not to blame.
+      {"camera_upside_down",
+       "  - [-0.0148655429818, -0.999557249008, 0.0257744366974, -0.0652]\n"
+       "  - [0.999880929698, -0.0149672133247, -0.00375618835797, 0.0207]\n"
+       "  - [0.00414029679422, 0.025715529948, 0.999660727178, -0.0081]\n"},
+      // For axes x right, y up, z back.
+      {"camera_rotation",
+       "  - [0.0148655429818, 0.999557249008, -0.0257744366974, 0.0652]\n"
+       "  - [0.999880929698, -0.0149672133247, -0.00375618835797, 0.0207]\n"
+       "  - [-0.00414029679422, -0.025715529948, -0.999660727178, 0.0081]\n"},
+      // In millimetres.
+      {"camera_pose_far",
+       "  - [0.0148655429818, 0.999557249008, -0.0257744366974, 65.2]\n"
+       "  - [-0.999880929698, 0.0149672133247, 0.00375618835797, -20.7]\n"
+       "  - [0.00414029679422, 0.025715529948, 0.999660727178, -8.1]\n"}};
+  for (const auto& [kind, rows] : poses) {
+    const Variant v(source);
+    const std::string calibration = v.out("camchain.yaml");
+    vir::test::writeText(calibration, camchain(rows));
+    const Checked c = check(v, "--calibration " + quoted(calibration));
+    EXPECT_EQ(c.code, 1) << c.text;
+    EXPECT_EQ(c.kinds, std::vector<std::string>{kind}) << c.text;
+  }
 }
 
 TEST(CheckCli, WrongUse) {

@@ -113,6 +113,17 @@ TEST_F(EvaluateCli, SeveralReferences) {
   EXPECT_LT(rmse(1), 1e-9);
 }
 
+/// Attitudes that are not in a file have no errors.
+TEST_F(EvaluateCli, AnEstimateOfPositionsAlone) {
+  std::istringstream in(line(180, 0.0));
+  std::string text;
+  for (std::string l; std::getline(in, l);) text += l.substr(0, l.find(" 0 0 0 1")) + "\n";
+  write("positions.txt", text);
+  const Outcome o = call("--reference " + path("ref.tum") + " " + path("positions.txt"));
+  EXPECT_EQ(o.code, 0) << o.text;
+  EXPECT_NE(o.text.find("the estimate has positions only"), std::string::npos) << o.text;
+}
+
 TEST_F(EvaluateCli, ImagesCovered) {
   write("data.csv", "#timestamp [ns],filename\r\n999000000000,a.png\r\n1001000000000,b.png\r\n");
   const Outcome o = call("--reference " + path("ref.tum") + " " + path("est.tum") + " --images " +

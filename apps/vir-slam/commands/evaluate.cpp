@@ -50,12 +50,14 @@ std::vector<Evaluated> evaluateAll(const Arguments& args,
     const Trajectory estimate = readTrajectoryFile(e.file, "trajectory", &e.read);
     if (!args.images.empty()) e.images = imageCoverage(images, estimate);
     try {
-      e.result = evaluation::evaluate(reference, estimate, options);
+      evaluation::EvaluationOptions own = options;
+      own.positions_only = options.positions_only || e.read.positions_only;
+      e.result = evaluation::evaluate(reference, estimate, own);
       if (!e.result->attitudes) {
         std::fprintf(stderr,
-                     "%s: the reference has positions only: errors of rotation and relative errors "
-                     "are left out\n",
-                     e.file.c_str());
+                     "%s: the %s has positions only: errors of rotation and relative errors are "
+                     "left out\n",
+                     e.file.c_str(), e.read.positions_only ? "estimate" : "reference");
       }
       if (!e.result->transform.note.empty()) {
         std::fprintf(stderr, "%s: %s\n", e.file.c_str(), e.result->transform.note.c_str());

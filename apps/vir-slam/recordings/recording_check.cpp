@@ -5,6 +5,7 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "vir/camera/camera_model.h"
 #include "vir/rawlog/convert.h"
@@ -21,6 +22,7 @@ using namespace mrpt::obs;
 
 /// Images followed for turning; later ones are looked at now and then.
 constexpr long kFollowed = 600, kLookEvery = 20;
+constexpr double kFarLever = 3;  // [m] no camera is as far from an IMU that is fixed to it
 
 check::StreamKind kindOf(const CObservation& o) {
   if (rawlog::isImage(o)) return check::StreamKind::images;
@@ -37,6 +39,7 @@ struct RecordingCheck::Camera {
   CameraCalibration calibration;
   bool calibrated = false;
   Mat3 R_B_C = Mat3::Identity();
+  double lever_m = 0;
   std::unique_ptr<check::ImageTurning> turning;
   long count = 0;
 };
@@ -84,6 +87,7 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     camera = std::make_unique<Camera>(image.sensorLabel);
     camera->calibration = rawlog::fromMrptCamera(image.cameraParams);
     camera->R_B_C = rawlog::fromMrptPose(image.cameraPose).R();
+    camera->lever_m = rawlog::fromMrptPose(image.cameraPose).p.norm();
     camera->calibrated = camera->calibration.fx > 0 && camera->calibration.cx > 0;
     if (camera->calibrated && depth_ == Depth::full && cameras_.size() == 1) {
       camera->turning =
@@ -97,8 +101,9 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
   try {
     image.load();
     gray = rawlog::grayOf(image);
-  } catch (const std::exception&) {
-    camera->images.addUnreadable();
+  } catch (const std::exception& e) {
+    const std::string why = e.what();
+    camera->images.addUnreadable(why.substr(0, why.find('\n')));
     return;
   }
   camera->images.add(gray);
@@ -114,6 +119,20 @@ std::vector<check::StreamSummary> RecordingCheck::streams() const {
   std::vector<check::StreamSummary> out;
   for (const auto& [label, stream] : streams_) out.push_back(stream.summary());
   return out;
+}
+
+/// How the first camera sits on the IMU, as far as it is known.
+std::optional<check::Mounting> RecordingCheck::mountingOf(const check::TurningVerdict& turning,
+                                                          const std::string& imu) const {
+  if (cameras_.empty()) return std::nullopt;
+  const auto& [label, camera] = *cameras_.begin();
+  const bool ours = imu == imus_.begin()->first;
+  if (ours && turning.R_B_C) return check::Mounting{*turning.R_B_C, label, turning.force};
+  // What turning speaks against says nothing of up. The identity is what is there when nobody has
+  // said where the camera sits.
+  const bool doubted = check::worst(turning.findings) == check::Severity::unusable;
+  if (doubted || camera->R_B_C.isIdentity(1e-9)) return std::nullopt;
+  return check::Mounting{camera->R_B_C, label, {}};
 }
 
 std::vector<check::Finding> RecordingCheck::findings() const {
@@ -135,12 +154,12 @@ std::vector<check::Finding> RecordingCheck::findings() const {
   const Camera* first = cameras_.empty() ? nullptr : cameras_.begin()->second.get();
   // What rests on the time between readings says nothing while stamps are wrong.
   const bool stamps = check::worst(out) != check::Severity::unusable;
+  check::TurningVerdict turning;
+  if (turning_ && first != nullptr && first->turning && stamps) {
+    turning = turning_->verdict(first->R_B_C, time_offset_s_);
+  }
   for (const auto& [label, imu] : imus_) {
-    std::optional<check::Mounting> mounting;
-    // The identity is what is there when nobody has said where the camera sits.
-    const bool mounted = first != nullptr && !first->R_B_C.isIdentity(1e-9);
-    if (mounted) mounting = check::Mounting{first->R_B_C, cameras_.begin()->first};
-    if (stamps) take(imu.findings(noise_, mounting));
+    if (stamps) take(imu.findings(noise_, mountingOf(turning, label), turning.gyro_trusted));
   }
   for (const auto& [label, ranges] : ranges_) {
     take(ranges.findings());
@@ -155,6 +174,12 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     if (depth_ == Depth::brief) continue;
     const CameraCalibration& c = camera->calibration;
     take(camera->images.findings(camera->calibrated ? c.width : 0, c.height));
+    if (camera->lever_m > kFarLever) {
+      out.push_back({check::Severity::unusable, "camera_pose_far", label,
+                     "its pose on the IMU is " + std::to_string(std::lround(camera->lever_m)) +
+                         " m away from it",
+                     "translation of T_BS", "give it in metres (millimetres?)"});
+    }
     if (!camera->calibrated) {
       out.push_back({check::Severity::unusable, "no_calibration", label,
                      "the camera has no calibration", "", "give --calibration FILE"});
@@ -163,9 +188,7 @@ std::vector<check::Finding> RecordingCheck::findings() const {
   const bool gyro = std::none_of(out.begin(), out.end(), [](const check::Finding& f) {
     return f.kind == "imu_columns_swapped";
   });
-  if (turning_ && first != nullptr && first->turning && stamps && gyro) {
-    take(turning_->findings(first->R_B_C, time_offset_s_));
-  }
+  if (gyro) take(turning.findings);
   std::stable_sort(out.begin(), out.end(), [](const check::Finding& a, const check::Finding& b) {
     return a.severity > b.severity;
   });

@@ -43,6 +43,8 @@ class RecordingCheck {
 
  private:
   struct Camera;
+  std::optional<check::Mounting> mountingOf(const check::TurningVerdict& turning,
+                                            const std::string& imu) const;
   void addRanges(const mrpt::obs::CObservation& observation);
   void addImage(const mrpt::obs::CObservationImage& image, TimeNs t);
 

@@ -164,6 +164,20 @@ const Field* MessageView::typeOf(const MessageType& type, std::string_view path)
   return found;
 }
 
+namespace {
+
+/// The first of them; what a file claims to have may be endless.
+std::string fieldNames(const MessageType& type) {
+  constexpr std::size_t kMost = 16;
+  std::string out;
+  for (std::size_t i = 0; i < std::min(type.fields.size(), kMost); ++i) {
+    out += (i > 0 ? ", " : "") + type.fields[i].name.substr(0, 60);
+  }
+  return out + (type.fields.size() > kMost ? ", ..." : "");
+}
+
+}  // namespace
+
 const Field& MessageView::seek(std::string_view path, WireCursor* cursor) const {
   const MessageType* in = type_;
   std::string_view rest = path;
@@ -179,7 +193,8 @@ const Field& MessageView::seek(std::string_view path, WireCursor* cursor) const 
       cursor->skip(f);
     }
     if (found == nullptr) {
-      throw BagError(type_->name + " has no field " + std::string(path));
+      throw BagError(type_->name + " has no field " + std::string(path) + "; " +
+                     (in == type_ ? "it" : in->name) + " has " + fieldNames(*in));
     }
     if (point == std::string_view::npos) return *found;
     if (found->type == nullptr || found->array) failKind(path, "message");

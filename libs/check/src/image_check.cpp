@@ -39,9 +39,11 @@ void ImageCheck::add(const cv::Mat& gray) {
 std::vector<Finding> ImageCheck::findings(int expected_width, int expected_height) const {
   std::vector<Finding> out;
   if (unreadable_ > 0) {
-    out.push_back({unreadable_ > count_ / 20 ? Severity::unusable : Severity::doubtful,
-                   "unreadable", label_, "images cannot be decoded", std::to_string(unreadable_),
-                   "check the files; external images must lie beside the rawlog"});
+    out.push_back(
+        {unreadable_ > count_ / 20 ? Severity::unusable : Severity::doubtful, "unreadable", label_,
+         "images cannot be loaded",
+         std::to_string(unreadable_) + " of those looked at; the first: " + first_unreadable_,
+         "check the files; external images must lie beside the rawlog"});
   }
   if (count_ == 0) return out;
   const std::string size = std::to_string(width_) + "x" + std::to_string(height_);

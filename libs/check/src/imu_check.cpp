@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "force_axes.h"
 #include "text.h"
 #include "vir/core/order_statistics.h"
 
@@ -11,8 +12,9 @@ namespace {
 
 constexpr double kGravity = 9.80665;
 constexpr TimeNs kBlock = 250'000'000;
-constexpr std::size_t kMostInBlock = 20000;  // faster is no IMU, but a wrong stamp
-constexpr std::size_t kFewest = 8;           // blocks, to say anything
+constexpr std::size_t kMostInBlock = 20000;           // faster is no IMU, but a wrong stamp
+constexpr double kSpikeSteps = 30, kSpikeSizes = 20;  // times the usual step, and the usual size
+constexpr std::size_t kFewest = 8;                    // blocks, to say anything
 /// Nothing with a camera on it turns this fast for a quarter of a second in a twentieth of its
 /// time: in degrees it is a brisk hand.
 constexpr double kFastestRate = 10;  // [rad/s]
@@ -23,6 +25,21 @@ struct UnitOfForce {
   const char* unit;
   const char* factor;
 };
+
+Finding gravityRemoved(const std::string& label, const std::string& evidence) {
+  return {Severity::unusable,
+          "gravity_removed",
+          label,
+          "gravity has been removed from the accelerometer",
+          evidence,
+          "record the raw specific force (on phones: accelerometer, not linear acceleration)"};
+}
+
+/// Sizes of something that is always there, as gravity is beside what moves.
+bool steady(std::vector<double> sizes) {
+  std::vector<double> copy = sizes;
+  return quantileInPlace(&copy, 0.1) > 0.6 * medianInPlace(&sizes);
+}
 
 }  // namespace
 
@@ -39,10 +56,45 @@ void ImuCheck::add(const ImuSample& s) {
   open_.push_back(s);
 }
 
+/// Single readings that jump away and back, as bit errors make them.
+void ImuCheck::leaveOutSpikes() {
+  const std::size_t n = open_.size();
+  if (n < 8) return;
+  std::vector<bool> bad(n, false);
+  const auto look = [&](Vec3 ImuSample::*part, double farthest) {
+    std::vector<double> sizes, steps;
+    for (std::size_t i = 0; i < n; ++i) {
+      sizes.push_back((open_[i].*part).norm());
+      if (i > 0) steps.push_back((open_[i].*part - open_[i - 1].*part).norm());
+    }
+    const std::vector<double> step = steps;
+    const double usual = medianInPlace(&steps), size = medianInPlace(&sizes);
+    const double far = std::max(kSpikeSteps * usual, kSpikeSizes * std::max(size, farthest));
+    for (std::size_t i = 0; i < n; ++i) {
+      // At the ends there is one step only; the next one tells whose jump it is.
+      const bool in = i == 0 ? step[1] < far : step[i - 1] >= far;
+      const bool back = i + 1 == n ? step[i - 2] < far : step[i] >= far;
+      if (!in || !back) continue;
+      bad[i] = true;
+      ++spikes_;
+      highest_spike_ = std::max(highest_spike_, step[i == 0 ? 0 : i - 1]);
+    }
+  };
+  look(&ImuSample::acc, 1);
+  look(&ImuSample::gyro, 0.5);
+  std::vector<ImuSample> good;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!bad[i]) good.push_back(open_[i]);
+  }
+  open_ = std::move(good);
+}
+
 void ImuCheck::close() {
+  leaveOutSpikes();
   const auto n = static_cast<double>(open_.size());
   if (open_.size() >= 4) {
     Block b;
+    b.t = open_.front().t;
     for (const ImuSample& s : open_) {
       b.acc += s.acc / n;
       b.gyro += s.gyro / n;
@@ -85,9 +137,10 @@ bool ImuCheck::columnsSwapped(std::vector<Finding>* out) const {
     gyro.push_back(b.gyro.norm());
     acc.push_back(b.acc.norm());
   }
+  const bool always = steady(gyro);
   const double g = medianInPlace(&gyro), a = medianInPlace(&acc);
-  const bool gravity = g > 0.85 * kGravity && g < 1.15 * kGravity;
-  if (!gravity || a > 0.5 * kGravity) return false;
+  const auto isGravity = [](double v) { return v > 0.85 * kGravity && v < 1.15 * kGravity; };
+  if (!isGravity(g) || isGravity(a) || (a > 0.5 * kGravity && !always)) return false;
   out->push_back(
       {Severity::unusable, "imu_columns_swapped", label_,
        "gyro and accelerometer columns are swapped",
@@ -102,19 +155,24 @@ void ImuCheck::checkGravity(std::vector<Finding>* out) const {
   const std::string evidence =
       "|a| is " + num(a, 4) + " in the quietest moments, 9.81 at rest is right";
   static const UnitOfForce units[] = {{1, "acc_in_g", "g", "9.80665"},
-                                      {1000, "acc_in_mg", "mg (thousandths of g)", "0.00980665"}};
+                                      {1000, "acc_in_mg", "mg", "0.00980665"}};
+  std::vector<double> sizes;
+  for (const Block& b : blocks_) sizes.push_back(b.acc.norm());
+  // What is left without gravity comes and goes, and its size may well be 1 m/s^2.
+  if (a < 0.3 * kGravity && !steady(sizes)) {
+    out->push_back(gravityRemoved(label_, evidence));
+    return;
+  }
   for (const UnitOfForce& u : units) {
     if (a < 0.88 * u.at_rest || a > 1.12 * u.at_rest) continue;
     out->push_back({Severity::unusable, u.kind, label_,
                     std::string("the accelerometer is in ") + u.unit + ", not in m/s^2", evidence,
-                    std::string("multiply it by ") + u.factor + " before importing"});
+                    std::string("import with --set euroc.acc_unit=") + u.unit +
+                        " (csv.acc_unit for tables), or multiply it by " + u.factor});
     return;
   }
   if (a < 0.3 * kGravity) {
-    out->push_back({Severity::unusable, "gravity_removed", label_,
-                    "gravity has been removed from the accelerometer", evidence,
-                    "record the raw specific force (on phones: accelerometer, not linear "
-                    "acceleration)"});
+    out->push_back(gravityRemoved(label_, evidence));
     return;
   }
   const bool far = a < 0.7 * kGravity || a > 1.4 * kGravity;
@@ -134,26 +192,59 @@ void ImuCheck::checkRates(std::vector<Finding>* out) const {
                   "it turns at " + num(fast) +
                       " rad/s for a quarter of a second, in a twentieth of "
                       "the time",
-                  degrees ? "multiply it by 0.0174533 before importing" : "give rad/s"});
+                  degrees ? kDegreesRemedy : "give rad/s"});
+}
+
+bool ImuCheck::forceAxesWrong(std::vector<Finding>* out) const {
+  std::vector<ForceAndTurn> parts;
+  for (const Block& b : blocks_) parts.push_back({b.t, b.gyro, b.acc});
+  const ForceAxes axes = forceAxes(parts);
+  if (!axes.wrong && !axes.doubtful) return false;
+  out->push_back({axes.wrong ? Severity::unusable : Severity::doubtful, "acc_axes", label_,
+                  "the accelerometer's axes are not the gyro's: two are exchanged, or some have "
+                  "the wrong sign",
+                  "turned with the gyro, gravity would wander: as it is " +
+                      num(100 * axes.as_is, 2) + " % of it averages out in 4 s, with other axes " +
+                      num(100 * axes.best, 2) + " %",
+                  "check order and signs of the accelerometer's columns against the gyro's"});
+  return true;
 }
 
 void ImuCheck::checkUp(const Mounting& m, std::vector<Finding>* out) const {
+  const int stretches = m.force.with + m.force.against, sign = m.force.sign();
+  if (sign < 0) {
+    out->push_back({Severity::unusable, "acc_negated", label_,
+                    "the accelerometer is negated: at rest it must point up",
+                    "in " + std::to_string(m.force.against) + " of " + std::to_string(stretches) +
+                        " stretches of 1.5 s what " + m.camera +
+                        " sees would lie behind it, were the force as it is",
+                    "negate all three axes before importing"});
+    return;
+  }
   Vec3 mean = Vec3::Zero();
   for (const Block& b : blocks_) mean += b.acc.normalized();
-  const double steady = mean.norm() / static_cast<double>(blocks_.size());
-  if (steady < 0.8) return;  // carried about any way up
+  const double constant = mean.norm() / static_cast<double>(blocks_.size());
+  if (constant < 0.8) return;  // carried about any way up
   // Up, as the camera sees it: y is down, z forward.
   const Vec3 up_C = m.R_B_C.transpose() * mean.normalized();
   const bool upside_down = up_C.y() > 0.6, skyward = up_C.z() > 0.8;
   if (!upside_down && !skyward) return;
-  out->push_back(
-      {Severity::doubtful, "acc_negated", label_,
-       "the accelerometer is negated (at rest it must point up), or the camera is mounted " +
-           std::string(upside_down ? "upside down" : "looking up"),
-       "by the accelerometer and its pose on the IMU, " + m.camera + " has up at (" +
-           num(up_C.x(), 2) + ", " + num(up_C.y(), 2) + ", " + num(up_C.z(), 2) +
-           ") in x right, y down, z forward",
-       "negate the accelerometer before importing; nothing to do if the camera is mounted so"});
+  const std::string how = upside_down ? "upside down" : "looking up";
+  const std::string evidence = "by the accelerometer and its pose on the IMU, " + m.camera +
+                               " has up at (" + num(up_C.x(), 2) + ", " + num(up_C.y(), 2) + ", " +
+                               num(up_C.z(), 2) + ") in x right, y down, z forward";
+  if (sign > 0) {
+    out->push_back({Severity::note, "camera_upside_down", m.camera, "is mounted " + how,
+                    evidence + "; the images move as the accelerometer says", ""});
+    return;
+  }
+  out->push_back({Severity::doubtful, "acc_negated", label_,
+                  "the accelerometer is negated (at rest it must point up), or the camera is "
+                  "mounted " +
+                      how,
+                  evidence,
+                  "negate the accelerometer before importing; nothing to do if the camera is "
+                  "mounted so"});
 }
 
 void ImuCheck::noteNoise(const std::optional<imu::ImuNoise>& given,
@@ -189,18 +280,28 @@ void ImuCheck::noteNoise(const std::optional<imu::ImuNoise>& given,
 }
 
 std::vector<Finding> ImuCheck::findings(const std::optional<imu::ImuNoise>& given,
-                                        const std::optional<Mounting>& mounting) const {
+                                        const std::optional<Mounting>& mounting,
+                                        bool gyro_trusted) const {
   std::vector<Finding> out;
   if (not_finite_ > 0) {
     out.push_back({not_finite_ * 100 > count_ ? Severity::doubtful : Severity::note, "not_finite",
                    label_, "readings are no numbers",
                    std::to_string(not_finite_) + " of " + std::to_string(count_), ""});
   }
+  if (spikes_ > 0) {
+    out.push_back({Severity::doubtful, "imu_spikes", label_, "single readings jump away and back",
+                   std::to_string(spikes_) + " of " + std::to_string(count_) + ", by up to " +
+                       num(highest_spike_),
+                   "leave them out before importing; look for bit errors on the way"});
+  }
   if (blocks_.size() < kFewest) return out;
   if (columnsSwapped(&out)) return out;
   checkGravity(&out);
+  const std::size_t before_rates = out.size();
   checkRates(&out);
-  if (mounting) checkUp(*mounting, &out);
+  const bool turns_right = gyro_trusted && out.size() == before_rates;
+  const bool axes = turns_right && forceAxesWrong(&out);
+  if (mounting && !axes) checkUp(*mounting, &out);
   if (worst(out) == Severity::note) noteNoise(given, &out);
   return out;
 }

@@ -9,6 +9,8 @@
 namespace vir::check {
 namespace {
 
+constexpr double kNoisy = 6, kNoisyM = 0.3;  // times what is given, and [m], to say a word
+
 constexpr std::size_t kKept = 5000;    // values per anchor
 constexpr std::size_t kAnchors = 256;  // more are bit errors
 constexpr double kFastest = 60;        // [m/s] of what carries a radio
@@ -66,7 +68,9 @@ void RangeCheck::checkUnit(std::vector<Finding>* out) const {
        std::string("the ranges are in ") + (mm ? "millimetres" : "centimetres") + ", not in metres",
        "median " + num(typical, 4) + ", changing by " + num(speed) + " per second" +
            (integers ? ", all whole numbers" : ""),
-       std::string("multiply them by ") + (mm ? "0.001" : "0.01") + " before importing"});
+       std::string("import with --set euroc.range_unit=") + (mm ? "mm" : "cm") +
+           " (csv.range_unit for tables, unit=" + (mm ? "mm" : "cm") +
+           " in --topic range= of a bag), or multiply them by " + (mm ? "0.001" : "0.01")});
 }
 
 std::vector<Finding> RangeCheck::findings() const {
@@ -79,6 +83,7 @@ std::vector<Finding> RangeCheck::findings() const {
                    "leave out what the radio reports as failed"});
   }
   checkUnit(&out);
+  const bool units = worst(out) != Severity::unusable;
   long few = other_anchors_;
   for (const auto& [id, a] : anchors_) {
     if (a.count * 1000 < count_) few += a.count;
@@ -97,10 +102,14 @@ std::vector<Finding> RangeCheck::findings() const {
     }
     // A second difference of white noise has 6 times its variance; 0.6745: median to sigma.
     const double sigma = median(a.bends) / 0.6745 / std::sqrt(6.0);
-    out.push_back({Severity::note, "range_noise", label_, anchor + ": noise as seen",
+    const bool far = units && sigma_m_ > 0 && sigma > kNoisy * sigma_m_ && sigma > kNoisyM;
+    out.push_back({far ? Severity::doubtful : Severity::note, "range_noise", label_,
+                   anchor + (far ? ": far noisier than given" : ": noise as seen"),
                    num(sigma) + " m; given " + num(sigma_m_) + " m, median range " +
                        num(median(a.values)) + " m",
-                   ""});
+                   far ? "several antennas, tags or anchors under one id? else give the noise "
+                         "(range_sigma_m)"
+                       : ""});
   }
   return out;
 }

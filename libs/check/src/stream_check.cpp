@@ -110,7 +110,7 @@ void checkOrder(const StreamSummary& s, std::vector<Finding>* out) {
 /// How the two clocks may have come apart.
 std::string whyApart(const StreamSummary& a, const StreamSummary& b) {
   const bool unix_a = a.first >= kUnixSince, unix_b = b.first >= kUnixSince;
-  if (unix_a == unix_b) return "are from different clocks";
+  if (unix_a == unix_b) return "the two are from different clocks";
   const std::string& up = unix_a ? b.label : a.label;
   const std::string& date = unix_a ? a.label : b.label;
   return up + " counts from power-up, " + date + " is Unix time";
@@ -123,8 +123,8 @@ void checkOverlap(const StreamSummary& imu, const StreamSummary& other, std::vec
   if (both <= 0) {
     const bool needed = other.kind == StreamKind::images;
     out->push_back({needed ? Severity::unusable : Severity::doubtful, "no_overlap", other.label,
-                    "has no time in common with " + imu.label + ": the two " + whyApart(imu, other),
-                    spans, "put both on one clock before importing"});
+                    "has no time in common with " + imu.label + ": " + whyApart(imu, other), spans,
+                    "put both on one clock before importing"});
   } else if (toSeconds(both) < 0.5 * toSeconds(shorter)) {
     out->push_back({Severity::doubtful, "little_overlap", other.label,
                     "overlaps with " + imu.label + " for " + num(toSeconds(both)) + " s only",

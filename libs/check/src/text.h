@@ -11,4 +11,8 @@ inline std::string num(double v, int digits = 3) {
   return text;
 }
 
+inline constexpr const char* kDegreesRemedy =
+    "import with --set euroc.gyro_unit=deg/s (csv.gyro_unit for tables), or multiply it by "
+    "0.0174533";
+
 }  // namespace vir::check

@@ -55,6 +55,10 @@ std::optional<ImageTurn> ImageTurning::between(const std::vector<cv::Point2f>& n
   turn.rotation_C = -(first.norm() < second.norm() ? first : second);  // they are R_C1_C0
   turn.points = cv::countNonZero(inliers);
   if (turn.points < kFewest || !turn.rotation_C.allFinite()) return std::nullopt;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (inliers.at<unsigned char>(static_cast<int>(i)) == 0) continue;
+    turn.matches.emplace_back(Eigen::Vector4d(a[i].x, a[i].y, b[i].x, b[i].y).cast<float>());
+  }
   return turn;
 }
 

@@ -4,7 +4,9 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
+#include "camera_mounting.h"
 #include "text.h"
 #include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
@@ -15,14 +17,17 @@ namespace {
 
 constexpr std::size_t kFewest = 30;  // pairs that turn, to say anything
 constexpr double kTurning = 0.08;    // [rad/s] by images, to count as turning
-constexpr std::size_t kMostPairs = 20000;
+constexpr std::size_t kMostPairs = 20000, kMostMatched = 2000;
 constexpr double kWrongAngle = 15;  // [deg] between rotation found and given
 constexpr std::size_t kMostReadings = 400'000;
 constexpr double kReachS = 0.2;  // offsets of the clocks looked for, to both sides
 constexpr double kTurnS = 0.09;  // over less than this, noise makes turns of steps aside
 constexpr double kLongestTurnS = 0.3;
 constexpr double kOffsetS = 0.004;  // that no estimate of a window needs to be told
-constexpr double kFits = 0.45;      // rest of the rate that a rotation leaves, as a share
+/// Turning about other axes, below which one rotation is as good as another.
+constexpr double kFewAxes = 0.15;
+constexpr double kWrongShare = 0.8;  // left unexplained by what is given, which then is wrong
+constexpr double kFits = 0.45;       // rest of the rate that a rotation leaves, as a share
 
 /// Rotation (or mirror) from the gyro's axes to the camera's that explains the pairs best.
 struct AxesFit {
@@ -76,19 +81,6 @@ double ratioOf(const std::vector<TurnPair>& pairs) {
   return medianInPlace(&ratios);
 }
 
-/// `IMU x is -y, ...` of a matrix near a signed permutation; empty for any other.
-std::string axesNamed(const Mat3& M) {
-  static const char* const axes = "xyz";
-  std::string out;
-  for (int r = 0; r < 3; ++r) {
-    Eigen::Index c = 0;
-    if (M.row(r).cwiseAbs().maxCoeff(&c) < 0.9) return {};
-    out += std::string(out.empty() ? "" : ", ") + axes[r] + " is " + (M(r, c) < 0 ? "-" : "") +
-           axes[c];
-  }
-  return out;
-}
-
 }  // namespace
 
 void TurningCheck::add(const ImuSample& sample) {
@@ -111,7 +103,9 @@ void TurningCheck::keepBeside(const ImuSample& sample) {
 
 void TurningCheck::add(const ImageTurn& turn) {
   waiting_.push_back(turn);
+  waiting_.back().matches.clear();
   if (turns_.size() < kMostPairs) turns_.push_back(turn);
+  if (turns_.size() > kMostMatched) turns_.back().matches.clear();
   pairUp();
 }
 
@@ -193,11 +187,12 @@ std::vector<Finding> offsetFindings(const initialization::TurnCorrelation& found
 bool inDegrees(double ratio) { return ratio > 20 && ratio < 160; }
 
 /// What the share of turning that gyro and images see says of the gyro's unit and scale.
-std::vector<Finding> scaleFindings(double ratio, const std::string& imu_label) {
+std::vector<Finding> scaleFindings(double ratio, const std::string& imu_label,
+                                   const std::string& camera_label) {
   const std::string rates = "where the images turn by 1 rad/s the gyro says " + num(ratio);
   if (inDegrees(ratio)) {
     return {{Severity::unusable, "gyro_in_deg", imu_label, "the gyro is in deg/s, not in rad/s",
-             rates, "multiply it by 0.0174533 before importing"}};
+             rates, kDegreesRemedy}};
   }
   if (ratio < 0.5 || ratio > 2) {
     return {{Severity::unusable, "gyro_scale", imu_label,
@@ -205,17 +200,30 @@ std::vector<Finding> scaleFindings(double ratio, const std::string& imu_label) {
              "check the gyro's unit and columns, and the camera's focal length"}};
   }
   if (ratio < 0.85 || ratio > 1.18) {
-    return {{Severity::doubtful, "gyro_scale", imu_label,
-             "gyro and images disagree on how fast it turns", rates,
-             "check the camera's focal length and the gyro's scale"}};
+    // A gyro is right to some per cent, as long as its unit is.
+    return {{Severity::doubtful, "camera_scale", camera_label,
+             "its focal length or its lens model does not fit: the images turn " + num(1 / ratio) +
+                 " times as fast as the gyro says",
+             rates,
+             "check intrinsics, lens model (radtan, equidistant, ...) and coefficients, and that "
+             "they are for images of this size; else the gyro's scale"}};
   }
   return {};
 }
 
 std::string percent(double share) { return num(100 * share, 2) + " %"; }
 
-/// Both see turning of which no rotation, or only a mirror, makes the other.
-std::vector<Finding> axesFindings(const AxesFit& fit, const Mat3& R_B_C,
+/// A mirror explains what no rotation does; less clearly so where it is one of axes that are
+/// negated or exchanged, and what is given is wrong anyway.
+bool mirrorExplains(const AxesFit& fit, double share_given, bool named) {
+  if (fit.mirror_rest > kFits || fit.second_axis < kFewAxes) return false;
+  return fit.mirror_rest < 0.6 * fit.rotation_rest ||
+         (named && share_given > kWrongShare && fit.mirror_rest < 0.8 * fit.rotation_rest);
+}
+
+/// Both see turning of which no rotation, or only a mirror, makes the other. `share_given`: what
+/// the rotation given leaves unexplained.
+std::vector<Finding> axesFindings(const AxesFit& fit, double share_given, const Mat3& R_B_C,
                                   const std::string& camera_label, const std::string& imu_label) {
   if (std::min(fit.rotation_rest, fit.mirror_rest) > 0.7) {
     return {
@@ -223,77 +231,111 @@ std::vector<Finding> axesFindings(const AxesFit& fit, const Mat3& R_B_C,
          "no rotation between the two explains " + percent(fit.rotation_rest) + " of the turning",
          "check that the stamps of both are from one clock"}};
   }
-  if (fit.mirror_rest < 0.6 * fit.rotation_rest && fit.mirror_rest < kFits &&
-      fit.second_axis > 0.15) {
-    const std::string axes = axesNamed(R_B_C * fit.mirror);
-    return {{Severity::unusable, "gyro_mirrored", imu_label,
-             "the gyro's axes are mirrored" + (axes.empty() ? "" : ": its " + axes),
-             "a mirror leaves " + percent(fit.mirror_rest) + " of the turning, a rotation " +
-                 percent(fit.rotation_rest),
-             "one axis has the wrong sign, or two are exchanged"}};
-  }
-  return {};
+  const std::string axes = axesNamed(R_B_C * fit.mirror);
+  if (!mirrorExplains(fit, share_given, !axes.empty())) return {};
+  const bool negated = axes == "x is -x, y is -y, z is -z";
+  return {{Severity::unusable, "gyro_mirrored", imu_label,
+           std::string(negated ? "the gyro is negated" : "the gyro's axes are mirrored") +
+               (axes.empty() || negated ? "" : ": its " + axes),
+           "a mirror leaves " + percent(fit.mirror_rest) + " of the turning, a rotation " +
+               percent(fit.rotation_rest),
+           negated ? "negate all three axes of the gyro"
+                   : "one axis has the wrong sign, or two are exchanged"}};
 }
 
-/// `given`: share of the turning that the rotation given leaves unexplained.
-std::vector<Finding> rotationFindings(const AxesFit& fit, double given, const Mat3& R_B_C,
-                                      const std::string& camera_label) {
-  const double off = angleDeg(R_B_C * fit.rotation);
-  const bool better = fit.rotation_rest < kFits && fit.rotation_rest < 0.6 * given;
-  if (off < kWrongAngle || !better || fit.second_axis < 0.15) return {};
-  if (R_B_C.isIdentity(1e-9)) {
-    return {
+/// What is given is wrong, but what is right the turning does not tell.
+Finding turnsOtherwise(const AxesFit& fit, double share_given, const std::string& camera_label) {
+  return {Severity::doubtful,
+          "turns_otherwise",
+          camera_label,
+          "turns about other axes than the gyro says with the pose given",
+          "what is given leaves " + percent(share_given) + " of the turning, the best rotation " +
+              percent(fit.rotation_rest),
+          "check T_BS (which way round?) and the signs and order of the gyro's columns; a piece "
+          "with more turning about all axes tells which"};
+}
+
+/// The rotation given or the one found, as the turning has it; with a finding where they differ.
+/// `share_given`: of the turning that the rotation given leaves unexplained.
+void judgeRotation(const AxesFit& fit, double share_given, const Mat3& given,
+                   const std::string& camera_label,
+                   const std::function<ForceSign(const Mat3&)>& forceWith, TurningVerdict* out) {
+  const Mat3 found = fit.rotation.transpose();
+  const double off = angleDeg(given * fit.rotation);
+  const bool told = fit.second_axis >= kFewAxes;
+  const bool better = fit.rotation_rest < 0.6 * share_given;
+  if (off < kWrongAngle && told) {
+    out->R_B_C = given;
+    return;
+  }
+  if (!told || !better || fit.rotation_rest >= kFits) {
+    if (better && share_given > kWrongShare && !given.isIdentity(1e-9)) {
+      out->findings.push_back(turnsOtherwise(fit, share_given, camera_label));
+    }
+    return;
+  }
+  out->R_B_C = found;
+  if (given.isIdentity(1e-9)) {
+    out->findings.push_back(
         {Severity::note, "camera_pose_missing", camera_label, "its pose on the IMU is not given",
          "the rotation found explains all but " + percent(fit.rotation_rest) + " of the turning",
          "a run finds it on the way; give it (T_BS, Kalibr's T_cam_imu), or find it once: "
-         "vir-slam calibrate camera"}};
+         "vir-slam calibrate camera"});
+    return;
   }
-  const bool inverted = angleDeg(R_B_C.transpose() * fit.rotation) < kWrongAngle;
-  const std::string axes = axesNamed(R_B_C * fit.rotation);
-  return {{Severity::unusable, inverted ? "camera_pose_inverted" : "camera_rotation", camera_label,
-           inverted ? "its pose on the IMU is given the wrong way round"
-                    : "its rotation on the IMU is not the one given" +
-                          (axes.empty() ? std::string() : ", or the IMU's axes are: " + axes),
-           "by " + num(off) + " deg: what is given leaves " + percent(given) +
-               " of the turning, what was found " + percent(fit.rotation_rest),
-           inverted ? "give the inverse (T_BS takes camera to body; Kalibr's T_cam_imu the "
-                      "other way)"
-                    : "give the pose of the camera on the IMU anew"}};
+  const MountingFault fault =
+      mountingFault(given, found, forceWith(found).sign(), camera_label,
+                    "by " + num(off) + " deg: what is given leaves " + percent(share_given) +
+                        " of the turning, what was found " + percent(fit.rotation_rest));
+  // What a mirror explains needs no second fault.
+  if (fault.images_mirrored) out->R_B_C.reset();
+  out->findings.push_back(fault.finding);
 }
 
 }  // namespace
 
-std::vector<Finding> TurningCheck::findings(const Mat3& R_B_C, double time_offset_s) const {
+TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) const {
+  TurningVerdict out;
   std::vector<TurnPair> turning = thatTurn(pairs_);
   if (turning.size() < kFewest) {
-    return {{Severity::note, "hardly_turns", camera_label_,
-             "turns too little to hold the gyro against it",
-             std::to_string(turning.size()) + " of " + std::to_string(pairs_.size()) +
-                 " images turn faster than " + num(kTurning) + " rad/s",
-             ""}};
+    out.findings = {{Severity::note, "hardly_turns", camera_label_,
+                     "turns too little to hold the gyro against it",
+                     std::to_string(turning.size()) + " of " + std::to_string(pairs_.size()) +
+                         " images turn faster than " + num(kTurning) + " rad/s",
+                     ""}};
+    return out;
   }
   const double ratio = ratioOf(turning);
-  std::vector<Finding> out = scaleFindings(ratio, imu_label_);
-  const auto append = [&](const std::vector<Finding>& more) {
-    out.insert(out.end(), more.begin(), more.end());
-  };
-  if (inDegrees(ratio)) {
+  out.findings = scaleFindings(ratio, imu_label_, camera_label_);
+  const bool degrees = inDegrees(ratio);
+  out.gyro_trusted = worst(out.findings) != Severity::unusable;
+  if (!out.gyro_trusted && !degrees) return out;
+  double offset_s = time_offset_s;
+  if (degrees) {
     for (TurnPair& p : turning) p.gyro_B /= kDegPerRad;
-  } else if (!out.empty() && out[0].severity == Severity::unusable) {
-    return out;
   } else {
-    const auto offset =
-        offsetFindings(correlate(turns_, beside_, R_B_C), time_offset_s, camera_label_);
-    append(offset);
+    const auto found = correlate(turns_, beside_, R_B_C);
+    const auto offset = offsetFindings(found, time_offset_s, camera_label_);
+    out.findings.insert(out.findings.end(), offset.begin(), offset.end());
+    if (found.ok) offset_s = found.offset_s;
     // What is explained by an offset is not a wrong rotation.
-    if (!offset.empty() && offset[0].severity == Severity::doubtful) return out;
+    if (!offset.empty() && offset[0].severity == Severity::doubtful) {
+      out.R_B_C = R_B_C;
+      out.force = forceSign(turns_, beside_, R_B_C, offset_s);
+      return out;
+    }
   }
   const AxesFit fit = fitAxes(turning);
-  const auto axes = axesFindings(fit, R_B_C, camera_label_, imu_label_);
-  append(axes);
-  if (axes.empty()) {
-    append(rotationFindings(fit, restOf(turning, R_B_C.transpose()), R_B_C, camera_label_));
-  }
+  const double share_given = restOf(turning, R_B_C.transpose());
+  const auto axes = axesFindings(fit, share_given, R_B_C, camera_label_, imu_label_);
+  out.findings.insert(out.findings.end(), axes.begin(), axes.end());
+  out.gyro_trusted = out.gyro_trusted && axes.empty();
+  if (!axes.empty()) return out;
+  const auto forceWith = [&](const Mat3& R) {
+    return degrees ? ForceSign{} : forceSign(turns_, beside_, R, offset_s);
+  };
+  judgeRotation(fit, share_given, R_B_C, camera_label_, forceWith, &out);
+  if (out.R_B_C) out.force = forceWith(*out.R_B_C);
   return out;
 }
 

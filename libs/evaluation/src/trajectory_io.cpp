@@ -22,8 +22,10 @@ struct Habit {
   char separator = ' ';
   tables::PoseColumns columns;
   tables::StampUnit unit = tables::StampUnit::seconds;
+  int nanoseconds = -1;     ///< column of what belongs to whole seconds
   std::size_t exactly = 0;  ///< fields that a line must have; 0: at least those that are needed
   bool header = false;      ///< a first line without numbers is one
+  bool no_poses = false;    ///< as a note says
 };
 
 Habit tumHabit() {
@@ -44,6 +46,16 @@ Habit habitOf(const std::string& text, ReadReport* report) {
       h.separator == ' ' ? tables::StampUnit::seconds : tables::StampUnit::nanoseconds;
   const tables::UnitGuess guess = tables::stampUnit(layout, h.columns.stamp, 0.02);
   h.unit = guess.sure ? guess.unit : expected;
+  h.nanoseconds = tables::nanosecondColumn(layout, h.columns.stamp);
+  const std::string order = tables::assumedOrder(layout, h.columns);
+  if (!order.empty()) report->notes.push_back(order);
+  if (h.columns.unit_m != 1) report->notes.push_back("the header's unit of length is taken");
+  const std::string why_not = tables::whyNoPoses(layout);
+  h.no_poses = !why_not.empty();
+  if (h.no_poses) {
+    report->notes.push_back(why_not);
+    return h;
+  }
   report->positions_only = !layout.rows.empty() && !h.columns.hasAttitude();
   if (h.unit != expected) {
     report->notes.push_back(std::string("the stamps are in ") + tables::name(h.unit));
@@ -139,10 +151,25 @@ class Reader {
                     (looks_ns ? " (nanoseconds? TUM files hold seconds)" : ""));
   }
 
+  bool addNanoseconds(long number, TimeNs* t) {
+    const auto text = fields_[static_cast<std::size_t>(habit_.nanoseconds)];
+    TimeNs ns = 0;
+    if (!tables::parseStamp(text, tables::StampUnit::nanoseconds, &ns) || ns < 0 ||
+        ns >= fromSeconds(1)) {
+      return skip(&report_->malformed, "nanoseconds", number,
+                  quoted(text) + " is no number of nanoseconds of a second");
+    }
+    *t += ns;
+    return true;
+  }
+
   bool value(int column, long number, double* v) {
     const std::string_view field = fields_[static_cast<std::size_t>(column)];
     if (!parseNumber(field, v)) {
-      return skip(&report_->malformed, "number", number, quoted(field) + " is not a number");
+      const bool comma = field.find(',') != std::string_view::npos;
+      return skip(&report_->malformed, "number", number,
+                  quoted(field) + " is not a number" +
+                      (comma ? " (a decimal comma? numbers need a point)" : ""));
     }
     if (std::isfinite(*v)) return true;
     return skip(&report_->not_finite, "finite", number, quoted(field) + " is not finite");
@@ -151,7 +178,7 @@ class Reader {
   bool parse(const std::string& cleaned, long number, StampedPose* pose) {
     tables::splitLine(cleaned, habit_.separator, &fields_);
     const tables::PoseColumns& c = habit_.columns;
-    const auto needed = static_cast<std::size_t>(c.last() + 1);
+    const auto needed = static_cast<std::size_t>(std::max(c.last(), habit_.nanoseconds) + 1);
     const bool enough =
         habit_.exactly > 0 ? fields_.size() == habit_.exactly : fields_.size() >= needed;
     if (!enough) {
@@ -161,6 +188,7 @@ class Reader {
     }
     const auto stamp = fields_[static_cast<std::size_t>(c.stamp)];
     if (!parseStamp(stamp, number, &pose->t)) return false;
+    if (habit_.nanoseconds >= 0 && !addNanoseconds(number, &pose->t)) return false;
     std::array<double, 7> v{0, 0, 0, 0, 0, 0, 1};
     for (std::size_t i = 0; i < 3; ++i) {
       if (!value(c.p[i], number, &v[i])) return false;
@@ -168,7 +196,7 @@ class Reader {
     for (std::size_t i = 0; i < 4 && c.hasAttitude(); ++i) {
       if (!value(c.q[i], number, &v[3 + i])) return false;
     }
-    pose->T_W_B.p = Vec3(v[0], v[1], v[2]);
+    pose->T_W_B.p = c.unit_m * Vec3(v[0], v[1], v[2]);
     const Quat q(v[6], v[3], v[4], v[5]);
     const double n = q.norm();
     if (!(n > 1e-6) || !std::isfinite(n)) {
@@ -198,7 +226,12 @@ Trajectory read(std::istream& in, ReadReport* report, const Habit* forced) {
   while (first.size() < kLook && readLine(in, &line)) first.push_back(line);
   std::string text;
   for (const std::string& l : first) text += l + '\n';
-  Reader reader(forced != nullptr ? *forced : habitOf(text, &local), &local);
+  const Habit habit = forced != nullptr ? *forced : habitOf(text, &local);
+  if (habit.no_poses) {
+    if (report != nullptr) *report = local;
+    return {};
+  }
+  Reader reader(habit, &local);
   long number = 0;
   const auto take = [&](const std::string& raw) {
     ++number;

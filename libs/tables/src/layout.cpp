@@ -55,7 +55,7 @@ void splitLine(std::string_view line, char separator, std::vector<std::string_vi
 }
 
 char separatorOf(std::string_view line) {
-  for (const char c : {',', ';', '\t'}) {
+  for (const char c : {';', ',', '\t'}) {
     if (line.find(c) != std::string_view::npos) return c;
   }
   return ' ';

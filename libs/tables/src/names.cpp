@@ -11,15 +11,6 @@
 namespace vir::tables {
 namespace {
 
-const std::vector<std::string>& stampNames() {
-  static const std::vector<std::string> names{
-      "timestamp", "stamp",        "time",    "t",       "timestamp_ns", "timestamp_us",
-      "time_ns",   "timestamp_ms", "time_us", "time_ms", "timestamp_s",  "time_s",
-      "t_ns",      "t_us",         "t_ms",    "t_s",     "secs",         "sec",
-      "nsec",      "header_stamp", "stamp_ns"};
-  return names;
-}
-
 /// A name without what exports put in front and units behind: `field_angular_velocity_x`,
 /// `imu_ax`, `gyro_x_rad_s`, `acc_x_g`.
 std::string bare(std::string name) {
@@ -28,7 +19,7 @@ std::string bare(std::string name) {
     if (name.size() > f.size() + 1 && name.compare(0, f.size(), f) == 0) name.erase(0, f.size());
   }
   for (const char* back : {"_rad_s", "_radps", "_rads", "_rps", "_deg_s", "_degps", "_dps", "_m_s2",
-                           "_mps2", "_ms2", "_m_s_2", "_mg", "_g", "_m", "_mm"}) {
+                           "_mps2", "_ms2", "_m_s_2", "_mg", "_g", "_m", "_mm", "_cm"}) {
     const std::string b(back);
     if (name.size() > b.size() + 1 && name.compare(name.size() - b.size(), b.size(), b) == 0) {
       name.resize(name.size() - b.size());
@@ -91,48 +82,14 @@ double forceUnit(const Layout& layout, const int columns[3]) {
   return 1.0;
 }
 
-/// 0 1 2 3 ..., or from 1 on.
-bool onlyCounts(const std::vector<std::string>& column) {
-  if (column.size() < 3) return false;
-  long first = 0;
-  if (!parseNumber(column.front(), &first) || first < 0 || first > 1) return false;
-  for (std::size_t i = 1; i < column.size(); ++i) {
-    long value = 0;
-    if (!parseNumber(column[i], &value) || value != first + static_cast<long>(i)) return false;
-  }
-  return true;
-}
-
-std::optional<StampUnit> unitNamed(const Layout& layout, int index) {
-  const auto i = static_cast<std::size_t>(index);
-  if (i >= layout.names.size()) return std::nullopt;
-  const std::string& name = layout.names[i];
-  const auto ends = [&](const std::string& end) {
-    return name.size() > end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
-  };
-  for (const StampUnit unit : {StampUnit::nanoseconds, StampUnit::microseconds,
-                               StampUnit::milliseconds, StampUnit::seconds}) {
-    if (layout.units[i] == tables::name(unit) || ends(std::string("_") + tables::name(unit))) {
-      return unit;
-    }
-  }
-  return std::nullopt;
+/// [m] of what a header says that lengths are in.
+double lengthUnit(const Layout& layout, int column) {
+  const std::string unit = unitText(layout, column);
+  if (unit == "mm") return 0.001;
+  return unit == "cm" ? 0.01 : 1.0;
 }
 
 }  // namespace
-
-int stampColumn(const Layout& layout) {
-  const int named = layout.find(stampNames());
-  if (named >= 0) return named;
-  const bool second = layout.columns > 1 && onlyCounts(layout.column(0)) &&
-                      guessUnit(layout.column(1), 0.05).unix_time;
-  return second ? 1 : 0;
-}
-
-UnitGuess stampUnit(const Layout& layout, int index, double typical_step_s) {
-  return guessUnit(layout.column(static_cast<std::size_t>(std::max(index, 0))), typical_step_s,
-                   unitNamed(layout, index));
-}
 
 int PoseColumns::last() const {
   return std::max({stamp, p[0], p[1], p[2], q[0], q[1], q[2], q[3]});
@@ -171,15 +128,45 @@ PoseColumns poseColumns(const Layout& layout) {
                                                   "quat"};
   if (findAxes(layout, positions, {"x", "y", "z"}, out.p)) {
     out.named = true;
-    findAxes(layout, attitudes, {"x", "y", "z", "w"}, out.q);
+    out.unit_m = lengthUnit(layout, out.p[0]);
+    if (!findAxes(layout, attitudes, {"x", "y", "z", "w"}, out.q)) {
+      findAxes(layout, {"q", "q_", "quat_", "quaternion_"}, {"1", "2", "3", "0"}, out.q);
+    }
     return out;
   }
   for (int i = 0; i < 3; ++i) out.p[i] = out.stamp + 1 + i;
   const int first = out.stamp + 4;
   if (static_cast<int>(layout.columns) < first + 4) return out;  // a position only
-  const bool w_first = layout.separator != ' ';
+  // Programs that write seconds have their numbers in TUM's order, whatever they put between them.
+  const UnitGuess unit = stampUnit(layout, out.stamp, 0.02);
+  const bool seconds = unit.sure && unit.unit == StampUnit::seconds;
+  const bool w_first = layout.separator != ' ' && !seconds;
   for (int i = 0; i < 4; ++i) out.q[(i + (w_first ? 3 : 0)) % 4] = first + i;
   return out;
+}
+
+std::string assumedOrder(const Layout& layout, const PoseColumns& columns) {
+  if (columns.named || !columns.hasAttitude() || layout.separator == ' ') return {};
+  const bool w_first = columns.q[3] < columns.q[0];
+  return std::string("no header says so, but the attitudes are taken to be ") +
+         (w_first ? "qw qx qy qz, as in EuRoC's files" : "qx qy qz qw, as in TUM's files") +
+         "; name the columns if they are not";
+}
+
+std::string whyNoPoses(const Layout& layout) {
+  if (layout.find({"latitude", "lat"}) >= 0 &&
+      layout.find({"longitude", "lon", "lng", "long"}) >= 0 && !poseColumns(layout).named) {
+    return "its positions are latitude and longitude in degrees: convert them to metres (UTM, or "
+           "axes of the place)";
+  }
+  if (layout.columns != 12 || !layout.names.empty()) return {};
+  for (const auto& row : layout.rows) {
+    for (const std::size_t c : {0u, 1u, 2u, 4u, 5u, 6u, 8u, 9u, 10u}) {
+      double v = 0;
+      if (c >= row.size() || !parseNumber(row[c], &v) || !(std::abs(v) < 1.001)) return {};
+    }
+  }
+  return "its lines are 12 numbers without a stamp, KITTI's poses: write t x y z qx qy qz qw";
 }
 
 RangeColumns rangeColumns(const Layout& layout) {

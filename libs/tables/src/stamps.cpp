@@ -82,10 +82,16 @@ Numbers numbersOf(const std::vector<std::string>& stamps) {
       out.fractions = true;
     }
   }
-  // Integers of a billionth of whatever the unit is where there are fractions: differences of
-  // stamps in doubles would be coarse.
-  const StampUnit as = out.fractions ? StampUnit::seconds : StampUnit::nanoseconds;
-  const double scale = out.fractions ? 1e-9 : 1;
+  // Integers of as small a part of whatever the unit is as 64 bits hold, where there are fractions:
+  // differences of stamps in doubles would be coarse.
+  StampUnit as = StampUnit::nanoseconds;
+  if (out.fractions && !stamps.empty()) {
+    for (const StampUnit unit : kUnits) {
+      TimeNs t = 0;
+      if (parseStamp(stamps.front(), unit, &t)) as = unit;
+    }
+  }
+  const double scale = std::pow(10.0, -places(as));
   std::vector<double> steps;
   TimeNs before = 0;
   for (const std::string& text : stamps) {

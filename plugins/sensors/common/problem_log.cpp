@@ -7,7 +7,9 @@ void ProblemLog::add(const std::string& counter, const std::string& where,
   const long n = ++counts_[counter];
   const std::string text = where + ": " + what;
   if (n == 1) first_[counter] = text;
-  if (n <= kShown) messages_.push_back(text);
+  // What says the same of every reading is said once.
+  const bool said = n > 1 && !messages_.empty() && messages_.back() == text;
+  if (n <= kShown && !said) messages_.push_back(text);
   if (n == kShown + 1) messages_.push_back(counter + ": further cases are only counted");
 }
 

@@ -7,6 +7,7 @@
 #include "input_error.h"
 #include "table_folder.h"
 #include "video_frames.h"
+#include "vir/core/parse_number.h"
 #include "vir/tables/layout.h"
 
 namespace vir::euroc {
@@ -44,6 +45,18 @@ void listFiles(const fs::path& dir, int depth, std::vector<std::string>* files, 
   for (const fs::path& d : below) listFiles(d, depth + 1, files, found);
 }
 
+/// Three rows of three numbers or more.
+bool holdsNumbers(const tables::Layout& layout) {
+  if (layout.rows.size() < 3 || layout.columns < 3) return false;
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      double v = 0;
+      if (c >= layout.rows[r].size() || !parseNumber(layout.rows[r][c], &v)) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 Found lookAround(const std::string& source) {
@@ -57,7 +70,11 @@ Found lookAround(const std::string& source) {
   if (files.size() > kMostTables) files.resize(kMostTables);
   for (const std::string& file : files) {
     const TableKind kind = kindOfTable(file, fs::path(file).lexically_relative(source).string());
-    if (kind != TableKind::none) found.tables[kind].push_back(file);
+    if (kind != TableKind::none) {
+      found.tables[kind].push_back(file);
+    } else if (holdsNumbers(tables::layoutOf(file))) {
+      found.unused.push_back(file);
+    }
   }
   return found;
 }
@@ -92,6 +109,7 @@ std::string listTables(const std::string& source) {
     }
   }
   for (const std::string& yaml : found.yamls) add(yaml, "calibration or settings");
+  for (const std::string& file : found.unused) add(file, "a table of nothing that is imported");
   return out.empty() ? "no tables, no images\n" : out;
 }
 

@@ -3,6 +3,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <set>
 
 namespace vir::euroc {
@@ -24,6 +25,7 @@ constexpr double kImuStep = 0.005, kImageStep = 0.05, kRangeStep = 0.05, kPoseSt
 struct Stamps {
   int column = 0;
   tables::StampUnit unit = tables::StampUnit::nanoseconds;
+  int nanoseconds = -1;  ///< column of what belongs to whole seconds
 };
 
 Stamps stampsOf(const std::string& path, const tables::Layout& layout, int column,
@@ -31,7 +33,8 @@ Stamps stampsOf(const std::string& path, const tables::Layout& layout, int colum
   const tables::UnitGuess guess = tables::stampUnit(layout, column, typical_step_s);
   const auto expected =
       seconds_expected ? tables::StampUnit::seconds : tables::StampUnit::nanoseconds;
-  const Stamps stamps{column, guess.sure ? guess.unit : expected};
+  const Stamps stamps{column, guess.sure ? guess.unit : expected,
+                      tables::nanosecondColumn(layout, column)};
   if (stamps.unit != expected) {
     log->note(path + ": the stamps are in " + tables::name(stamps.unit) + ", taken as such");
   }
@@ -51,7 +54,15 @@ const std::string_view& at(const Fields& f, int column) {
 
 bool stamp(const Fields& f, const Stamps& stamps, TimeNs* t, RowFault* fault) {
   const std::string_view text = at(f, stamps.column);
-  const bool is_time = tables::parseStamp(text, stamps.unit, t);
+  bool is_time = tables::parseStamp(text, stamps.unit, t);
+  if (stamps.nanoseconds >= 0) {
+    const auto column = static_cast<std::size_t>(stamps.nanoseconds);
+    TimeNs ns = 0;
+    is_time = is_time && column < f.size() &&
+              tables::parseStamp(f[column], tables::StampUnit::nanoseconds, &ns) && ns >= 0 &&
+              ns < fromSeconds(1) && *t <= std::numeric_limits<TimeNs>::max() - ns;
+    if (is_time) *t += ns;
+  }
   if (is_time && *t >= 0) return true;
   if (is_time) {
     *fault = {"before_zero", "`" + std::string(text.substr(0, 40)) +
@@ -70,7 +81,9 @@ bool value(const Fields& f, int column, double* out, RowFault* fault) {
   const std::string name = "column " + std::to_string(column + 1);
   const std::string text(field.substr(0, 40));
   if (!parseNumber(field, out)) {
-    *fault = {"malformed", name + ": `" + text + "` is not a number"};
+    const bool comma = text.find(',') != std::string::npos;
+    *fault = {"malformed", name + ": `" + text + "` is not a number" +
+                               (comma ? " (a decimal comma? numbers need a point)" : "")};
     return false;
   }
   if (std::isfinite(*out)) return true;
@@ -163,6 +176,7 @@ bool parsePose(const Fields& f, const tables::PoseColumns& c, const Stamps& stam
   for (int i = 0; i < 4 && row->has_attitude; ++i) {
     if (!value(f, c.q[i], &q[i], fault)) return false;
   }
+  p *= c.unit_m;
   if (p.cwiseAbs().maxCoeff() > kMaxPosition) return implausible(fault, "position beyond 10000 km");
   const Quat attitude(q[3], q[0], q[1], q[2]);
   if (std::abs(attitude.norm() - 1) > kMaxNormError)
@@ -310,8 +324,16 @@ std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, Pro
   const tables::Layout layout = tables::layoutOf(path);
   const tables::PoseColumns c = tables::poseColumns(layout);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kPoseStep, layout.separator == ' ', log);
-  if (!c.hasAttitude()) log->note(path + ": holds positions only, no attitude");
+  const std::string why_not = tables::whyNoPoses(layout);
+  const std::string order = tables::assumedOrder(layout, c);
+  if (!c.hasAttitude() && why_not.empty()) log->note(path + ": holds positions only, no attitude");
+  if (!order.empty()) log->note(path + ": " + order);
+  sayUnit(path, "positions", c.unit_m, "m", log);
   const auto parse = [=](const Fields& f, PoseRow* row, RowFault* fault) {
+    if (!why_not.empty()) {
+      *fault = {"no_pose", why_not};
+      return false;
+    }
     return parsePose(f, c, stamps, row, fault);
   };
   return open<PoseRow>(path, "ground_truth", layout, parse, log);

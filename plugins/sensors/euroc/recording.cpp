@@ -215,6 +215,11 @@ void Recording::openStreams(const EurocOptions& o) {
     requireRows(*imu_, *log_);
     origin = imu_->peek()->t;
   }
+  if (!imu_ && section_ == "csv") {
+    log_->note(folder_.root +
+               ": no IMU: no table has columns of gyro and accelerometer that could "
+               "be told as such; name it: --topic imu=FILE");
+  }
   for (CameraStream& camera : cameras_) {
     const auto imu_start = imu_ ? std::optional<TimeNs>(imu_->peek()->t) : std::nullopt;
     camera.rows = openCameraImages(o, camera.files, imu_start, log_);

@@ -38,6 +38,7 @@ class Finder {
     findRanges();
     findTruth();
     findCalibration();
+    sayUnused();
     if (folder_.imu_file.empty() && folder_.ranges.empty() && folder_.cameras.empty()) {
       throw InputError(root_.string() +
                        ": holds no table of an IMU, of ranges or of images that could be told as "
@@ -302,6 +303,18 @@ class Finder {
     for (std::size_t i = 1; i < fitting.size(); ++i) {
       folder_.notes.push_back(shortName(fitting[i]) + ": not used, " + shortName(fitting[0]) +
                               " is; --calibration FILE takes another");
+    }
+  }
+
+  void sayUnused() {
+    for (const std::string& file : found_.unused) {
+      const bool named = std::any_of(wishes_.begin(), wishes_.end(), [&](const auto& w) {
+        return std::count(w.second.begin(), w.second.end(), file) > 0;
+      });
+      if (named) continue;
+      folder_.notes.push_back(shortName(file) +
+                              ": not read, it is no table of an IMU, ranges, images or poses as "
+                              "far as can be told; --topic ROLE=FILE takes it");
     }
   }
 

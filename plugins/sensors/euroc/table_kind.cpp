@@ -81,7 +81,7 @@ TableKind byHeader(const Layout& layout, const std::string& name) {
   const tables::PoseColumns pose = tables::poseColumns(layout);
   if (!pose.named) return TableKind::none;
   const bool no_time =
-      layout.find({"timestamp", "time", "t", "stamp", "timestamp_ns", "time_s"}) < 0;
+      layout.find({"timestamp", "time", "t", "stamp", "timestamp_ns", "time_s", "secs", "sec"}) < 0;
   const int id = layout.find({"id", "anchor", "anchor_id", "name", "label"});
   if (no_time && id >= 0) return TableKind::anchors;
   if (!pose.hasAttitude() && holdsAny(name, {"acc"})) return TableKind::accelerometer;

@@ -169,6 +169,29 @@ TEST_F(CsvFolder, UnitsOfTheHeader) {
   EXPECT_EQ(c.imu[3].t, kStart + 15'000'000);
 }
 
+TEST_F(CsvFolder, SecondsAndNanosecondsInTwoColumns) {
+  table("imu.csv", "secs,nsecs,wx,wy,wz,ax,ay,az\n", [](TimeNs t) {
+    return std::to_string(t / 1000000000) + "," + std::to_string(t % 1000000000) +
+           ",0.1,0.2,0.3,0,0,9.8";
+  });
+  const Content c = read();
+  ASSERT_EQ(c.imu.size(), static_cast<std::size_t>(kReadings));
+  EXPECT_EQ(c.imu[1].t, kStart + 5'000'000);
+  EXPECT_DOUBLE_EQ(c.imu[1].gyro.z(), 0.3);
+}
+
+TEST_F(CsvFolder, TablesThatAreNotReadAreSaid) {
+  table("imu.csv", "t,wx,wy,wz,ax,ay,az\n",
+        [](TimeNs t) { return std::to_string(t) + ",0.1,0.2,0.3,0,0,9.8"; });
+  table("gps.csv", "t,latitude,longitude,altitude\n",
+        [](TimeNs t) { return std::to_string(t) + ",47.1,8.2,400"; });
+  EXPECT_NE(read().notes.find("gps.csv: not read"), std::string::npos) << read().notes;
+  // As a truth it is refused in words.
+  const Content c = read("truth=gps.csv");
+  EXPECT_TRUE(c.truth.empty());
+  EXPECT_EQ(c.log.get("ground_truth_no_pose"), kReadings);
+}
+
 TEST_F(CsvFolder, WhatCannotBeToldIsAskedFor) {
   images("pictures", [](int i, TimeNs) { return std::to_string(i) + ".png"; });
   EXPECT_FALSE(isTableFolder(root().string()));

@@ -126,6 +126,18 @@ TEST(MessageView, HighestByteFirstIsReadToo) {
   EXPECT_EQ(m.integer("b"), 256);
 }
 
+TEST(MessageView, AFieldThatIsMissingIsSaidWithThoseThatAreThere) {
+  const auto d = Definition::parse("pkg/A", "uint8 id\nuint8 distance\n", Wire::ros1);
+  const Bytes b = {1, 2};
+  const MessageView m(*d, {b.data(), b.size()});
+  try {
+    m.integer("anchor_id");
+    FAIL() << "found";
+  } catch (const BagError& e) {
+    EXPECT_STREQ(e.what(), "pkg/A has no field anchor_id; it has id, distance");
+  }
+}
+
 TEST(MessageView, ListsThatClaimMoreThanThereIsAreNoticedAtOnce) {
   const auto d =
       Definition::parse("pkg/A", "B[] l\nuint8 z\n===\nMSG: pkg/B\nstring s\n", Wire::ros1);

@@ -30,6 +30,18 @@ std::vector<ImuSample> carried() {
   return out;
 }
 
+/// Tumbles, with gravity as it is then.
+ImuSample turning(TimeNs t) {
+  ImuSample s;
+  s.t = t;
+  const double seconds = toSeconds(t - 1400000000000000000);
+  // About an axis that stays, so that the attitude is known.
+  const Vec3 axis = Vec3(1, 2, 3).normalized();
+  s.gyro = 0.6 * axis;
+  s.acc = expSO3(0.6 * seconds * axis).transpose() * Vec3(0, 9.81, 0);
+  return s;
+}
+
 template <typename Change>
 std::vector<Finding> findingsAfter(Change change,
                                    const std::optional<Mounting>& mounting = std::nullopt) {
@@ -76,6 +88,72 @@ TEST(ImuCheck, NamesANegatedAccelerometerByTheCamera) {
   EXPECT_EQ(seriousKinds(findingsAfter([](ImuSample*) {}, down)), Kinds{});
   EXPECT_EQ(seriousKinds(findingsAfter([](ImuSample* s) { s->acc = -s->acc; }, down)),
             Kinds{"acc_negated"});
+}
+
+/// With the images' word there is no doubt left.
+TEST(ImuCheck, TheImagesTellANegatedAccelerometerFromACameraUpsideDown) {
+  Mounting forward;
+  forward.R_B_C << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  forward.camera = "CAM0";
+  forward.force.against = 9;
+  const auto negate = [](ImuSample* s) { s->acc = -s->acc; };
+  const auto negated = findingsAfter(negate, forward);
+  ASSERT_EQ(seriousKinds(negated), Kinds{"acc_negated"});
+  EXPECT_EQ(negated[0].severity, Severity::unusable);
+  Mounting over = forward;
+  over.R_B_C = forward.R_B_C * Vec3(-1, -1, 1).asDiagonal();
+  over.force = {9, 1};
+  const auto fine = findingsAfter([](ImuSample*) {}, over);
+  EXPECT_EQ(seriousKinds(fine), Kinds{});
+  ASSERT_FALSE(fine.empty());
+  EXPECT_EQ(fine[0].kind, "camera_upside_down");
+}
+
+TEST(ImuCheck, NamesAxesOfTheAccelerometerThatAreNotTheGyros) {
+  const auto upright = [](ImuSample* s) { *s = turning(s->t); };
+  EXPECT_EQ(seriousKinds(findingsAfter(upright)), Kinds{});
+  const auto exchanged = [](ImuSample* s) {
+    *s = turning(s->t);
+    std::swap(s->acc.x(), s->acc.y());
+  };
+  EXPECT_EQ(seriousKinds(findingsAfter(exchanged)), Kinds{"acc_axes"});
+  const auto one = [](ImuSample* s) {
+    *s = turning(s->t);
+    s->acc.z() = -s->acc.z();
+  };
+  EXPECT_EQ(seriousKinds(findingsAfter(one)), Kinds{"acc_axes"});
+  // As good as the right one: only images tell.
+  const auto all = [](ImuSample* s) {
+    *s = turning(s->t);
+    s->acc = -s->acc;
+  };
+  EXPECT_EQ(seriousKinds(findingsAfter(all)), Kinds{});
+}
+
+/// One reading in thousands, as a bit error makes it, is said and spoils nothing else.
+TEST(ImuCheck, NamesSingleReadingsThatJump) {
+  // Within a quarter of a second, and at either end of it.
+  for (const auto& [size, at] : std::vector<std::pair<double, int>>{
+           {20, 1010}, {1e18, 1010}, {20, 1000}, {1e18, 999}, {20, 1001}, {20, 998}}) {
+    ImuCheck check("IMU0");
+    int i = 0;
+    for (ImuSample s : carried()) {
+      if (i++ == at) (size > 100 ? s.acc : s.gyro).x() += size;
+      check.add(s);
+    }
+    const auto findings = check.findings(std::nullopt, std::nullopt);
+    EXPECT_EQ(seriousKinds(findings), Kinds{"imu_spikes"}) << size << " " << at;
+    EXPECT_EQ(findings[0].evidence.rfind("1 of 4000", 0), 0u) << findings[0].evidence;
+  }
+}
+
+/// What is left of a hand's or drone's force without gravity is about 1 m/s^2, and is no unit.
+TEST(ImuCheck, GravityRemovedIsNotTakenForG) {
+  const auto removed = [](ImuSample* s) {
+    const double t = toSeconds(s->t - 1400000000000000000);
+    s->acc = Vec3(1.4 * std::sin(0.9 * t), 0.8 * std::cos(0.5 * t) * std::sin(1.3 * t), 0.1);
+  };
+  EXPECT_EQ(seriousKinds(findingsAfter(removed)), Kinds{"gravity_removed"});
 }
 
 TEST(ImuCheck, SeesTheNoiseAndHoldsItAgainstWhatIsGiven) {

@@ -32,6 +32,16 @@ TEST(RangeCheck, NamesTheUnit) {
   EXPECT_EQ(kindsOf(1000, false), Kinds{"ranges_in_mm"});
 }
 
+/// Four antennas under one id, as a file without their column has them.
+TEST(RangeCheck, NamesRangesThatAreFarNoisierThanGiven) {
+  RangeCheck check("UWB0");
+  for (int i = 0; i < 600; ++i) {
+    const double antenna = 1.5 * std::sin(2.0 * i);
+    check.add(Range{i * 50000000LL, 1, 4 + 2 * std::sin(0.02 * i) + antenna, 0.05, Vec3::Zero()});
+  }
+  EXPECT_EQ(seriousKinds(check.findings()), Kinds{"range_noise"});
+}
+
 TEST(RangeCheck, NamesRangesThatAreNone) {
   RangeCheck check("UWB0");
   for (int i = 0; i < 100; ++i) check.add(Range{i * 1000000LL, 1, 0, 0.1, Vec3::Zero()});

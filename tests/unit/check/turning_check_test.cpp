@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "found.h"
+#include "vir/core/angles.h"
 #include "vir/core/random.h"
 
 namespace vir::check {
@@ -89,6 +90,59 @@ TEST(TurningCheck, NamesDegrees) {
 TEST(TurningCheck, NamesAPoseGivenTheWrongWayRound) {
   EXPECT_EQ(seriousKinds(findingsOf(kAsItIs, forward(), forward().transpose())),
             Kinds{"camera_pose_inverted"});
+}
+
+/// Half a turn between the rotation given and the true one, by the axis of the camera.
+TEST(TurningCheck, NamesTheCauseOfHalfATurn) {
+  const auto given = [](double x, double y, double z) {
+    return Mat3(forward() * expSO3(kPi * Vec3(x, y, z).normalized()));
+  };
+  EXPECT_EQ(seriousKinds(findingsOf(kAsItIs, forward(), given(0, 0, 1))),
+            Kinds{"camera_upside_down"});
+  for (const Mat3& told : {given(1, 0, 0), given(0, 1, 0), given(1, 1, 0), given(1, -1, 0)}) {
+    const auto findings = findingsOf(kAsItIs, forward(), told);
+    // Without matches nothing tells a mirror from a camera that looks back: both are said.
+    ASSERT_EQ(seriousKinds(findings), Kinds{"images_mirrored"});
+    EXPECT_NE(findings.back().what.find("the other way"), std::string::npos)
+        << findings.back().what;
+  }
+}
+
+TEST(TurningCheck, NamesALensThatDoesNotFit) {
+  const auto faster = [](const Vec3& w) { return Vec3(1.3 * w); };
+  const auto findings = findingsOf(faster, forward(), forward());
+  ASSERT_EQ(seriousKinds(findings), Kinds{"camera_scale"});
+  EXPECT_EQ(findings[0].stream, "CAM0");
+  EXPECT_NE(findings[0].what.find("lens model"), std::string::npos);
+}
+
+TEST(TurningCheck, NamesANegatedGyro) {
+  const auto negated = [](const Vec3& w) { return Vec3(-w); };
+  const auto findings = findingsOf(negated, forward(), forward());
+  ASSERT_EQ(seriousKinds(findings), Kinds{"gyro_mirrored"});
+  EXPECT_NE(findings[0].what.find("negated"), std::string::npos) << findings[0].what;
+}
+
+/// Turning about one axis alone tells that a pose is wrong, but not which would be right.
+TEST(TurningCheck, DoubtsAPoseThatOneAxisSpeaksAgainst) {
+  const Vec3 up(0, 0, 1);
+  TurningCheck check("IMU0", "CAM0");
+  for (int i = 0; i < 4000; ++i) {
+    const double t = 0.005 * i;
+    const auto about = [&](double at) { return Vec3(0.8 * std::sin(0.9 * at) * up); };
+    if (i % 10 == 5 && i > 10) {
+      ImageTurn turn;
+      turn.t0 = fromSeconds(t - 0.05);
+      turn.t1 = fromSeconds(t);
+      turn.rotation_C = forward().transpose() * about(t - 0.025) * 0.05;
+      check.add(turn);
+    }
+    check.add(ImuSample{fromSeconds(t), about(t), Vec3(0, 0, 9.81)});
+  }
+  EXPECT_EQ(seriousKinds(check.findings(forward(), 0)), Kinds{});
+  const Mat3 over = forward() * Vec3(-1, -1, 1).asDiagonal();
+  EXPECT_EQ(seriousKinds(check.findings(over, 0)), Kinds{"turns_otherwise"});
+  EXPECT_FALSE(check.verdict(over, 0).R_B_C);
 }
 
 TEST(TurningCheck, NamesExchangedAxes) {

@@ -176,6 +176,12 @@ TEST(ReadTrajectory, AnyTable) {
       "#timestamp,x,y,z,qx,qy,qz,qw\n1400000000050000000,1,-2,3,-0.5,0.5,0.5,0.5\n",
       "timestamp;x;y;z;qx;qy;qz;qw\n1400000000.05;1;-2;3;-0.5;0.5;0.5;0.5\n",
       "num, t, x, y, z, qx, qy, qz, qw\n0, 1400000000.05, 1, -2, 3, -0.5, 0.5, 0.5, 0.5\n",
+      "1400000000.05,1,-2,3,-0.5,0.5,0.5,0.5\n",
+      "1400000000.05\t1\t-2\t3\t-0.5\t0.5\t0.5\t0.5\n",
+      "time_ms,x,y,z,qx,qy,qz,qw\n1400000000050.000000,1,-2,3,-0.5,0.5,0.5,0.5\n",
+      "secs,nsecs,x,y,z,qx,qy,qz,qw\n1400000000,50000000,1,-2,3,-0.5,0.5,0.5,0.5\n",
+      "t,x [mm],y [mm],z [mm],qx,qy,qz,qw\n1400000000.05,1000,-2000,3000,-0.5,0.5,0.5,0.5\n",
+      "t,x,y,z,q0,q1,q2,q3\n1400000000.05,1,-2,3,0.5,-0.5,0.5,0.5\n",
       "t_ms\tpx\tpy\tpz\tqw\tqx\tqy\tqz\n1400000000050\t1\t-2\t3\t0.5\t-0.5\t0.5\t0.5\n"};
   for (const std::string& text : texts) {
     ReadReport report;
@@ -189,12 +195,37 @@ TEST(ReadTrajectory, AnyTable) {
   }
 }
 
-TEST(ReadTrajectory, CommasWithoutAHeaderAreReadAsEuRoC) {
+/// Programs that write seconds have the attitude in TUM's order, whatever separates the numbers.
+TEST(ReadTrajectory, WithoutAHeaderTheOrderIsTakenFromTheStampsAndSaid) {
+  const Quat q(0.1, 0.5, -0.7, 0.5);
+  for (const bool seconds : {true, false}) {
+    ReadReport report;
+    const Trajectory t = any(seconds ? "1400000000.05,1,-2,3,0.5,-0.7,0.5,0.1\n"
+                                     : "1400000000050000000,1,-2,3,0.1,0.5,-0.7,0.5\n",
+                             &report);
+    ASSERT_EQ(t.size(), 1u);
+    EXPECT_EQ(t[0].t, 1400000000050000000);
+    EXPECT_LT(t[0].T_W_B.q.angularDistance(q), 1e-12);
+    ASSERT_FALSE(report.notes.empty());
+    EXPECT_NE(report.notes[0].find(seconds ? "qx qy qz qw" : "qw qx qy qz"), std::string::npos)
+        << report.notes[0];
+  }
+}
+
+TEST(ReadTrajectory, SaysWhyATableHoldsNoPoses) {
+  const std::vector<std::pair<const char*, const char*>> tables{
+      {"t,latitude,longitude,altitude\n1400000000.05,47.1,8.2,400\n", "latitude and longitude"},
+      {"1 0 0 7.5 0 1 0 2 0 0 1 -3\n1 0 0 7.6 0 1 0 2 0 0 1 -3\n", "KITTI"}};
+  for (const auto& [text, why] : tables) {
+    ReadReport report;
+    EXPECT_TRUE(any(text, &report).empty()) << text;
+    ASSERT_EQ(report.notes.size(), 1u) << text;
+    EXPECT_NE(report.notes[0].find(why), std::string::npos) << report.notes[0];
+  }
   ReadReport report;
-  const Trajectory t = any("1400000000.05,1,-2,3,0.5,-0.5,0.5,0.5\n", &report);
-  ASSERT_EQ(t.size(), 1u);
-  EXPECT_EQ(t[0].t, 1400000000050000000);
-  EXPECT_EQ(report.notes.size(), 1u);  // seconds
+  EXPECT_TRUE(any("t;x;y;z\n1400000000,05;1,5;2;3\n", &report).empty());
+  ASSERT_EQ(report.messages.size(), 1u);
+  EXPECT_NE(report.messages[0].find("is not a"), std::string::npos) << report.messages[0];
 }
 
 TEST(ReadTrajectory, PositionsAlone) {

@@ -78,6 +78,21 @@ TEST(Layout, AnIndexInFrontIsPassedOver) {
   EXPECT_EQ(stampColumn(layoutOfText("0 1 7\n1 2 7\n2 3 7\n")), 0);
 }
 
+TEST(Layout, SecondsAndTheirNanoseconds) {
+  const Layout ros = layoutOfText("header.stamp.secs,header.stamp.nsecs,x\n0,5,1\n0,50000,1\n");
+  EXPECT_EQ(stampColumn(ros), 0);
+  EXPECT_EQ(nanosecondColumn(ros, 0), 1);
+  EXPECT_EQ(stampUnit(ros, 0, 0.005).unit, StampUnit::seconds);
+  EXPECT_EQ(nanosecondColumn(layoutOfText("sec,nanosec,x\n0,5,1\n"), 0), 1);
+  EXPECT_EQ(nanosecondColumn(layoutOfText("nsec,x\n5,1\n"), 0), -1);
+  EXPECT_EQ(nanosecondColumn(layoutOfText("5,1\n"), 0), -1);
+}
+
+TEST(Layout, CommasBesideSemicolonsAreDecimal) {
+  EXPECT_EQ(layoutOfText("t;x\n1,5;2,5\n").separator, ';');
+  EXPECT_EQ(layoutOfText("t;x\n1,5;2,5\n").rows[0][1], "2,5");
+}
+
 TEST(Layout, ImagesAndRanges) {
   EXPECT_EQ(imageColumns(layoutOfText("#timestamp [ns],filename\n1,a.png\n")).file, 1);
   EXPECT_EQ(imageColumns(layoutOfText("#timestamp [ns],filename\n1\n")).file, -1);

@@ -47,6 +47,10 @@ TEST(StampUnit, IsKnownByTheDate) {
   EXPECT_EQ(guessUnit(column(1400000000000000, 5000), 0.005).unit, StampUnit::microseconds);
   EXPECT_EQ(guessUnit(column(1400000000000, 5), 0.005).unit, StampUnit::milliseconds);
   EXPECT_EQ(guessUnit({"1400000000.000000", "1400000000.005000"}, 0.005).unit, StampUnit::seconds);
+  EXPECT_EQ(guessUnit({"1400000000000.25", "1400000000005.25"}, 0.005).unit,
+            StampUnit::milliseconds);
+  EXPECT_EQ(guessUnit({"1400000000000000.5", "1400000000005000.5"}, 0.005).unit,
+            StampUnit::microseconds);
   EXPECT_EQ(guessUnit({"1.4e9", "1.400000001e9"}, 0.005).unit, StampUnit::seconds);
   EXPECT_TRUE(guessUnit(column(1400000000000, 50), 0.05).unix_time);
 }

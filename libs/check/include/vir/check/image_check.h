@@ -13,15 +13,17 @@ class ImageCheck {
   explicit ImageCheck(std::string label) : label_(std::move(label)) {}
   /// One channel of 8 bits.
   void add(const cv::Mat& gray);
-  /// One that could not be decoded.
-  void addUnreadable() { ++unreadable_; }
+  /// One that could not be loaded or decoded, and why.
+  void addUnreadable(const std::string& why) {
+    if (unreadable_++ == 0) first_unreadable_ = why;
+  }
   /// Corners that were found in an image.
   void addCorners(int corners) { corners_.push_back(corners); }
   /// `expected_*`: size in the calibration [px], 0: not known.
   std::vector<Finding> findings(int expected_width, int expected_height) const;
 
  private:
-  std::string label_;
+  std::string label_, first_unreadable_;
   std::vector<double> means_, contrasts_;
   std::vector<int> corners_;
   cv::Mat last_;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "vir/check/finding.h"
+#include "vir/check/force_sign.h"
 #include "vir/imu/preintegration.h"
 #include "vir/types/imu_sample.h"
 
@@ -12,8 +13,9 @@ namespace vir::check {
 
 /// What is needed to think about which way is up.
 struct Mounting {
-  Mat3 R_B_C = Mat3::Identity();  ///< camera in the body
+  Mat3 R_B_C = Mat3::Identity();  ///< camera in the body, as given or as found
   std::string camera;             ///< its label
+  ForceSign force;                ///< by the images
 };
 
 /// Memory: four entries a second.
@@ -25,29 +27,35 @@ class ImuCheck {
   /// |a| at rest, or in the quietest moments there are [m/s^2, if that is its unit]; 0: too short.
   double restMagnitude() const;
   /// `given`: the densities an estimator would use. `mounting`: where there is a camera.
+  /// `gyro_trusted`: nothing else has been found against it.
   std::vector<Finding> findings(const std::optional<imu::ImuNoise>& given,
-                                const std::optional<Mounting>& mounting) const;
+                                const std::optional<Mounting>& mounting,
+                                bool gyro_trusted = true) const;
 
  private:
   /// A quarter of a second.
   struct Block {
+    TimeNs t = 0;                                  ///< of its first reading
     Vec3 acc = Vec3::Zero(), gyro = Vec3::Zero();  ///< means
     double acc_spread = 0;                         ///< rms distance from the mean
     double acc_step2 = 0, gyro_step2 = 0;  ///< mean squared difference of neighbours, per axis
     double dt = 0;                         ///< mean time between readings [s]
   };
   void close();
+  void leaveOutSpikes();
   std::vector<Block> quietest() const;
   bool columnsSwapped(std::vector<Finding>* out) const;
   void checkGravity(std::vector<Finding>* out) const;
   void checkRates(std::vector<Finding>* out) const;
+  bool forceAxesWrong(std::vector<Finding>* out) const;
   void checkUp(const Mounting& mounting, std::vector<Finding>* out) const;
   void noteNoise(const std::optional<imu::ImuNoise>& given, std::vector<Finding>* out) const;
 
   std::string label_;
   std::vector<Block> blocks_;
   std::vector<ImuSample> open_;  ///< of the block that is being filled
-  long not_finite_ = 0, count_ = 0;
+  long not_finite_ = 0, count_ = 0, spikes_ = 0;
+  double highest_spike_ = 0;  ///< distance from its neighbours, in its unit
 };
 
 }  // namespace vir::check

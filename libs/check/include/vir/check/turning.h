@@ -15,6 +15,8 @@ struct ImageTurn {
   TimeNs t0 = 0, t1 = 0;
   Vec3 rotation_C = Vec3::Zero();  ///< rotation vector of R_C0_C1 [rad]
   int points = 0;                  ///< that agree
+  /// These, as x, y before and x, y after, on the plane at depth 1.
+  std::vector<Eigen::Vector4f> matches;
 };
 
 /// Follows corners from image to image and takes the rotation out of the essential matrix. Same

@@ -2,10 +2,12 @@
 /// The gyro against the turning of the images: unit, axes, the camera's rotation on the IMU, and
 /// how far their clocks are apart.
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "vir/check/finding.h"
+#include "vir/check/force_sign.h"
 #include "vir/check/turning.h"
 #include "vir/types/imu_sample.h"
 
@@ -18,6 +20,15 @@ struct TurnPair {
   Vec3 gyro_B = Vec3::Zero();   ///< mean angular rate by the gyro, body frame [rad/s]
 };
 
+/// What turning says of camera and gyro, and what others may rest on.
+struct TurningVerdict {
+  std::vector<Finding> findings;
+  /// The camera in the body, as given or as found; empty where turning cannot confirm any.
+  std::optional<Mat3> R_B_C;
+  ForceSign force;           ///< with that rotation
+  bool gyro_trusted = true;  ///< unit and axes of the gyro are right, as far as is known
+};
+
 class TurningCheck {
  public:
   TurningCheck(std::string imu_label, std::string camera_label)
@@ -28,7 +39,10 @@ class TurningCheck {
   const std::vector<TurnPair>& pairs() const { return pairs_; }
   /// `R_B_C`: the camera's rotation on the IMU as given. `time_offset_s`: stamp of an image + this
   /// = IMU's clock, as given.
-  std::vector<Finding> findings(const Mat3& R_B_C, double time_offset_s) const;
+  TurningVerdict verdict(const Mat3& R_B_C, double time_offset_s) const;
+  std::vector<Finding> findings(const Mat3& R_B_C, double time_offset_s) const {
+    return verdict(R_B_C, time_offset_s).findings;
+  }
 
  private:
   void pairUp();

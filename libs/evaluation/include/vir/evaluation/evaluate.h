@@ -28,8 +28,9 @@ struct EvaluationOptions {
   AssociationOptions association;
   std::vector<double> distances_m{1, 2, 5, 10, 20};  ///< for RPE, ascending not needed
   double rpe_time_s = 1;
-  /// The reference's attitudes mean nothing, whatever they are. They mean nothing either where they
-  /// are all the same while it moves and the estimate turns, or has up elsewhere, by 45 deg.
+  /// The attitudes of the reference or the estimate mean nothing, whatever they are. The
+  /// reference's mean nothing either where they are all the same while it moves and the estimate
+  /// turns, or has up elsewhere, by 45 deg.
   bool positions_only = false;
 };
 

@@ -42,8 +42,8 @@ std::string formatSeconds(TimeNs t);
 Trajectory readTum(std::istream& in, ReadReport* report);
 
 /// Any table of poses (vir/tables/layout.h): columns by the names of a header, else TUM's where
-/// there are blanks and EuRoC's where there are commas or semicolons; stamps in the unit that they
-/// can only be in; positions alone.
+/// there are blanks or seconds and EuRoC's elsewhere, which a note says; stamps in the unit that
+/// they can only be in; positions alone.
 Trajectory readTrajectory(std::istream& in, ReadReport* report);
 
 /// First column of a csv in nanoseconds (EuRoC's cam0/data.csv), ascending; other lines (a header,

@@ -13,7 +13,8 @@ namespace vir::tables {
 /// surrounding blanks and quotes.
 void splitLine(std::string_view line, char separator, std::vector<std::string_view>* fields);
 
-/// The separator of a line of numbers: ',' or ';' or a tab where there is one, else ' '.
+/// The separator of a line of numbers: ';' (beside which commas are decimal points), ',' or a tab
+/// where there is one, else ' '.
 char separatorOf(std::string_view line);
 
 /// A column's name as written in a header, without its unit, in lower case, other characters than
@@ -49,13 +50,19 @@ struct PoseColumns {
   int p[3] = {1, 2, 3};
   int q[4] = {-1, -1, -1, -1};  ///< x y z w
   bool named = false;           ///< the header said so
+  double unit_m = 1;            ///< of what the header says the positions are in
   bool hasAttitude() const { return q[3] >= 0; }
   int last() const;
 };
-/// By the names of the header, else EuRoC's order (t x y z qw qx qy qz) where there are commas or
-/// semicolons and TUM's (t x y z qx qy qz qw) where there are none. A first column that only counts
-/// is passed over.
+/// By the names of the header (q0 q1 q2 q3 have w first), else TUM's order (t x y z qx qy qz qw)
+/// where there are only blanks or the stamps are seconds, and EuRoC's (t x y z qw qx qy qz)
+/// elsewhere. A first column that only counts is passed over.
 PoseColumns poseColumns(const Layout& layout);
+/// Which order was taken where no header says it and habits differ; empty elsewhere.
+std::string assumedOrder(const Layout& layout, const PoseColumns& columns);
+/// Why a table that looks like one of poses holds none that can be used (latitude and longitude,
+/// KITTI's matrices without stamps), and what to do; else empty.
+std::string whyNoPoses(const Layout& layout);
 
 struct ImuColumns {
   int stamp = 0;
@@ -102,8 +109,11 @@ struct ImageColumns {
 };
 ImageColumns imageColumns(const Layout& layout);
 
-/// 0, or 1 if the first column only counts and the second is a stamp.
+/// By its name; else 0, or 1 if the first column only counts and the second is a stamp.
 int stampColumn(const Layout& layout);
+/// The column of the nanoseconds that belong to whole seconds in column `stamp` (`secs,nsecs`); -1:
+/// there is none.
+int nanosecondColumn(const Layout& layout, int stamp);
 /// The unit of the stamps in column `index`.
 UnitGuess stampUnit(const Layout& layout, int index, double typical_step_s);
 
