@@ -81,7 +81,9 @@ inline Trajectory groundTruth(const std::filesystem::path& recording) {
 /// words.
 inline std::string notFinite(const std::string& folder) {
   for (const auto& item : std::filesystem::recursive_directory_iterator(folder)) {
-    if (!item.is_regular_file() || item.path().extension() == ".log") continue;
+    // A scene is compressed: three letters in it mean nothing.
+    const auto kind = item.path().extension();
+    if (!item.is_regular_file() || kind == ".log" || kind == ".3Dscene") continue;
     std::istringstream in(readText(item.path()));
     for (std::string line; std::getline(in, line);) {
       std::string words = line;

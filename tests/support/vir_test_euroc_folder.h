@@ -145,7 +145,16 @@ class EurocFolder {
   }
 
   void writeGroundTruth() const {
-    std::string text = "#timestamp, p_RS_R_x [m], ..., q_RS_w [], ...," + o.line_end;
+    std::string text =
+        "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
+        "q_RS_z []";
+    if (!o.tum_vi) {
+      text +=
+          ", v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], "
+          "b_w_RS_S_y [rad s^-1], b_w_RS_S_z [rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], "
+          "b_a_RS_S_z [m s^-2]";
+    }
+    text += o.line_end;
     char line[300];
     for (int i = 0; i < imuRows(); ++i) {
       const double t = 1e-9 * static_cast<double>(i * o.imu_period_ns);

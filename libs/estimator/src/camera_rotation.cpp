@@ -102,7 +102,7 @@ void BackEnd::tellRotation(TimeNs t, bool inverted, const Vec3& turn) {
                      " deg against its calibration: the rotation that turning shows is used" +
                      orMirrored(turn);
   warn(text);
-  doubts.add("camera_rotation", t, text);
+  doubts.addCause("camera_rotation", t, text);
 }
 
 }  // namespace vir::estimator

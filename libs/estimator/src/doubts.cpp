@@ -59,6 +59,12 @@ void Doubts::add(const std::string& kind, TimeNs t, const std::string& text) {
   if (fresh) texts_.push_back(text + " (from " + seconds(t) + " s on)");
 }
 
+void Doubts::addCause(const std::string& kind, TimeNs t, const std::string& text) {
+  const std::size_t before = texts_.size();
+  add(kind, t, text);
+  if (texts_.size() > before) std::rotate(texts_.begin(), texts_.end() - 1, texts_.end());
+}
+
 void Doubts::restarted(TimeNs t, const std::string& why) {
   add("restart", t, "started anew on the way (" + why + "): what came before is not tied to it");
   inertial_ = reprojection_ = seen_ = Level();

@@ -25,6 +25,8 @@ class Doubts {
   void restarted(TimeNs t, const std::string& why);
   /// Something found outside, for example of the calibration; once per kind.
   void add(const std::string& kind, TimeNs t, const std::string& text);
+  /// What explains the others: told before them.
+  void addCause(const std::string& kind, TimeNs t, const std::string& text);
   /// What speaks against the newest state; empty: nothing.
   const std::string& current() const { return current_; }
   /// What the variances of the newest state are to be multiplied with while it is in doubt: by how
