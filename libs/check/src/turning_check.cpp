@@ -259,7 +259,7 @@ Finding turnsOtherwise(const AxesFit& fit, double share_given, const std::string
 /// `share_given`: of the turning that the rotation given leaves unexplained.
 void judgeRotation(const AxesFit& fit, double share_given, const Mat3& given,
                    const std::string& camera_label,
-                   const std::function<ForceSign(const Mat3&)>& forceWith, TurningVerdict* out) {
+                   const std::function<ForceSign(const Mat3&)>& force_with, TurningVerdict* out) {
   const Mat3 found = fit.rotation.transpose();
   const double off = angleDeg(given * fit.rotation);
   const bool told = fit.second_axis >= kFewAxes;
@@ -284,7 +284,7 @@ void judgeRotation(const AxesFit& fit, double share_given, const Mat3& given,
     return;
   }
   const MountingFault fault =
-      mountingFault(given, found, forceWith(found).sign(), camera_label,
+      mountingFault(given, found, force_with(found).sign(), camera_label,
                     "by " + num(off) + " deg: what is given leaves " + percent(share_given) +
                         " of the turning, what was found " + percent(fit.rotation_rest));
   // What a mirror explains needs no second fault.
@@ -331,11 +331,11 @@ TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) co
   out.findings.insert(out.findings.end(), axes.begin(), axes.end());
   out.gyro_trusted = out.gyro_trusted && axes.empty();
   if (!axes.empty()) return out;
-  const auto forceWith = [&](const Mat3& R) {
+  const auto force_with = [&](const Mat3& R) {
     return degrees ? ForceSign{} : forceSign(turns_, beside_, R, offset_s);
   };
-  judgeRotation(fit, share_given, R_B_C, camera_label_, forceWith, &out);
-  if (out.R_B_C) out.force = forceWith(*out.R_B_C);
+  judgeRotation(fit, share_given, R_B_C, camera_label_, force_with, &out);
+  if (out.R_B_C) out.force = force_with(*out.R_B_C);
   return out;
 }
 
