@@ -86,8 +86,9 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
   if (!camera) {
     camera = std::make_unique<Camera>(image.sensorLabel);
     camera->calibration = rawlog::fromMrptCamera(image.cameraParams);
-    camera->R_B_C = rawlog::fromMrptPose(image.cameraPose).R();
-    camera->lever_m = rawlog::fromMrptPose(image.cameraPose).p.norm();
+    const Pose T_B_C = rawlog::fromMrptPose(image.cameraPose);
+    camera->R_B_C = T_B_C.R();
+    camera->lever_m = T_B_C.p.norm();
     camera->calibrated = camera->calibration.fx > 0 && camera->calibration.cx > 0;
     if (camera->calibrated && depth_ == Depth::full && cameras_.size() == 1) {
       camera->turning =

@@ -54,7 +54,7 @@ Feedback BackEnd::process(Packet packet) {
   out.resets = segment;
   out.time_offset_s = time_offset_s;
   if (turned) out.q_B_C = T_B_C.q;
-  if (running && contradicted_since != 0) out.turning_C = turning_C;
+  out.turning_C = turning_C;
   if (window) out.gyro_bias = running ? window->newest().bg : startup->gyroBias();
   const WrongTracks* last = wrong_tracks.empty() ? nullptr : &wrong_tracks.back();
   if (last != nullptr && last->packet == packets) out.wrong_tracks = last->ids;
@@ -242,7 +242,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   bool guessed = gap;
   if (gap) {
     guessAcrossHole(previous, frame, &predicted);
-  } else if (!rest.standing() && contradicted(previous, frame, &predicted)) {
+  } else if (contradicted(previous, frame, &predicted)) {
     link = linkBySight(previous, predicted);
     guessed = true;
   }
@@ -364,6 +364,8 @@ void BackEnd::restart(const std::string& why) {
   window->clear();
   startup->reset();
   rest.reset();
+  contradicted_since = 0;
+  turning_C.reset();
   running = false;
 }
 

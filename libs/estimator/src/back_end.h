@@ -4,6 +4,7 @@
 #include <cmath>
 #include <deque>
 #include <map>
+#include <optional>
 
 #include "camera_timing.h"
 #include "doubts.h"
@@ -67,9 +68,12 @@ struct BackEnd {
                        State* predicted) const;
   /// Is the last hole behind, and with it the hold on the landmarks? Told once.
   bool lostInHole(const vision::TrackedFrame& frame, TimeNs t);
-  /// Do the sights contradict the readings before `frame`? Then `predicted` is what they say
-  /// (false_readings.cpp). A burst of readings only: not for long.
+  /// What the sights say where they contradict the readings before `frame` (false_readings.cpp).
+  std::optional<window::Resected> contradiction(const State& previous,
+                                                const vision::TrackedFrame& frame,
+                                                const Pose& predicted);
   bool hangs(const State& previous, const vision::TrackedFrame& frame) const;
+  /// Do they? Then `predicted` is what the sights say. A burst of readings only: not for long.
   bool contradicted(const State& previous, const vision::TrackedFrame& frame, State* predicted);
   imu::Preintegration linkBySight(const State& previous, const State& seen) const;
   /// Says once that the images have the lens otherwise than given.
@@ -135,7 +139,7 @@ struct BackEnd {
   long imu_contradicted = 0;      // images whose readings were left out
   TimeNs contradicted_since = 0;  // 0: they fit
   Vec3 turning_B = Vec3::Zero();  // before the newest state [rad/s]
-  Vec3 turning_C = Vec3::Zero();  // of the camera, while they do not fit [rad/s]
+  std::optional<Vec3> turning_C;  // of the camera, while they do not fit [rad/s]
   double usual_off_px = 0;        // how far sights are from where readings put them
   std::unique_ptr<CameraTiming> timing;
   imu::ImuNoise imu_noise;         // as given, or as seen at rest

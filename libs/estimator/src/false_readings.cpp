@@ -46,25 +46,37 @@ bool BackEnd::hangs(const State& previous, const vision::TrackedFrame& frame) co
   return window->resect(steady, frame.features, kAny).found.median_px > kFarPx;
 }
 
-bool BackEnd::contradicted(const State& previous, const vision::TrackedFrame& frame,
-                           State* predicted) {
+std::optional<window::Resected> BackEnd::contradiction(const State& previous,
+                                                       const vision::TrackedFrame& frame,
+                                                       const Pose& predicted) {
+  if (rest.standing()) return std::nullopt;
   const double far_px = std::max(kFarPx, kUsual * usual_off_px);
-  const window::Resected seen = window->resect(predicted->T_W_B, frame.features, far_px);
-  if (seen.found.sights < kSightsThatCount) return false;
+  const window::Resected seen = window->resect(predicted, frame.features, far_px);
+  if (seen.found.sights < kSightsThatCount) return std::nullopt;
   const double off_px = seen.predicted.median_px;
   if (off_px < far_px || off_px < kBetter * seen.found.median_px) {
     usual_off_px += kShare * (std::min(off_px, far_px) - usual_off_px);
+    return std::nullopt;
+  }
+  if (hangs(previous, frame)) return std::nullopt;
+  return seen;
+}
+
+bool BackEnd::contradicted(const State& previous, const vision::TrackedFrame& frame,
+                           State* predicted) {
+  turning_C.reset();
+  const auto seen = contradiction(previous, frame, predicted->T_W_B);
+  if (!seen) {
     contradicted_since = 0;
     return false;
   }
-  if (hangs(previous, frame)) return false;
   if (contradicted_since == 0) {
     contradicted_since = frame.t;
     char text[160];
     std::snprintf(text, sizeof text,
                   "readings of the IMU before %.3f s put the sights %.1f px off: left out, bridged "
                   "by the images",
-                  toSeconds(frame.t), seen.predicted.median_px);
+                  toSeconds(frame.t), seen->predicted.median_px);
     warn(text);
   }
   const double since_s = toSeconds(frame.t - contradicted_since);
@@ -78,9 +90,9 @@ bool BackEnd::contradicted(const State& previous, const vision::TrackedFrame& fr
   ++imu_contradicted;
   const double dt = toSeconds(frame.t - previous.t);
   const Quat q_C_B = window->extrinsics().q.conjugate();
-  turning_C = q_C_B * Vec3(logQuat(previous.T_W_B.q.conjugate() * seen.T_W_B.q) / dt);
-  predicted->T_W_B = seen.T_W_B;
-  predicted->v = (seen.T_W_B.p - previous.T_W_B.p) / dt;
+  turning_C = q_C_B * Vec3(logQuat(previous.T_W_B.q.conjugate() * seen->T_W_B.q) / dt);
+  predicted->T_W_B = seen->T_W_B;
+  predicted->v = (seen->T_W_B.p - previous.T_W_B.p) / dt;
   return true;
 }
 

@@ -153,14 +153,9 @@ class Reader {
 
   bool addNanoseconds(long number, TimeNs* t) {
     const auto text = fields_[static_cast<std::size_t>(habit_.nanoseconds)];
-    TimeNs ns = 0;
-    if (!tables::parseStamp(text, tables::StampUnit::nanoseconds, &ns) || ns < 0 ||
-        ns >= fromSeconds(1)) {
-      return skip(&report_->malformed, "nanoseconds", number,
-                  quoted(text) + " is no number of nanoseconds of a second");
-    }
-    *t += ns;
-    return true;
+    if (tables::addNanoseconds(text, t)) return true;
+    return skip(&report_->malformed, "nanoseconds", number,
+                quoted(text) + " is no number of nanoseconds of a second");
   }
 
   bool value(int column, long number, double* v) {

@@ -143,6 +143,16 @@ bool parseStamp(std::string_view text, StampUnit unit, TimeNs* t) {
   return true;
 }
 
+bool addNanoseconds(std::string_view text, TimeNs* t) {
+  TimeNs ns = 0;
+  if (!parseStamp(text, StampUnit::nanoseconds, &ns) || ns < 0 || ns >= fromSeconds(1)) {
+    return false;
+  }
+  if (*t > std::numeric_limits<TimeNs>::max() - ns) return false;
+  *t += ns;
+  return true;
+}
+
 UnitGuess guessUnit(const std::vector<std::string>& stamps, double typical_step_s,
                     std::optional<StampUnit> header) {
   const Numbers n = numbersOf(stamps);

@@ -30,7 +30,7 @@ class Resection {
     for (const Match& m : matches_) off_.push_back(residual(m, T_W_B, nullptr).norm());
     SightFit out;
     out.sights = static_cast<int>(off_.size());
-    if (!off_.empty()) out.median_px = median(off_) * w_.options.sigma_px;
+    out.median_px = medianInPlace(&off_) * w_.options.sigma_px;
     return out;
   }
 

@@ -3,7 +3,6 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <set>
 
 namespace vir::euroc {
@@ -57,11 +56,7 @@ bool stamp(const Fields& f, const Stamps& stamps, TimeNs* t, RowFault* fault) {
   bool is_time = tables::parseStamp(text, stamps.unit, t);
   if (stamps.nanoseconds >= 0) {
     const auto column = static_cast<std::size_t>(stamps.nanoseconds);
-    TimeNs ns = 0;
-    is_time = is_time && column < f.size() &&
-              tables::parseStamp(f[column], tables::StampUnit::nanoseconds, &ns) && ns >= 0 &&
-              ns < fromSeconds(1) && *t <= std::numeric_limits<TimeNs>::max() - ns;
-    if (is_time) *t += ns;
+    is_time = is_time && column < f.size() && tables::addNanoseconds(f[column], t);
   }
   if (is_time && *t >= 0) return true;
   if (is_time) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace vir::tables {
 namespace {
 
@@ -69,6 +71,19 @@ TEST(StampUnit, OfAClockSincePowerUpIsKnownByTheStep) {
   EXPECT_EQ(guessUnit({"0.000", "0.050", "0.100"}, 0.05).unit, StampUnit::seconds);
   EXPECT_FALSE(guessUnit(column(0, 5), 0.005).unix_time);
   EXPECT_FALSE(guessUnit({"7"}, 0.05).sure);
+}
+
+TEST(Stamps, NanosecondsOfASecondAreAdded) {
+  TimeNs t = 5'000'000'000;
+  EXPECT_TRUE(addNanoseconds("999999999", &t));
+  EXPECT_EQ(t, 5'999'999'999);
+  for (const char* bad : {"1000000000", "-1", "x", ""}) {
+    EXPECT_FALSE(addNanoseconds(bad, &t)) << bad;
+  }
+  EXPECT_EQ(t, 5'999'999'999);
+  TimeNs last = std::numeric_limits<TimeNs>::max() - 1;
+  EXPECT_FALSE(addNanoseconds("2", &last));
+  EXPECT_TRUE(addNanoseconds("1", &last));
 }
 
 }  // namespace

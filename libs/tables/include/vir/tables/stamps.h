@@ -18,6 +18,9 @@ const char* name(StampUnit unit);
 /// False for anything else, and for what 64 bits of nanoseconds cannot hold. Never by way of a
 /// double, whose steps at today's Unix time are 0.2 us.
 bool parseStamp(std::string_view text, StampUnit unit, TimeNs* t);
+/// Adds the nanoseconds that belong to whole seconds in `t`. False, and nothing added, for what is
+/// no number from 0 to 999999999, or too late for 64 bits.
+bool addNanoseconds(std::string_view text, TimeNs* t);
 
 struct UnitGuess {
   StampUnit unit = StampUnit::nanoseconds;
