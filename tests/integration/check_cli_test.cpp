@@ -191,6 +191,24 @@ TEST(CheckCli, ImportSaysItToo) {
   EXPECT_EQ(c.code, 1) << c.text;
 }
 
+/// A run whose result cannot be trusted looks at the images as well, and names the cause first.
+/// What a run sees on its way cannot tell this one from a camera upside down.
+TEST(CheckCli, ARunThatCannotBeTrustedNamesTheCause) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant v(source);
+  v.imu([](std::vector<double>* x) {
+    for (std::size_t i = 3; i < 6; ++i) (*x)[i] = -(*x)[i];
+  });
+  const auto i = virSlam("import euroc " + v.folder() + " --out " + quoted(v.out("v.rawlog")));
+  ASSERT_EQ(i.code, 0) << i.text;
+  const auto r = virSlam("run " + quoted(std::string(vir::test::sourceDir()) + "/ini/euroc.ini") +
+                         " --rawlog " + quoted(v.out("v.rawlog")) + " --out " + quoted(v.out("r")));
+  const auto summary = nlohmann::json::parse(std::ifstream(v.out("r/summary.json")));
+  EXPECT_NE(summary["verdict"], "good");
+  ASSERT_FALSE(summary["doubts"].empty());
+  EXPECT_TRUE(vir::test::contains(summary["doubts"][0].get<std::string>(), "is negated")) << r.text;
+}
+
 TEST(CheckCli, HeadersAndStampsInAnyUnitAreRead) {
   VIR_REQUIRE_DATA(source, kRoom);
   const Variant swapped(source, kFewSeconds);

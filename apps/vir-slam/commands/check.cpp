@@ -7,10 +7,7 @@
 #include "output/check_report.h"
 #include "output/console.h"
 #include "recordings/companion.h"
-#include "recordings/recording_check.h"
-#include "recordings/source_reader.h"
-#include "setup/given_calibration.h"
-#include "vir/core/settings.h"
+#include "recordings/full_check.h"
 
 namespace vir::app {
 namespace {
@@ -28,37 +25,19 @@ struct Arguments {
   std::vector<std::string> set;
 };
 
-/// Densities of the ini beside a rawlog, else the estimator's own; and the camera's time offset.
-void setGiven(const std::string& rawlog, const GivenCalibration& calibration,
-              RecordingCheck* recording) {
-  Settings settings;
-  for (const std::string& assignment : calibration.assignments()) settings.set(assignment);
-  const std::string companion = companionOf(rawlog);
-  if (!companion.empty()) settings.mergeDefaults(Settings::fromFile(companion));
-  imu::ImuNoise noise;
-  SettingsReader reader(settings);
-  imu::describe(reader, noise);
-  recording->setNoise(noise);
-  double time_offset_s = 0;
-  reader.section("Camera", "");
-  reader.value("time_offset_s", time_offset_s, {-10.0, 10.0}, "image stamp + offset = IMU clock");
-  recording->setTimeOffset(time_offset_s);
-}
-
 void run(const Arguments& a, Common& common) {
   GivenCalibration calibration(a.calibration);
   for (const std::string& line : calibration.said()) std::printf("%s\n", line.c_str());
   loadPlugins(common);
   RecordingCheck recording(RecordingCheck::Depth::full);
-  setGiven(a.source, calibration, &recording);
-  const bool rawlog = isRawlog(a.source);
+  Settings settings;
+  for (const std::string& assignment : calibration.assignments()) settings.set(assignment);
+  const std::string companion = companionOf(a.source);
+  if (!companion.empty()) settings.mergeDefaults(Settings::fromFile(companion));
+  assumeAsIn(settings, &recording);
   ProgressBar bar;
-  const SourceReport source =
-      readSource({a.source, a.set, a.calibration}, [&](mrpt::obs::CObservation& o, double part) {
-        if (rawlog) calibration.apply(&o);  // a source has it from its driver
-        recording.add(o);
-        bar.show(part);
-      });
+  const SourceReport source = checkAll({a.source, a.set, a.calibration}, &calibration, &recording,
+                                       [&](double part) { bar.show(part); });
   bar.clear();
   for (const std::string& p : source.notes) std::printf("note: %s\n", p.c_str());
   std::vector<check::Finding> findings = recording.findings();

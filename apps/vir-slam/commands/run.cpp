@@ -8,6 +8,7 @@
 #include "output/run_table.h"
 #include "recordings/check_observer.h"
 #include "recordings/companion.h"
+#include "recordings/full_check.h"
 #include "recordings/recording_check.h"
 #include "setup/prepared_run.h"
 #include "setup/run_source.h"
@@ -54,6 +55,12 @@ void run(const RunArguments& arguments, Common& common) {
   };
   CheckObserver check_observer(check);
   hooks.observers.push_back(&check_observer);
+  hooks.explain = [&] {
+    bar.clear();
+    std::fprintf(stderr, "the result cannot be trusted: looking for causes in the recording\n");
+    return causesIn(prepared.options.rawlog, Settings::fromFile(folder.file("used.ini")),
+                    prepared.calibration);
+  };
   if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
 
   runs::OfflineRunOptions options = offlineOptions(prepared.options, prepared.inputs, hooks.log);

@@ -57,6 +57,12 @@ double asNumber(Kind kind, std::uint64_t bits) {
   throw BagError("field " + std::string(path) + " is no " + what);
 }
 
+std::string_view takeText(WireCursor& c) {
+  std::string_view text = c.take(c.count()).text();
+  if (c.cdr() && !text.empty() && text.back() == '\0') text.remove_suffix(1);
+  return text;
+}
+
 }  // namespace
 
 WireCursor::WireCursor(ByteView bytes, Wire wire) : bytes_(bytes), cdr_(wire == Wire::cdr) {
@@ -225,9 +231,18 @@ std::string_view MessageView::text(std::string_view path) const {
   WireCursor c = cursor_;
   const Field& f = seek(path, &c);
   if (f.kind != Kind::text || f.array) failKind(path, "text");
-  std::string_view text = c.take(c.count()).text();
-  if (c.cdr() && !text.empty() && text.back() == '\0') text.remove_suffix(1);
-  return text;
+  return takeText(c);
+}
+
+std::vector<std::string_view> MessageView::texts(std::string_view path, std::size_t most) const {
+  WireCursor c = cursor_;
+  const Field& f = seek(path, &c);
+  if (f.kind != Kind::text || !f.array) failKind(path, "list of texts");
+  const std::uint64_t n = f.fixed_count > 0 ? f.fixed_count : c.count();
+  if (n > most) failKind(path, "list of so few texts as are expected");
+  std::vector<std::string_view> out;
+  for (std::uint64_t i = 0; i < n; ++i) out.push_back(takeText(c));
+  return out;
 }
 
 std::optional<TimeNs> MessageView::time(std::string_view path) const {

@@ -249,7 +249,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_frame_);
   if (not_finite_ > 0) summary->counters.emplace_back("poses_not_finite", not_finite_);
   if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
-  fillVerdict(summary);
+  fillVerdict(summary, explain_);
   if (summary->calibration && summary->calibration_sigma) {
     OutputFile file(folder_.file("calibration.yaml"));
     file.line(calibrationYaml(*summary->calibration, *summary->calibration_sigma));

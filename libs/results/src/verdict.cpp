@@ -1,4 +1,5 @@
 /// Can the result of a run be trusted?
+#include <algorithm>
 #include <cstdio>
 
 #include "vir/results/run_recorder.h"
@@ -14,6 +15,10 @@ std::string text(const char* pattern, double a, double b) {
   char out[160];
   std::snprintf(out, sizeof out, pattern, a, b);
   return out;
+}
+
+bool contains(const std::vector<std::string>& lines, const std::string& line) {
+  return std::find(lines.begin(), lines.end(), line) != lines.end();
 }
 
 /// The doubts that only a whole run can raise, and the verdict.
@@ -58,12 +63,21 @@ const char* name(Verdict verdict) {
   return "lost";
 }
 
-void fillVerdict(RunSummary* s) {
+void fillVerdict(RunSummary* s, const std::function<std::vector<std::string>()>& explain) {
   s->doubts.insert(s->doubts.begin(), s->unusable_input.begin(), s->unusable_input.end());
   decideVerdict(s);
   if (s->verdict == Verdict::good) return;
   // What the input itself shows explains the rest.
-  s->doubts.insert(s->doubts.begin(), s->likely_causes.begin(), s->likely_causes.end());
+  std::vector<std::string> causes;
+  const auto add = [&](const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) {
+      if (!contains(causes, line) && !contains(s->unusable_input, line)) causes.push_back(line);
+    }
+  };
+  if (explain) add(explain());
+  add(s->likely_causes);
+  s->likely_causes = causes;
+  s->doubts.insert(s->doubts.begin(), causes.begin(), causes.end());
 }
 
 }  // namespace vir::results

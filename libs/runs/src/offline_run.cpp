@@ -186,6 +186,7 @@ class OfflineRun {
       summary_.cpu_ms_per_frame = 1e3 * estimator_cpu_s_ / static_cast<double>(summary_.frames);
     }
     recorder_.setFirstFrame(frames.first);
+    if (!summary_.interrupted) recorder_.setExplanation(hooks_.explain);
     for (results::RunObserver* o : hooks_.observers) o->onEnd(estimator_, &summary_);
     recorder_.onEnd(estimator_, &summary_);
     summary_.peak_rss_mb = peakRssMb();

@@ -84,17 +84,29 @@ void addCommon(const MessageView& m, const RangeFields& f, ReadRange* r) {
   }
 }
 
+/// The anchors of a list of distances, as text.
+std::vector<std::string> anchorTexts(const MessageView& m, const std::string& path) {
+  std::vector<std::string> out;
+  const Field* field = MessageView::typeOf(m.type(), path);
+  if (field != nullptr && field->kind == Kind::text) {
+    for (const std::string_view text : m.texts(path, kMostRanges)) out.emplace_back(text);
+  } else {
+    for (const double number : m.numbers(path, kMostRanges)) out.push_back(wholeNumber(number));
+  }
+  return out;
+}
+
 /// A list of numbers: anchors are a list beside it, or its places.
 void readList(const MessageView& m, const RangeFields& f, std::vector<ReadRange>* out) {
   const std::vector<double> distances = m.numbers(f.distance, kMostRanges);
-  std::vector<double> anchors;
-  if (!f.anchor.empty()) anchors = m.numbers(f.anchor, kMostRanges);
+  std::vector<std::string> anchors;
+  if (!f.anchor.empty()) anchors = anchorTexts(m, f.anchor);
   for (std::size_t i = 0; i < distances.size(); ++i) {
     if (!f.anchor.empty() && i >= anchors.size()) break;
     // In a list with a place for every anchor, 0 is one that did not answer.
     if (f.anchor.empty() && distances[i] == 0) continue;
     ReadRange r;
-    r.anchor = f.anchor.empty() ? std::to_string(i) : wholeNumber(anchors[i]);
+    r.anchor = f.anchor.empty() ? std::to_string(i) : anchors[i];
     r.range_m = distances[i] * f.unit_m;
     addCommon(m, f, &r);
     out->push_back(r);
@@ -102,6 +114,7 @@ void readList(const MessageView& m, const RangeFields& f, std::vector<ReadRange>
 }
 
 void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>* out) {
+  if (!f.valid.empty() && m.has(f.valid) && m.number(f.valid) == 0) return;
   const Field* field = MessageView::typeOf(m.type(), f.distance);
   if (field != nullptr && field->array) {
     readList(m, f, out);
@@ -114,10 +127,39 @@ void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>*
   out->push_back(r);
 }
 
-const Field* fieldNamed(const bags::MessageType& type, std::initializer_list<const char*> names) {
+using Names = std::initializer_list<const char*>;
+
+constexpr Names kAnchorNames = {"anchor_id",      "anchorId",      "anchorid",   "anchor",
+                                "responder_id",   "responderId",   "to_id",      "toId",
+                                "destination_id", "destinationId", "dest_id",    "dst_id",
+                                "remote_id",      "node_id",       "network_id", "nodeId",
+                                "beacon_id",      "address",       "addr",       "id"};
+constexpr Names kDistanceNames = {"range",
+                                  "distance",
+                                  "dist",
+                                  "dis",
+                                  "range_m",
+                                  "distance_m",
+                                  "range_mm",
+                                  "distance_mm",
+                                  "dist_mm",
+                                  "range_raw",
+                                  "raw_range",
+                                  "measured_range",
+                                  "measured_distance",
+                                  "value"};
+constexpr Names kAnchorLists = {"anchors", "anchor_ids",      "anchor_id",
+                                "ids",     "to_ids",          "destination_id",
+                                "id",      "destination_ids", "responder_ids"};
+constexpr Names kDistanceLists = {"ranges", "distances", "distance", "range", "dist", "data"};
+constexpr Names kValidNames = {"valid", "valid_range", "is_valid", "range_valid"};
+
+const Field* fieldNamed(const bags::MessageType& type, Names names, bool array) {
   for (const char* name : names) {
     for (const Field& f : type.fields) {
-      if (f.name == name && !f.array && f.type == nullptr && f.kind != Kind::time) return &f;
+      if (f.name == name && f.array == array && f.type == nullptr && f.kind != Kind::time) {
+        return &f;
+      }
     }
   }
   return nullptr;
@@ -125,26 +167,41 @@ const Field* fieldNamed(const bags::MessageType& type, std::initializer_list<con
 
 bool isReal(Kind k) { return k == Kind::float32 || k == Kind::float64; }
 
-std::vector<std::string> pairIn(const bags::MessageType& type, const std::string& list) {
-  const Field* anchor =
-      fieldNamed(type, {"anchor_id", "anchorId", "anchor", "responder_id", "responderId", "to_id",
-                        "toId", "destination_id", "destinationId", "dest_id", "dst_id", "remote_id",
-                        "network_id", "node_id", "nodeId", "beacon_id", "address", "addr", "id"});
-  const Field* distance = fieldNamed(
-      type, {"range", "distance", "dist", "dis", "range_m", "distance_m", "range_mm", "distance_mm",
-             "dist_mm", "range_raw", "raw_range", "measured_range", "measured_distance", "value"});
+/// Units, and what a message without a header has in its place.
+void addGuessedOptions(const bags::MessageType& type, const Field& distance, bool in_list,
+                       std::vector<std::string>* out) {
+  if (!isReal(distance.kind) || distance.name.find("_mm") != std::string::npos) {
+    out->push_back("unit=mm");
+  }
+  if (in_list) return;
+  bool header = false;
+  for (const Field& f : type.fields) header = header || f.name == "header";
+  for (const Field& f : type.fields) {
+    const bool time =
+        f.kind == Kind::time || (f.type != nullptr && f.type->name == "builtin_interfaces/Time");
+    if (header || !time || f.array) continue;
+    out->push_back("stamp=" + f.name);
+    break;
+  }
+  const Field* valid = fieldNamed(type, kValidNames, false);
+  if (valid != nullptr && valid->kind == Kind::boolean) out->push_back("valid=" + valid->name);
+}
+
+/// Anchor and distance of one message, or, where `array`, a list of each of them side by side.
+std::vector<std::string> pairIn(const bags::MessageType& type, const std::string& list,
+                                bool array) {
+  const Field* anchor = fieldNamed(type, array ? kAnchorLists : kAnchorNames, array);
+  const Field* distance = fieldNamed(type, array ? kDistanceLists : kDistanceNames, array);
   if (anchor == nullptr || distance == nullptr || distance->kind == Kind::text ||
       distance->kind == Kind::boolean || isReal(anchor->kind)) {
     return {};
   }
   std::vector<std::string> out{list + anchor->name, list + distance->name};
-  if (!isReal(distance->kind) || distance->name.find("_mm") != std::string::npos) {
-    out.push_back("unit=mm");
-  }
+  addGuessedOptions(type, *distance, !list.empty(), &out);
   return out;
 }
 
-/// `unit=mm`, `stamp=field`, `sigma=field`.
+/// `unit=mm`, `stamp=field`, `sigma=field`, `valid=field`.
 void applyOption(const std::string& topic, const std::string& option, RangeFields* f) {
   const std::size_t equals = option.find('=');
   const std::string key = option.substr(0, equals), value = option.substr(equals + 1);
@@ -153,11 +210,13 @@ void applyOption(const std::string& topic, const std::string& option, RangeField
   } else if (key == "sigma") {
     f->sigma = value;
     f->sigma_squared = false;
+  } else if (key == "valid") {
+    f->valid = value;
   } else if (key == "unit" && (value == "m" || value == "cm" || value == "mm")) {
     f->unit_m = value == "m" ? 1.0 : value == "cm" ? 0.01 : 0.001;
   } else {
     throw InputError(topic + ": `" + option +
-                     "` is not known; unit=m|cm|mm, stamp=FIELD and sigma=FIELD are");
+                     "` is not known; unit=m|cm|mm, stamp=FIELD, sigma=FIELD and valid=FIELD are");
   }
 }
 
@@ -180,11 +239,11 @@ std::optional<RangeFields> knownRangeFields(const std::string& type) {
 }
 
 std::vector<std::string> guessRangeFields(const bags::MessageType& type) {
-  std::vector<std::string> out = pairIn(type, "");
+  std::vector<std::string> out = pairIn(type, "", false);
   for (const Field& f : type.fields) {
-    if (out.empty() && f.array && f.type != nullptr) out = pairIn(*f.type, f.name + "[].");
+    if (out.empty() && f.array && f.type != nullptr) out = pairIn(*f.type, f.name + "[].", false);
   }
-  return out;
+  return out.empty() ? pairIn(type, "", true) : out;
 }
 
 RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type,

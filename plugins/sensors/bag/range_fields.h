@@ -13,10 +13,11 @@ namespace vir::bag {
 struct RangeFields {
   std::string list;  ///< of messages, one per range; empty: the message is one
   /// Paths within the message, or within an element of the list. `anchor` may be "" (see
-  /// `fixed_anchor`) or, where `distance` is a list of numbers, a list of as many.
+  /// `fixed_anchor`) or, where `distance` is a list of numbers, a list of as many numbers or texts.
   std::string anchor, distance, stamp;
   std::string sigma;
   bool sigma_squared = false;
+  std::string valid;    ///< a number or a boolean; 0: no range
   std::string antenna;  ///< a Point: antenna in the body [m]
   std::optional<std::string> fixed_anchor;
   double unit_m = 1;
@@ -34,15 +35,15 @@ struct ReadRange {
 /// What is known of a type of message, or empty.
 std::optional<RangeFields> knownRangeFields(const std::string& type);
 /// By what was asked for (`anchor,distance`, each perhaps `list[].field`; `#7` = always anchor 7;
-/// then perhaps `unit=mm`, `stamp=field`, `sigma=field`), or of the known type. `frame`: of the
-/// topic's messages, for a Range that names no anchor. Throws InputError.
+/// then perhaps `unit=mm`, `stamp=field`, `sigma=field`, `valid=field`), or of the known type.
+/// `frame`: of the topic's messages, for a Range that names no anchor. Throws InputError.
 RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type, const std::string& frame);
-/// Throws bags::BagError.
 /// The fields that must be anchor and distance by their names, as `--topic range=` takes them, in a
-/// type that is not known: of the message, or of a list of messages in it. Whole numbers are taken
-/// for millimetres. Empty: there is no such pair.
+/// type that is not known: of the message, of a list of messages in it, or two lists side by side.
+/// Whole numbers are taken for millimetres. Empty: there is no such pair.
 std::vector<std::string> guessRangeFields(const bags::MessageType& type);
 
+/// Throws bags::BagError.
 std::vector<ReadRange> readRanges(const bags::MessageView& message, const RangeFields& fields);
 
 }  // namespace vir::bag

@@ -347,6 +347,47 @@ TEST_F(Recording, RangesByTheNamesOfTheirFields) {
   EXPECT_EQ(ranges[1].t, kStart);  // no stamp: as received
 }
 
+TEST_F(Recording, RangesOfPackagesNamedUwbMsgsAreFoundByTheNamesOfTheirFields) {
+  {
+    test::Ros1Writer bag(path());
+    // One message a range, without a header.
+    bag.define("uwb_msgs/Range",
+               "time stamp\nstring anchorid\nstring listenerid\nbool valid_range\n"
+               "float32 distance\n");
+    for (const bool valid : {true, false}) {
+      test::WireBytes m = bag.message();
+      m.put(std::uint32_t{1'600'000'001}).put(std::uint32_t{7}).text("anchor_2").text("tag");
+      m.put(static_cast<std::uint8_t>(valid)).put(3.25f);
+      bag.write("/uwb", "uwb_msgs/Range", m.bytes(), kStart);
+    }
+    // Two lists side by side, anchors by name.
+    bag.define("uwb_msgs/Ranges",
+               "Header header\nstring mobile\nstring[] anchors\nfloat64[] data\n===\n"
+               "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n");
+    test::WireBytes n = bag.message();
+    n.put(0u).put(std::uint32_t{1'600'000'002}).put(0u).text("").text("tag").put(2u);
+    n.text("anchor_2").text("0x10").put(2u).put(1.5).put(2.5);
+    bag.write("/uwb/all", "uwb_msgs/Ranges", n.bytes(), kStart);
+    // No ranges.
+    bag.define("cf_msgs/Tdoa", "time stamp\nint8 idA\nint8 idB\nfloat32 data\n");
+    bag.write(
+        "/tdoa_data", "cf_msgs/Tdoa",
+        bag.message().put(0u).put(0u).put(std::uint8_t{1}).put(std::uint8_t{2}).put(1.f).bytes(),
+        kStart);
+  }
+  const auto ranges = only<Range>(readAll());
+  ASSERT_EQ(ranges.size(), 3u);
+  EXPECT_EQ(ranges[0].range_m, 3.25);
+  EXPECT_EQ(ranges[0].t, 1'600'000'001LL * 1'000 * kMs + 7);
+  EXPECT_EQ(ranges[1].range_m, 1.5);
+  EXPECT_EQ(ranges[1].anchor, ranges[0].anchor);  // the same name
+  EXPECT_EQ(ranges[2].range_m, 2.5);
+  EXPECT_EQ(ranges[2].anchor, 16u);
+  EXPECT_TRUE(noted("anchorid,distance,stamp=stamp,valid=valid_range"));
+  EXPECT_TRUE(noted("by the names of its fields, anchors,data"));
+  EXPECT_TRUE(noted("/tdoa_data (cf_msgs/Tdoa) left out: differences of ranges"));
+}
+
 TEST_F(Recording, MessagesThatAreDamagedAreCountedAndLeftOut) {
   {
     test::Ros1Writer bag(path());

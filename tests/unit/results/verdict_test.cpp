@@ -37,6 +37,33 @@ TEST(VerdictOfARun, ADoubtOfTheEstimatorIsOneOfTheRun) {
   EXPECT_EQ(filled(s).verdict, Verdict::doubtful);
 }
 
+TEST(VerdictOfARun, CausesAreLookedForWhereTheResultCannotBeTrustedAndOnlyThere) {
+  int asked = 0;
+  const auto explain = [&] {
+    ++asked;
+    return std::vector<std::string>{"the camera hangs upside down", "noise is larger than given"};
+  };
+  RunSummary s = good();
+  fillVerdict(&s, explain);
+  EXPECT_EQ(asked, 0);
+  s = good();
+  s.doubts = {"few tracks fit the motion"};
+  s.likely_causes = {"noise is larger than given", "two gaps"};
+  fillVerdict(&s, explain);
+  EXPECT_EQ(asked, 1);
+  const std::vector<std::string> expected = {"the camera hangs upside down",
+                                             "noise is larger than given", "two gaps",
+                                             "few tracks fit the motion"};
+  EXPECT_EQ(s.doubts, expected);
+  s = good();
+  s.unusable_input = {"the camera hangs upside down"};
+  fillVerdict(&s, explain);
+  EXPECT_EQ(s.verdict, Verdict::doubtful);
+  const std::vector<std::string> once = {"noise is larger than given",
+                                         "the camera hangs upside down"};
+  EXPECT_EQ(s.doubts, once);
+}
+
 TEST(VerdictOfARun, WhatTheInputShowsExplainsOtherDoubtsAndComesFirst) {
   RunSummary s = good();
   s.likely_causes = {"the accelerometer is negated"};

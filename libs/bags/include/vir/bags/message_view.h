@@ -59,6 +59,8 @@ class MessageView {
   std::optional<TimeNs> time(std::string_view path) const;
   /// A list of numbers, at most `most` of them.
   std::vector<double> numbers(std::string_view path, std::size_t most) const;
+  /// A list of texts, at most `most` of them; they lie in the message's bytes.
+  std::vector<std::string_view> texts(std::string_view path, std::size_t most) const;
   /// A list of bytes (uint8[]), not copied.
   ByteView bytes(std::string_view path) const;
   /// Each message of a list of messages; `path` is the list.

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -77,8 +78,10 @@ struct RunSummary {
 /// What an estimator says of itself at the end becomes the summary's; counters and warnings are
 /// added to those that are there.
 void takeReport(const roles::EstimatorReport& report, RunSummary* summary);
-/// Adds the doubts that only a whole run can raise, and fills in the verdict.
-void fillVerdict(RunSummary* summary);
+/// Adds the doubts that only a whole run can raise, and fills in the verdict. Where it is not good,
+/// `explain` (may be empty) is asked for likely causes, which go before those that are there.
+void fillVerdict(RunSummary* summary,
+                 const std::function<std::vector<std::string>()>& explain = {});
 
 /// summary.json.
 std::string toJson(const RunSummary& summary);
@@ -97,6 +100,10 @@ class RunRecorder final : public RunObserver {
   void setTrueAnchors(std::map<std::uint64_t, Vec3> anchors) { true_anchors_ = std::move(anchors); }
   /// Stamp of the first image (or odometry pose): what `init_time_s` and pictures count from.
   void setFirstFrame(TimeNs t) { first_frame_ = t; }
+  /// What to ask for causes at the end if the result cannot be trusted; see fillVerdict().
+  void setExplanation(std::function<std::vector<std::string>()> explain) {
+    explain_ = std::move(explain);
+  }
   /// Writes what only the end of the run knows, closes the files and fills in the summary's poses,
   /// path, ate_*, anchors, ranges_* and counters of its own. The pictures and report.html show the
   /// summary as it is then. Throws std::runtime_error if anything could not be written.
@@ -121,6 +128,7 @@ class RunRecorder final : public RunObserver {
   std::map<TimeNs, Pose> revised_;  // keyframes as they were last told of
   Trajectory trajectory_, smoothed_, truth_;
   std::map<std::uint64_t, Vec3> true_anchors_;
+  std::function<std::vector<std::string>()> explain_;
   std::optional<evaluation::EvaluationResult> evaluation_;  // of the causal trajectory
   std::vector<double> position_sigma_m_;                    // per pose of it
   std::vector<Mat3> position_covariance_;                   // the same

@@ -31,6 +31,9 @@ struct OfflineRunHooks {
   std::function<bool()> stop;            ///< true: end here with what there is; may be empty
   /// May change an observation before anybody sees it (a calibration from elsewhere); may be empty.
   std::function<void(mrpt::obs::CObservation*)> prepare;
+  /// Asked where the result cannot be trusted and the run was not ended by `stop`: what in the
+  /// recording may be the cause, the likeliest first; may be empty.
+  std::function<std::vector<std::string>()> explain;
   std::vector<results::RunObserver*> observers;  ///< not owned; told in this order
 };
 

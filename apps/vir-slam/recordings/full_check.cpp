@@ -1,0 +1,44 @@
+#include "recordings/full_check.h"
+
+#include <stdexcept>
+
+#include "vir/core/settings.h"
+#include "vir/imu/preintegration.h"
+
+namespace vir::app {
+
+void assumeAsIn(const Settings& settings, RecordingCheck* check) {
+  imu::ImuNoise noise;
+  SettingsReader reader(settings);
+  imu::describe(reader, noise);
+  check->setNoise(noise);
+  double time_offset_s = 0;
+  reader.section("Camera", "");
+  reader.value("time_offset_s", time_offset_s, {-10.0, 10.0}, "image stamp + offset = IMU clock");
+  check->setTimeOffset(time_offset_s);
+}
+
+SourceReport checkAll(const SourceToRead& what, GivenCalibration* calibration,
+                      RecordingCheck* check, const std::function<void(double)>& progress) {
+  const bool rawlog = isRawlog(what.source);
+  return readSource(what, [&](mrpt::obs::CObservation& o, double part) {
+    if (rawlog) calibration->apply(&o);
+    check->add(o);
+    if (progress) progress(part);
+  });
+}
+
+std::vector<std::string> causesIn(const std::string& rawlog, const Settings& used,
+                                  GivenCalibration calibration) {
+  RecordingCheck check(RecordingCheck::Depth::full);
+  try {
+    assumeAsIn(used, &check);
+    checkAll({rawlog, {}, {}}, &calibration, &check, {});
+  } catch (const std::exception&) {
+    // The run has said what there is to say of a file that ends in the middle; what was read
+    // counts.
+  }
+  return briefLines(check);
+}
+
+}  // namespace vir::app
