@@ -24,6 +24,8 @@ constexpr int kSearchPeriod = 3;
 /// A bias of so many standard deviations is real; one known to so many calibrated sigmas is known.
 constexpr double kRealBias = 4, kToldBias = 2, kBiasKnown = 1;
 constexpr int kBiasPeriod = 10;
+/// Nearer to the floor than this share of its sigma, a height starts so many sigmas above it.
+constexpr double kOnTheFloor = 0.25, kLift = 0.5;
 /// Farther from where the long window's own solution ends [m], a young anchor is stuck.
 constexpr double kStuck = 0.1;
 /// Share of ranges an anchor must have explained before a contradiction means that it was moved;
@@ -60,6 +62,13 @@ bool isUsable(const ranging::AnchorInitialization& found) {
                                       found.geometry == ranging::AnchorGeometry::mirror);
 }
 
+/// Level with the path the height is at a saddle that no iteration of the window leaves: whichever
+/// side it begins on, it can then move.
+double liftOff(const ranging::AnchorSolution& s, double floor_z) {
+  const double sigma = std::sqrt(std::max(0.0, s.covariance(2, 2)));
+  return std::abs(s.p_W.z() - floor_z) < kOnTheFloor * sigma ? kLift * sigma : 0;
+}
+
 /// Beyond what a calibrated board can have and chance can make.
 bool biasIsReal(const ranging::AnchorInitialization& found, double calibrated_sigma) {
   const ranging::AnchorSolution& best = found.solutions.front();
@@ -81,6 +90,7 @@ ranging::AnchorInitialization RangeLayer::Impl::solve(const AnchorTrack& a,
   o.min_ranges = options.min_ranges;
   o.bias_sigma_m = biasSigma(uncalibrated);
   o.max_sigma_m = options.max_anchor_sigma_m;
+  o.floor_sigma_m = options.floor_sigma_m;
   o.drift_ratio = options.drift_ratio;
   o.scale_sigma = options.path_scale_sigma;
   o.correlation = options.correlation;
@@ -131,13 +141,15 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInit
   covariance(3, 3) = biasSigma(a->uncalibrated) * biasSigma(a->uncalibrated);
   Eigen::Vector4d mean;
   mean << best.p_W, 0;
-  if (a->prior) {
-    covariance.topLeftCorner<3, 3>() = a->prior->covariance;
-    mean.head<3>() = a->prior->p_W;
+  const std::optional<ranging::AnchorPrior>& prior = a->prior ? a->prior : found.floor;
+  if (prior) {
+    covariance.topLeftCorner<3, 3>() = prior->covariance;
+    mean.head<3>() = prior->p_W;
   }
   window::AnchorNode& state = window->addAnchor(a->key(), mean, covariance);
   for (int i = 0; i < 3; ++i) state.x[i] = best.p_W[i];
   state.x[3] = best.bias_m;
+  if (found.floor) state.x[2] += liftOff(best, found.floor->p_W.z());
   Located located;
   located.found_at = t;
   located.well_known = found.needed_sigma_m < kSettledSigma;

@@ -42,6 +42,9 @@ void describe(OptionVisitor& v, RangeOptions& o) {
   v.value("min_ranges", o.min_ranges, {4, 10000}, "ranges needed before an anchor is looked for");
   v.value("max_anchor_sigma_m", o.max_anchor_sigma_m, {0.01, 1000.0},
           "an anchor whose position is less certain (horizontally) is not used yet");
+  v.value("floor_sigma_m", o.floor_sigma_m, {0.0, 1000.0},
+          "how far above or below a robot that stays level an anchor is: its ranges hardly tell; "
+          "0: no idea");
   v.value("drift_ratio", o.drift_ratio, {0.0, 1.0},
           "error of the path relative to its length, for finding anchors");
   v.value("path_scale_sigma", o.path_scale_sigma, {0.0, 1.0},

@@ -19,6 +19,9 @@ constexpr double kNewestShare = 0.3;
 constexpr double kLeastSigma = 1e-6;
 /// Nearer than this [m] the curvature of the range is no help.
 constexpr double kLeastDistance = 0.1;
+/// A path goes so far out of its plane at most, as a share of its width in it, on a floor; the
+/// cosine of the angle within which the plane is level; and where nothing is known [m].
+constexpr double kLevel = 0.02, kUpright = 0.95, kAnywhereSigma = 1e4;
 
 std::string format(const char* pattern, double a, double b = 0, double c = 0) {
   char text[256];
@@ -59,6 +62,19 @@ FitData validRanges(const std::vector<AntennaRange>& ranges, double drift_ratio,
   std::reverse(data.sigma.begin(), data.sigma.end());
   std::reverse(data.drift.begin(), data.drift.end());
   return data;
+}
+
+/// Who moves on a floor seldom has anchors far above it.
+std::optional<AnchorPrior> floorUnder(const PathShape& path, double sigma_m) {
+  const bool level =
+      path.deviation[2] < kLevel * path.deviation[1] && std::abs(path.axes(2, 2)) > kUpright;
+  if (!level || !(sigma_m > 0)) return std::nullopt;
+  AnchorPrior floor;
+  floor.p_W = path.centre;
+  floor.covariance = Mat3::Identity() * kAnywhereSigma * kAnywhereSigma;
+  const Vec3 up = path.axes.col(2);
+  floor.covariance += (sigma_m * sigma_m - kAnywhereSigma * kAnywhereSigma) * up * up.transpose();
+  return floor;
 }
 
 /// Semi-axes of the position's ellipsoid and the direction of the longest.
@@ -160,6 +176,33 @@ bool inconsistent(const AnchorInitOptions& options, const std::optional<AnchorPr
   return true;
 }
 
+/// `given`: what the caller knows, which ranges may contradict; `assumed`: what the solution rests
+/// on.
+void search(const FitData& data, const AnchorInitOptions& options,
+            const std::optional<AnchorPrior>& given, const std::optional<AnchorPrior>& assumed,
+            AnchorInitialization* result) {
+  AnchorSearch search(data, options, assumed);
+  const std::vector<Optimum> optima = search.run();
+  if (optima.empty()) {
+    result->geometry = AnchorGeometry::poor;
+    result->advice = "move further: no position fits the ranges";
+    return;
+  }
+  for (std::size_t i = 0; i < optima.size() && i < 2; ++i) {
+    result->solutions.push_back(search.solution(optima[i]));
+  }
+  result->outliers = search.tooLong() + search.tooShort();
+  result->used = static_cast<int>(data.size()) - result->outliers;
+  result->rms_ratio = search.scale();
+  result->variance_factor = search.scale() * search.scale() * search.worth();
+  if (inconsistent(options, given, search, result)) {
+    result->geometry = AnchorGeometry::inconsistent;
+    return;
+  }
+  classifyGeometry(options, search, optima, result);
+  if (result->geometry == AnchorGeometry::good) result->solutions.resize(1);
+}
+
 }  // namespace
 
 const char* name(AnchorGeometry geometry) {
@@ -191,33 +234,23 @@ AnchorInitialization initializeAnchor(const std::vector<AntennaRange>& ranges,
     result.advice = format("wait: %.0f of %.0f ranges so far", n, std::max(options.min_ranges, 1));
     return result;
   }
-  AnchorSearch search(data, options, prior);
-  const double extent = search.shape().extent[0];
-  if (!prior && extent < options.min_extent_m) {
+  const PathShape path = pathShape(data.p);
+  if (!prior && path.extent[0] < options.min_extent_m) {
     result.advice = format("move further: %.2f m of motion so far, at least %.2f m are needed",
-                           extent, options.min_extent_m);
+                           path.extent[0], options.min_extent_m);
     return result;
   }
-  const std::vector<Optimum> optima = search.run();
-  if (optima.empty()) {
-    result.geometry = AnchorGeometry::poor;
-    result.advice = "move further: no position fits the ranges";
-    return result;
-  }
-  for (std::size_t i = 0; i < optima.size() && i < 2; ++i) {
-    result.solutions.push_back(search.solution(optima[i]));
-  }
-  result.outliers = search.tooLong() + search.tooShort();
-  result.used = n - result.outliers;
-  result.rms_ratio = search.scale();
-  result.variance_factor = search.scale() * search.scale() * search.worth();
-  if (inconsistent(options, prior, search, &result)) {
-    result.geometry = AnchorGeometry::inconsistent;
-    return result;
-  }
-  classifyGeometry(options, search, optima, &result);
-  if (result.geometry == AnchorGeometry::good) result.solutions.resize(1);
-  return result;
+  search(data, options, prior, prior, &result);
+  if (prior || result.geometry != AnchorGeometry::poor) return result;
+  const std::optional<AnchorPrior> floor = floorUnder(path, options.floor_sigma_m);
+  if (!floor) return result;
+  AnchorInitialization on_floor;
+  on_floor.ignored = result.ignored;
+  on_floor.floor = floor;
+  search(data, options, prior, floor, &on_floor);
+  const bool usable =
+      on_floor.geometry == AnchorGeometry::good || on_floor.geometry == AnchorGeometry::mirror;
+  return usable ? on_floor : result;
 }
 
 }  // namespace vir::ranging

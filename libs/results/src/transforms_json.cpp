@@ -39,6 +39,8 @@ Json pairJson(const team::PairTransform& pair) {
   }
   out["status"] = name(a.status);
   out["reason"] = a.reason;
+  out["open"] = Json::array();
+  if (a.height_open) out["open"].push_back("z");
   out["alternative"] = nullptr;
   if (a.status != team::TransformStatus::unique && a.solutions.size() > 1) {
     Json other;

@@ -170,8 +170,8 @@ class Finder {
   }
 
   /// Solutions that mean the same in practice become one, with a covariance that covers both; so
-  /// do mirror images in height with hardly a barrier between them (motion in a plane): then their
-  /// middle is the best that can be said.
+  /// do mirror images in height (motion in a plane): then their middle is the best that can be
+  /// said.
   void mergeNear(const EvidenceCost& cost) {
     std::vector<TransformSolution> kept;
     for (const TransformSolution& s : answer_.solutions) {
@@ -179,7 +179,12 @@ class Finder {
       for (TransformSolution& k : kept) {
         const double distance = evidence_.apart(toVector(k.T_A_B), toVector(s.T_A_B));
         const bool ridge = oneRidge(cost, k, s);
-        if (distance > options_.same_solution_m && !ridge) continue;
+        if (distance > options_.same_solution_m && !ridge) {
+          if (!onlyHeightOpen(k, s)) continue;
+          spanHeights(s, &k);
+          merged = true;
+          break;
+        }
         TransformSolution other = s;
         // The mean is there already.
         if (ridge && averaged_ && kept.size() == 1) {
@@ -239,8 +244,32 @@ class Finder {
     return barrier - a.cost < kRidge;
   }
 
+  /// Neither is ruled out, and they agree in all but the height.
+  bool onlyHeightOpen(const TransformSolution& a, const TransformSolution& b) const {
+    if (b.cost - answer_.solutions.front().cost > answer_.needed_margin) return false;
+    const Vec4 va = toVector(a.T_A_B);
+    Vec4 level = toVector(b.T_A_B);
+    level[3] = va[3];
+    return evidence_.apart(va, level) <= options_.same_solution_m;
+  }
+
+  /// `kept` becomes the mean of both, each as likely as its cost says, and its covariance is theirs
+  /// together: at least so wide that neither lies farther off than two standard deviations.
+  void spanHeights(const TransformSolution& s, TransformSolution* kept) {
+    Vec4 d = toVector(s.T_A_B) - toVector(kept->T_A_B);
+    d[0] = wrapAngle(d[0]);
+    const double share = 1 / (1 + std::exp(0.5 * (s.cost - kept->cost)));
+    kept->T_A_B = fromVector(toVector(kept->T_A_B) + share * d);
+    kept->covariance += share * (1 - share) * d * d.transpose();
+    const double farthest = std::max(share, 1 - share) * std::abs(d[3]);
+    kept->covariance(3, 3) = std::max(kept->covariance(3, 3), 0.25 * farthest * farthest);
+    if (kept->cost == answer_.solutions.front().cost) answer_.height_open = true;
+  }
+
   void decide(const EvidenceCost& cost) {
     const TransformSolution& best = answer_.solutions.front();
+    const double height_sigma = std::sqrt(std::max(0.0, best.covariance(3, 3)));
+    answer_.height_open = answer_.height_open || !(height_sigma <= options_.max_sigma_m);
     if (!plausible({best.used, best.rejected, best.too_short}, options_)) {
       answer_.status = TransformStatus::inconsistent;
       answer_.reason = std::to_string(best.rejected) + " of " + std::to_string(answer_.ranges) +

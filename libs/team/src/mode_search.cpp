@@ -13,6 +13,7 @@ namespace vir::team {
 namespace {
 
 constexpr double kSameMinimum = 1e-3;  // [m], of B's path: one minimum reached twice
+constexpr double kSameValley = 0.5;    // of `same_solution_m`: likewise, on a part of the ranges
 constexpr double kRough = 1e-5;        // change of the cost that ends a refinement not yet final
 constexpr int kFirstIterations = 6;
 constexpr double kFirstChange = 1e-2;
@@ -123,6 +124,11 @@ class Search {
     for (const Mode& m : coarse) {
       // Those that a part of the ranges rules out need not be looked at again.
       if (m.cost > coarse.front().cost + 2 * needed_margin_) break;
+      // Nor those that a few ranges only seem to tell apart: they would crowd out a mirror image.
+      const bool known = std::any_of(modes_.begin(), modes_.end(), [&](const Mode& k) {
+        return evidence_.apart(k.x, m.x) < kSameValley * evidence_.options.same_solution_m;
+      });
+      if (known) continue;
       Vec4 x = m.x;
       const double value = descend(all, &x, {modes_.empty() ? 8 : 2, kRough});
       keep({value, x});

@@ -10,7 +10,7 @@ namespace {
 
 constexpr TimeNs kSnapshotEvery = 200000000;
 constexpr TimeNs kLongestGap = 500000000;
-constexpr double kNearMirror = 1.0;  // [m]; closer together, two mirror images are one anchor
+constexpr double kNearMirror = 1.0;  // [m] sideways; closer, they are one anchor
 
 }  // namespace
 
@@ -36,19 +36,23 @@ std::optional<KnownPose> poseAt(const std::vector<KnownPose>& poses, TimeNs t) {
 
 std::optional<SentPosition> believed(const Anchor& a) {
   if (!a.has_position || !a.p_W.allFinite() || !a.covariance.allFinite()) return std::nullopt;
+  Vec3 p_W = a.p_W;
   switch (a.state) {
     case AnchorState::estimated:
     case AnchorState::fixed:
       break;
     case AnchorState::mirror_open:
-      // The covariance spans both positions.
-      if (!((a.mirror_p_W - a.p_W).norm() < kNearMirror)) return std::nullopt;
+      // One above the other, as motion in a plane leaves them, both are in the same place but for
+      // a height that nobody knows: their middle, which the covariance spans them from.
+      if (!((a.mirror_p_W - a.p_W).head<2>().norm() < kNearMirror)) return std::nullopt;
+      p_W = 0.5 * (a.p_W + a.mirror_p_W);
+      if (!p_W.allFinite()) return std::nullopt;
       break;
     case AnchorState::collecting:
     case AnchorState::moved:
       return std::nullopt;
   }
-  return SentPosition{0, a.p_W, a.covariance};
+  return SentPosition{0, p_W, a.covariance};
 }
 
 int robotOf(const Range& peer_range) {

@@ -50,9 +50,11 @@ bool TransformTracker::stillDecided(const TransformAnswer& answer) const {
   if (!decided_ || answer.status != TransformStatus::ambiguous) return false;
   const WorldTransform& best = answer.solutions[0].T_A_B;
   const Vec3& p_B = ranges_.back().p_B;
-  const double turned = std::abs(wrapAngle(best.yaw_rad - decided_->yaw_rad));
+  const double turned = std::abs(wrapAngle(best.yaw_rad - decided_->T.yaw_rad));
+  Vec3 apart = best * p_B - decided_->T * p_B;
+  if (decided_->height_open || answer.height_open) apart.z() = 0;
   return turned < options_.transform.max_yaw_sigma_rad &&
-         (best * p_B - *decided_ * p_B).norm() < options_.transform.same_solution_m;
+         apart.norm() < options_.transform.same_solution_m;
 }
 
 TransformAnswer TransformTracker::answer() {
@@ -63,7 +65,9 @@ TransformAnswer TransformTracker::answer() {
     answer.solutions.resize(1);
   }
   decided_.reset();
-  if (answer.status == TransformStatus::unique) decided_ = answer.solutions[0].T_A_B;
+  if (answer.status == TransformStatus::unique) {
+    decided_ = Decided{answer.solutions[0].T_A_B, answer.height_open};
+  }
   hints_.clear();
   for (const TransformSolution& s : answer.solutions) hints_.push_back(s.T_A_B);
   return answer;

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "odometry_range_driver.h"
+#include "vir/core/angles.h"
 #include "vir/evaluation/nees.h"
 #include "vir_test_noise.h"
 
@@ -39,6 +40,41 @@ TEST(OdometryRange, RangesHalveTheDrift) {
   }
   EXPECT_LT(sum_with, 0.5 * sum_without);
   EXPECT_NEAR(mean_scale, 1.05, 0.03);
+}
+
+/// Lanes of 40 m, 1.5 m apart, at 1 m/s.
+simulation::Motion mowing(int lanes) {
+  Trajectory poses;
+  const double speed = 1, rate = 10, length = 40, apart = 1.5;
+  const TimeNs begin = fromSeconds(1000);
+  double s = 0;
+  const double lane = length + apart, whole = lanes * lane;
+  for (; s < whole; s += speed / rate) {
+    const int k = static_cast<int>(s / lane);
+    const double along = std::min(s - k * lane, length), across = s - k * lane - along;
+    const bool back = k % 2 == 1;
+    const Vec3 p(back ? length - along : along, k * apart + across, 0);
+    const double yaw = across > 0 ? kPi / 2 : back ? kPi : 0;
+    poses.push_back({begin + fromSeconds(s / speed), Pose(Quat(rotZ(yaw)), p)});
+  }
+  return simulation::Motion(begin, speed / rate, poses);
+}
+
+/// Ranges from a floor tell an anchor's height by its square only (what a search makes of that:
+/// AnchorInitialization.FromAFloorAFarAnchorIsFoundWithoutItsHeight).
+TEST(OdometryRange, AMowerUsesItsAnchorsWhateverTheirHeights) {
+  auto ranges = rangesTo({{-5, -4, 1.2}, {45, -3, 0.9}, {46, 22, 1.5}, {-6, 20, 0.7}});
+  ranges.rate_hz = 1.5;
+  ranges.sigma_m = 0.25;
+  const RangeWorld world(mowing(6), drifting(), ranges);
+  const RangeRun run = fly(world);
+  for (std::size_t i = 0; i < 4; ++i) {
+    ASSERT_TRUE(run.anchor(i));
+    EXPECT_GT(run.anchor(i)->ranges_used, 100) << i << " " << run.anchor(i)->advice;
+  }
+  const double with = ate(world, run), bare = ate(world, fly(world, {}, std::vector<Range>()));
+  std::printf("ATE without ranges %.2f m, with %.2f m\n", bare, with);
+  EXPECT_LT(with, 0.75 * bare);
 }
 
 TEST(OdometryRange, NoLineOfSightCostsLittle) {

@@ -112,6 +112,33 @@ TEST(AnchorInitialization, PlanarMotionLevelWithTheAnchorIsUsable) {
   EXPECT_LT(std::sqrt(s.covariance(2, 2)), 0.6);
 }
 
+TEST(AnchorInitialization, FromAFloorAFarAnchorIsFoundWithoutItsHeight) {
+  Flight f;
+  f.amplitude = Vec3(12, 12, 0);
+  f.anchor = Vec3(40, 15, 1.5);
+  f.sigma = 0.3;
+  auto options = plainOptions();
+  options.floor_sigma_m = 0;
+  const auto nowhere = vir::ranging::initializeAnchor(fly(f), options);
+  EXPECT_EQ(nowhere.geometry, AnchorGeometry::poor) << nowhere.advice;
+  EXPECT_FALSE(nowhere.floor);
+  options.floor_sigma_m = 5;
+  const auto found = vir::ranging::initializeAnchor(fly(f), options);
+  ASSERT_TRUE(found.geometry == AnchorGeometry::good || found.geometry == AnchorGeometry::mirror)
+      << found.advice;
+  EXPECT_LT((found.solutions[0].p_W - f.anchor).head<2>().norm(), 0.6);
+  EXPECT_LT(std::abs(found.solutions[0].p_W.z() - f.anchor.z()),
+            3 * std::sqrt(found.solutions[0].covariance(2, 2)));
+  ASSERT_TRUE(found.floor);
+  EXPECT_NEAR(found.floor->p_W.z(), 0, 1e-9);
+  EXPECT_NEAR(found.floor->covariance(2, 2), 25, 1e-4);
+  // A flight is none, nor is a vertical plane.
+  f.amplitude.z() = 3;
+  EXPECT_FALSE(vir::ranging::initializeAnchor(fly(f), options).floor);
+  f.amplitude = Vec3(12, 0, 12);
+  EXPECT_FALSE(vir::ranging::initializeAnchor(fly(f), options).floor);
+}
+
 TEST(AnchorInitialization, AStraightLineIsRecognised) {
   for (const double side : {0.5, 3.0}) {
     Flight f;

@@ -267,5 +267,40 @@ TEST(FindTransform, PlanarRobotsAreSolvedInTheirPlane) {
   EXPECT_GE(unique, 25);
 }
 
+/// Both robots level, B's floor `height_m` above A's.
+test::MadeMeeting onTwoFloors(test::Meeting m, double height_m, std::uint64_t seed) {
+  m.height_m = 0;
+  m.truth.t_m.z() = height_m;
+  auto made = test::meet(m, seed);
+  for (MutualRange& r : made.ranges) {
+    const double before = (r.p_A - m.truth * r.p_B).norm();
+    r.p_A.z() = r.p_B.z() = 0;
+    r.range_m += (r.p_A - m.truth * r.p_B).norm() - before;
+  }
+  return made;
+}
+
+TEST(FindTransform, RobotsOnTwoFloorsAreTiedTogetherInAllButTheHeight) {
+  const double height_m = 0.8;
+  int unique = 0, open = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    test::Meeting m;
+    const auto made = onTwoFloors(m, height_m, seed);
+    m.truth.t_m.z() = height_m;
+    const TransformAnswer answer = findTransform(made.ranges, {}, test::plainTransformOptions());
+    if (answer.status != TransformStatus::unique) continue;
+    ++unique;
+    open += answer.height_open;
+    ASSERT_EQ(answer.solutions.size(), 1u);
+    const auto e = errorOf(answer.solutions[0].T_A_B, m.truth);
+    EXPECT_LT(e.head<3>().norm(), 0.2) << seed;
+    EXPECT_LT(std::abs(e[3]), 2.2 * std::sqrt(answer.solutions[0].covariance(3, 3))) << seed;
+    EXPECT_LT(std::abs(-2 * height_m - e[3]), 3.2 * std::sqrt(answer.solutions[0].covariance(3, 3)))
+        << "the other floor is covered as well, " << seed;
+  }
+  EXPECT_GE(unique, 27);
+  EXPECT_GE(open, unique - 2);
+}
+
 }  // namespace
 }  // namespace vir::team

@@ -100,6 +100,15 @@ TEST(Believed, TwoMirrorImagesOnlyWhereTheyAreClose) {
   EXPECT_FALSE(believed(a));
 }
 
+TEST(Believed, TwoMirrorImagesOneAboveTheOtherAreTheirMiddle) {
+  Anchor a = anchor(AnchorState::mirror_open);
+  a.mirror_p_W = a.p_W + Vec3(0.2, -0.1, -4);
+  const auto between = believed(a);
+  ASSERT_TRUE(between);
+  EXPECT_LT((between->p_W - (a.p_W + Vec3(0.1, -0.05, -2))).norm(), 1e-12);
+  EXPECT_EQ(between->covariance, a.covariance) << "it spans both positions already";
+}
+
 TEST(Believed, NothingWithoutFiniteNumbers) {
   Anchor a = anchor(AnchorState::fixed);
   a.has_position = false;

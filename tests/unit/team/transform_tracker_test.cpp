@@ -89,5 +89,30 @@ TEST(TransformTracker, FollowsWorldsThatSlideAgainstEachOther) {
   EXPECT_GT(errorNow(rigid.answer()), 2 * errorNow(answer));
 }
 
+TEST(TransformTracker, WhatIsUniqueOnTwoFloorsStaysSo) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    test::Meeting m;
+    m.height_m = 0;
+    m.ranges = 600;
+    m.slow_share = 0.7;
+    m.truth.t_m.z() = -0.6;
+    auto made = test::meet(m, seed);
+    TransformTracker tracker;
+    bool was_unique = false;
+    for (std::size_t i = 0; i < made.ranges.size(); ++i) {
+      MutualRange r = made.ranges[i];
+      const double before = (r.p_A - m.truth * r.p_B).norm();
+      r.p_A.z() = r.p_B.z() = 0;
+      r.range_m += (r.p_A - m.truth * r.p_B).norm() - before;
+      tracker.add(r);
+      if (i % 20 != 19) continue;
+      const bool unique = tracker.answer().status == TransformStatus::unique;
+      EXPECT_TRUE(unique || !was_unique) << seed << " after " << i;
+      was_unique = was_unique || unique;
+    }
+    EXPECT_TRUE(was_unique) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace vir::team

@@ -26,6 +26,7 @@ struct RangeOptions {
   double gate_sigma = 4.0;
   int min_ranges = 20;
   double max_anchor_sigma_m = 1.0;
+  double floor_sigma_m = 5.0;
   double drift_ratio = 0.01;
   double path_scale_sigma = 0.02;
   double restart_s = 3.0;

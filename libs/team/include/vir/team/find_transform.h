@@ -11,7 +11,8 @@
 namespace vir::team {
 
 enum class TransformStatus {
-  unique,        ///< one transform, well enough known to be used
+  unique,        ///< one transform, well enough known to be used, but for its height where that is
+                 ///< open
   ambiguous,     ///< two or more that the evidence cannot tell apart yet
   degenerate,    ///< too little evidence, or a geometry that leaves the transform open
   inconsistent,  ///< no transform explains the ranges: outliers, a wrong peer, a wrong anchor
@@ -41,6 +42,9 @@ struct TransformAnswer {
   double margin = 0;
   double needed_margin = 0;    ///< what is asked for by `false_alarm`
   double variance_factor = 1;  ///< what the residuals' own scatter made all variances grow by
+  /// The height is left open, as by robots that stay in planes: solutions that differ in it alone
+  /// are one, at their mean, and its variance spans them. The status is about yaw, x and y then.
+  bool height_open = false;
 };
 
 struct TransformOptions {

@@ -43,7 +43,11 @@ class TransformTracker {
   std::vector<MutualRange> ranges_;
   std::vector<SharedAnchor> anchors_;
   std::vector<WorldTransform> hints_;
-  std::optional<WorldTransform> decided_;  ///< as last answered
+  struct Decided {
+    WorldTransform T;
+    bool height_open;
+  };
+  std::optional<Decided> decided_;  ///< as last answered
   int segment_A_ = 0, segment_B_ = 0, restarts_ = 0;
   long seen_ = 0;
 };
