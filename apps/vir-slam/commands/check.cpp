@@ -1,6 +1,7 @@
 /// vir-slam check SOURCE|FILE.rawlog: what is wrong with a recording, before it is run.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "commands/commands.h"
@@ -13,6 +14,7 @@
 #include "vir/core/settings.h"
 
 namespace vir::app {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kHelp =
@@ -48,10 +50,12 @@ void setGiven(const std::string& rawlog, const GivenCalibration& calibration,
 void run(const Arguments& a, Common& common) {
   GivenCalibration calibration(a.calibration);
   for (const std::string& line : calibration.said()) std::printf("%s\n", line.c_str());
-  loadPlugins(common);
+  const bool rawlog = isRawlog(a.source);
+  loadPlugins(common, rawlog && fs::exists(a.source)
+                          ? roles::PluginRoles{}
+                          : roles::PluginRoles{roles::PluginRole::sensor});
   RecordingCheck recording(RecordingCheck::Depth::full);
   setGiven(a.source, calibration, &recording);
-  const bool rawlog = isRawlog(a.source);
   ProgressBar bar;
   const SourceReport source =
       readSource({a.source, a.set, a.calibration}, [&](mrpt::obs::CObservation& o, double part) {
