@@ -113,7 +113,7 @@ endfunction()
 
 # vir_test(NAME [TOGETHER] SOURCES ... DEPENDS ... [PROPERTIES ...]): one GoogleTest executable, one ctest
 # entry per case, with these properties. TOGETHER: one entry for all cases, in one process, where the cases
-# share what a suite prepares or are quick against loading the libraries of MRPT and OpenCV (half a second).
+# share what a suite prepares or are quick against loading the libraries of MRPT and OpenCV (a quarter of a second).
 function(vir_test name)
   cmake_parse_arguments(ARG "TOGETHER" "" "SOURCES;DEPENDS;PROPERTIES" ${ARGN})
   add_executable(test_${name} ${ARG_SOURCES})

@@ -82,9 +82,9 @@ void useOwnThreads() { cv::setNumThreads(1); }
 
 }  // namespace
 
-void loadPlugins(const Common& common) {
-  roles::loadPluginFolder(common.plugin_dir.empty() ? roles::defaultPluginFolder()
-                                                    : common.plugin_dir);
+void loadPlugins(const Common& common, const roles::PluginRoles& roles) {
+  roles::loadPluginFolder(
+      common.plugin_dir.empty() ? roles::defaultPluginFolder() : common.plugin_dir, roles);
 }
 
 void requireFile(const std::string& path, const std::string& what) {

@@ -1,6 +1,7 @@
 /// vir-slam check SOURCE|FILE.rawlog: what is wrong with a recording, before it is run.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "commands/commands.h"
@@ -10,6 +11,7 @@
 #include "recordings/full_check.h"
 
 namespace vir::app {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kHelp =
@@ -28,7 +30,10 @@ struct Arguments {
 void run(const Arguments& a, Common& common) {
   GivenCalibration calibration(a.calibration);
   for (const std::string& line : calibration.said()) std::printf("%s\n", line.c_str());
-  loadPlugins(common);
+  const bool rawlog = isRawlog(a.source);
+  loadPlugins(common, rawlog && fs::exists(a.source)
+                          ? roles::PluginRoles{}
+                          : roles::PluginRoles{roles::PluginRole::sensor});
   RecordingCheck recording(RecordingCheck::Depth::full);
   Settings settings;
   for (const std::string& assignment : calibration.assignments()) settings.set(assignment);

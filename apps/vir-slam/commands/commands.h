@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "vir/roles/plugin_loader.h"
+
 namespace CLI {
 class App;
 }
@@ -27,8 +29,8 @@ struct Common {
   int exit_code = kOk;     ///< a command that finishes without throwing may still report failure
 };
 
-/// Loads every plugin of the plugin folder.
-void loadPlugins(const Common& common);
+/// Loads the plugins of the plugin folder that have one of these roles.
+void loadPlugins(const Common& common, const roles::PluginRoles& roles);
 
 /// Throws UsageError with `what` and the name if there is no such file.
 void requireFile(const std::string& path, const std::string& what);

@@ -20,7 +20,7 @@ void run(ImportArguments* a, Common& common) {
   if (a->what.size() == 2) a->job.driver = a->what.front();
   a->job.source = a->what.back();
   if (!a->list && a->job.out.empty()) throw UsageError("--out FILE.rawlog is needed (or --list)");
-  loadPlugins(common);
+  loadPlugins(common, {roles::PluginRole::sensor});
   if (a->list) {
     std::printf("%s", listRecording(a->job).c_str());
   } else {

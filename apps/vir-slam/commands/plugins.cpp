@@ -12,7 +12,7 @@
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/recorded_source.h"
 #include "vir/roles/rendezvous_registry.h"
-#include "vir/roles/sensor_registry.h"
+#include "vir/roles/sensor.h"
 #include "vir/team/joint_solution.h"
 
 namespace vir::app {
@@ -59,10 +59,9 @@ std::string reference(const std::string& name) {
     team::describe(writer, joint);
     return head + writer.text();
   }
-  const auto sensor = roles::createSensor(name);
-  if (auto* recorded = dynamic_cast<roles::RecordedSource*>(sensor.get()))
-    recorded->describe(writer);
-  if (auto* live = dynamic_cast<roles::LiveSource*>(sensor.get())) live->describe(writer);
+  const auto sensor = roles::openSensor(name);
+  if (auto* recorded = sensor->recorded()) recorded->describe(writer);
+  if (auto* live = sensor->live()) live->describe(writer);
   return head + writer.text();
 }
 
@@ -78,7 +77,7 @@ void addPlugins(CLI::App& app, Common& common) {
   command->add_option("NAME", *name,
                       "Estimator, rendezvous solver or sensor: print its settings as an ini");
   command->callback([name, &common] {
-    loadPlugins(common);
+    loadPlugins(common, roles::kAllPluginRoles);
     if (name->empty()) {
       list();
     } else {

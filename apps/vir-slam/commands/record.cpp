@@ -88,7 +88,7 @@ void run(const Arguments& a, Common& common) {
   requireFile(a.ini, "ini");
   Settings settings = Settings::fromFile(a.ini);
   const GivenCalibration calibration = takeCalibration(a.calibration, a.set, &settings);
-  loadPlugins(common);
+  loadPlugins(common, roles::kAllPluginRoles);
   const std::vector<std::string> sensors = live::sensorSections(settings);
   resolvePaths(&settings, sensors);
   std::string companion;

@@ -11,7 +11,7 @@
 #include "recordings/rawlog_recorder.h"
 #include "vir/core/settings.h"
 #include "vir/roles/recorded_source.h"
-#include "vir/roles/sensor_registry.h"
+#include "vir/roles/sensor.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -32,8 +32,8 @@ std::string simulatorKey(const Settings& settings, const char* key, const std::s
 /// One sensor, one rawlog.
 void simulateRobot(const Settings& all, const std::string& robot, const std::string& out,
                    int compression) {
-  const auto sensor = roles::createSensor("simulator");
-  auto* source = dynamic_cast<roles::RecordedSource*>(sensor.get());
+  const auto sensor = roles::openSensor("simulator");
+  roles::RecordedSource* source = sensor->recorded();
   if (source == nullptr) throw UsageError("'simulator' is not a simulated sensor");
   Settings settings = all;
   if (!robot.empty()) settings.set("simulator.robot=" + robot);
@@ -44,7 +44,7 @@ void simulateRobot(const Settings& all, const std::string& robot, const std::str
 }
 
 void run(const SimulateArguments& a, const Common& common) {
-  loadPlugins(common);
+  loadPlugins(common, {roles::PluginRole::sensor});
   requireRawlogName(a.out);
   requireFile(a.ini, "ini");
   Settings settings = Settings::fromFile(a.ini);

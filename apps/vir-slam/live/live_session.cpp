@@ -104,7 +104,7 @@ class LiveSession final : public results::RunObserver {
   void openView() {
     if (!options_.view) return;
     try {
-      view_ = std::make_unique<LiveView>();
+      view_ = openLiveView();
     } catch (const std::exception& e) {
       log_(LogLevel::warning, std::string("no window: ") + e.what());
     }

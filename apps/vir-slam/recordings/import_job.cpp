@@ -4,7 +4,6 @@
 
 #include "recordings/rawlog_recorder.h"
 #include "vir/core/settings.h"
-#include "vir/roles/sensor_registry.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -13,10 +12,7 @@ namespace {
 std::string recordedDrivers() {
   std::string out;
   for (const roles::SensorEntry& e : roles::registeredSensors()) {
-    const auto sensor = roles::createSensor(e.alias);
-    if (e.alias == "simulator" || dynamic_cast<roles::RecordedSource*>(sensor.get()) == nullptr) {
-      continue;
-    }
+    if (e.alias == "simulator" || roles::openSensor(e.alias)->recorded() == nullptr) continue;
     out += (out.empty() ? "" : ", ") + e.alias + " (" + e.description + ")";
   }
   return out;
@@ -32,8 +28,8 @@ OpenedSource find(const ImportJob& job) {
     throw UsageError(job.source + ": no driver knows this kind of file or folder; those for " +
                      "recordings are " + recordedDrivers());
   }
-  opened.sensor = roles::createSensor(opened.driver);
-  opened.source = dynamic_cast<roles::RecordedSource*>(opened.sensor.get());
+  opened.sensor = roles::openSensor(opened.driver);
+  opened.source = opened.sensor->recorded();
   if (opened.source == nullptr) {
     throw UsageError("'" + opened.driver + "' is a live sensor; use `vir-slam record`");
   }
@@ -66,8 +62,8 @@ OpenedSource openSource(const ImportJob& job) {
 std::string driverThatReads(const std::string& source) {
   std::string found;
   for (const roles::SensorEntry& e : roles::registeredSensors()) {
-    const auto sensor = roles::createSensor(e.alias);
-    const auto* recorded = dynamic_cast<roles::RecordedSource*>(sensor.get());
+    const auto sensor = roles::openSensor(e.alias);
+    const roles::RecordedSource* recorded = sensor->recorded();
     if (recorded == nullptr || !recorded->canRead(source)) continue;
     if (!found.empty()) {
       throw UsageError(source + ": both '" + found + "' and '" + e.alias +

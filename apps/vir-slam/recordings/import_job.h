@@ -1,12 +1,12 @@
 #pragma once
 /// A recording in another format into a rawlog: what `import` does, and `run` before it runs.
-#include <mrpt/hwdrivers/CGenericSensor.h>
-
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "commands/commands.h"
 #include "vir/roles/recorded_source.h"
+#include "vir/roles/sensor.h"
 
 namespace vir::app {
 
@@ -20,7 +20,7 @@ struct ImportJob {
 };
 
 struct OpenedSource {
-  mrpt::hwdrivers::CGenericSensor::Ptr sensor;
+  std::unique_ptr<roles::Sensor> sensor;
   roles::RecordedSource* source = nullptr;
   std::string driver;
 };

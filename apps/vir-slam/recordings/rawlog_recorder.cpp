@@ -36,8 +36,8 @@ struct LabelStatistics {
 using Statistics = std::map<std::string, LabelStatistics>;
 
 /// Runs the sensor to its end.
-Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, roles::RecordedSource& source,
-                rawlog::RawlogWriter& writer, RecordingCheck* check) {
+Statistics pump(roles::Sensor& sensor, roles::RecordedSource& source, rawlog::RawlogWriter& writer,
+                RecordingCheck* check) {
   Statistics statistics;
   ProgressBar bar;
   bool more = true;
@@ -45,9 +45,7 @@ Statistics pump(mrpt::hwdrivers::CGenericSensor& sensor, roles::RecordedSource& 
     if (interrupted()) throw std::runtime_error("interrupted; no rawlog was written");
     more = !source.finished();
     if (more) sensor.doProcess();
-    for (const auto& [stamp, object] : sensor.getObservations()) {
-      const auto* obs = dynamic_cast<const mrpt::obs::CObservation*>(object.get());
-      if (obs == nullptr) continue;
+    for (const mrpt::obs::CObservation::Ptr& obs : sensor.takeObservations()) {
       writer.write(*obs);
       check->add(*obs);
       statistics[obs->sensorLabel].add(rawlog::fromMrptTime(obs->timestamp));

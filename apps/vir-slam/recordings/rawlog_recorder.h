@@ -1,20 +1,19 @@
 #pragma once
 /// What `import` and `simulate` have in common: a recorded or simulated sensor to its end into a
 /// rawlog.
-#include <mrpt/hwdrivers/CGenericSensor.h>
-
 #include <string>
 
 #include "vir/roles/recorded_source.h"
+#include "vir/roles/sensor.h"
 
 namespace vir::app {
 
 struct RecordingJob {
-  mrpt::hwdrivers::CGenericSensor* sensor = nullptr;  ///< configured, not initialised
-  roles::RecordedSource* source = nullptr;            ///< the same object
-  std::string out;                                    ///< rawlog to write
-  int compression = 1;                                ///< 0 .. 9
-  std::string command;                                ///< "import": named in the ini written beside
+  roles::Sensor* sensor = nullptr;          ///< configured, not initialised
+  roles::RecordedSource* source = nullptr;  ///< the same object
+  std::string out;                          ///< rawlog to write
+  int compression = 1;                      ///< 0 .. 9
+  std::string command;                      ///< "import": named in the ini written beside
 };
 
 /// Throws UsageError for a name that is not one of a rawlog: the other files that are written

@@ -59,11 +59,7 @@ SourceReport readSource(const SourceToRead& what, const Visit& visit) {
   while (more) {
     more = !source->finished();
     if (more) sensor->doProcess();
-    for (const auto& [stamp, object] : sensor->getObservations()) {
-      if (auto* o = dynamic_cast<mrpt::obs::CObservation*>(object.get())) {
-        visit(*o, source->progress());
-      }
-    }
+    for (const auto& o : sensor->takeObservations()) visit(*o, source->progress());
   }
   return reportOf(*source);
 }

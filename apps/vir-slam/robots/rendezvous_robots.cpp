@@ -199,7 +199,7 @@ Prepared prepareRobots(const RobotArguments& arguments, const Common& common) {
   describe(own, out.rendezvous);
   team::describe(own, out.joint);
   out.robots = robotFiles(out.settings, arguments);
-  loadPlugins(common);
+  loadPlugins(common, {roles::PluginRole::estimator, roles::PluginRole::rendezvous});
   for (std::size_t i = 0; i < out.robots.size(); ++i) {
     RobotFile& robot = out.robots[i];
     robot.settings = out.settings;

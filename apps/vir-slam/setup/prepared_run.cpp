@@ -77,7 +77,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
     run.note = std::to_string(taken) + " settings of the recording taken from " + companion;
   }
 
-  loadPlugins(common);
+  loadPlugins(common, {roles::PluginRole::estimator, roles::PluginRole::rendezvous});
   const std::string asked = run.options.driver;
   run.options.driver = driverFor(asked, settings, run.options.rawlog);
   const auto estimator = roles::estimatorSettings(run.options.driver);

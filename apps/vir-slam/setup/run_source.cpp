@@ -37,8 +37,11 @@ void resolveSource(const RunSource& source, Common& common, RunArguments* argume
     throw UsageError(source.what + " is a device, neither settings nor a recording");
   }
   std::string driver;
-  if (fs::exists(source.what)) {
-    loadPlugins(common);
+  // Not for settings: the sensors' plugins bring MRPT's drivers with them.
+  const bool settings =
+      fs::path(source.what).extension() == ".ini" && !fs::is_directory(source.what);
+  if (!settings && fs::exists(source.what)) {
+    loadPlugins(common, {roles::PluginRole::sensor});
     driver = driverThatReads(source.what);
   }
   if (driver.empty() && fs::is_directory(source.what)) {

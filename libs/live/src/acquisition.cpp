@@ -1,8 +1,6 @@
 #include "vir/live/acquisition.h"
 
-#include <mrpt/hwdrivers/CGenericSensor.h>
 #include <mrpt/obs/CObservationImage.h>
-#include <mrpt/system/COutputLogger.h>
 
 #include <algorithm>
 #include <chrono>
@@ -19,13 +17,12 @@
 #include "vir/roles/live_source.h"
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/recorded_source.h"
-#include "vir/roles/sensor_registry.h"
+#include "vir/roles/sensor.h"
 #include "vir/roles/sensor_section.h"
 
 namespace vir::live {
 namespace {
 
-using mrpt::hwdrivers::CGenericSensor;
 using SteadyClock = std::chrono::steady_clock;
 
 mrpt::config::CConfigFileMemory configOf(const Settings& settings) {
@@ -35,9 +32,9 @@ mrpt::config::CConfigFileMemory configOf(const Settings& settings) {
 }
 
 /// One of ours by name or class, or one of MRPT's by class.
-CGenericSensor::Ptr makeSensor(const std::string& driver) {
-  if (auto sensor = CGenericSensor::createSensorPtr(driver)) return sensor;
-  return roles::createSensor(driver);
+std::unique_ptr<roles::Sensor> makeSensor(const std::string& driver) {
+  if (auto sensor = roles::openMrptSensor(driver)) return sensor;
+  return roles::openSensor(driver);
 }
 
 /// Sections whose `driver` is no sensor.
@@ -130,13 +127,9 @@ class Acquisition::Sensor {
   }
 
  private:
-  CGenericSensor::Ptr create() const {
-    CGenericSensor::Ptr device = makeSensor(section_.driver);
-    // What it has to say comes by LiveSource.
-    auto* talker = dynamic_cast<mrpt::system::COutputLogger*>(device.get());
-    if (talker != nullptr && dynamic_cast<roles::LiveSource*>(device.get()) != nullptr) {
-      talker->logging_enable_console_output = false;
-    }
+  std::unique_ptr<roles::Sensor> create() const {
+    std::unique_ptr<roles::Sensor> device = makeSensor(section_.driver);
+    if (device->live() != nullptr) device->muteConsole();  // what it has to say comes by LiveSource
     if (!image_folder_.empty()) device->setPathForExternalImages(image_folder_);
     device->loadConfig(config_, section_.name);
     return device;
@@ -173,7 +166,7 @@ class Acquisition::Sensor {
   /// Until it is stopped, fails (false) or has come to its end (true).
   bool play() {
     setState(SensorState::running);
-    const auto* source = dynamic_cast<const roles::RecordedSource*>(device_.get());
+    const roles::RecordedSource* source = device_->recorded();
     auto next = SteadyClock::now();
     const auto period = seconds(1 / section_.rate_hz);
     while (!stopped()) {
@@ -181,7 +174,7 @@ class Acquisition::Sensor {
       collect();
       listen();
       if (source != nullptr && source->finished()) return true;
-      if (device_->getState() == CGenericSensor::ssError) return false;
+      if (device_->failed()) return false;
       next = std::max(next + period, SteadyClock::now() - period);
       sleepUntil(next);
     }
@@ -193,7 +186,7 @@ class Acquisition::Sensor {
 
   /// What a live driver has to tell.
   void listen() {
-    auto* live = dynamic_cast<roles::LiveSource*>(device_.get());
+    roles::LiveSource* live = device_->live();
     if (live == nullptr) return;
     const bool there = live->connected();
     for (const roles::SensorMessage& m : live->takeMessages()) say(m.level, m.text);
@@ -210,17 +203,15 @@ class Acquisition::Sensor {
   /// Hands over what the driver has.
   void collect() {
     if (!device_) return;
-    CGenericSensor::TListObservations all;
+    std::vector<mrpt::obs::CObservation::Ptr> all;
     try {
-      all = device_->getObservations();
+      all = device_->takeObservations();
     } catch (const std::exception&) {
       return;  // a driver that failed may not even answer this
     }
     const TimeNs now = hostNow();
     std::vector<Arrival> arrivals;
-    for (const auto& [stamp, object] : all) {
-      auto observation = std::dynamic_pointer_cast<mrpt::obs::CObservation>(object);
-      if (!observation) continue;
+    for (const mrpt::obs::CObservation::Ptr& observation : all) {
       prepare(observation.get(), now);
       arrivals.push_back({index_, observation, now});
     }
@@ -313,7 +304,7 @@ class Acquisition::Sensor {
   bool keeps_stamps_;
   mrpt::config::CConfigFileMemory config_;
   std::string image_folder_;
-  CGenericSensor::Ptr device_;
+  std::unique_ptr<roles::Sensor> device_;
   DeviceClock clock_;
   std::optional<bool> own_clock_;
   mutable std::mutex mutex_;

@@ -10,6 +10,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "more_classes.h"
 #include "vir/rawlog/mrpt_error.h"
 
 namespace vir::rawlog {
@@ -139,6 +140,18 @@ std::string GzArchive::streamError() const {
 std::int64_t GzArchive::compressedPosition() const { return gzoffset(file_); }
 
 mrpt::serialization::CSerializable::Ptr GzArchive::readBounded() {
+  // Once more for each class of which MRPT has to be told first: few, and none in most files.
+  for (;;) {
+    const auto at = gztell(file_);
+    try {
+      return readObject();
+    } catch (const std::exception& e) {
+      if (!loadClassNamedIn(e.what()) || gzseek(file_, at, SEEK_SET) != at) throw;
+    }
+  }
+}
+
+mrpt::serialization::CSerializable::Ptr GzArchive::readObject() {
   object_at_ = gztell(file_);
   object_packed_at_ = gzoffset(file_);
   bounding_ = true;

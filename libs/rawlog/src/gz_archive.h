@@ -51,6 +51,7 @@ class GzArchive : public mrpt::serialization::CArchive {
   std::size_t read(void* buf, std::size_t len) override;
 
  private:
+  mrpt::serialization::CSerializable::Ptr readObject();
   void cutBack();
   std::uint64_t mostLeft() const;
   void checkGrowth();

@@ -70,14 +70,18 @@ void loadPlugin(const std::string& file) {
   loadedFiles().insert(path);
 }
 
-std::vector<std::string> loadPluginFolder(const std::string& folder) {
+std::vector<std::string> loadPluginFolder(const std::string& folder, const PluginRoles& roles) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     throw PluginError("there is no plugin folder " + folder + "; name one with --plugin-dir");
   }
   std::vector<std::string> files;
   for (const auto& item : fs::directory_iterator(folder)) {
-    if (item.path().extension() == ".so") files.push_back(item.path().string());
+    if (item.path().extension() != ".so") continue;
+    const PluginRoles has = rolesOfPlugin(item.path().string());
+    const bool wanted =
+        std::any_of(has.begin(), has.end(), [&](PluginRole role) { return roles.count(role) > 0; });
+    if (wanted) files.push_back(item.path().string());
   }
   std::sort(files.begin(), files.end());
   for (const std::string& file : files) loadPlugin(file);

@@ -1,5 +1,7 @@
 #include "registry.h"
 
+#include <dlfcn.h>
+
 #include <map>
 #include <mutex>
 #include <utility>
@@ -8,7 +10,6 @@
 #include "vir/roles/estimator_registry.h"
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/rendezvous_registry.h"
-#include "vir/roles/sensor_registry.h"
 
 namespace vir::roles {
 namespace {
@@ -35,6 +36,7 @@ struct Registries {
   Registry<EstimatorEntry, EstimatorFactory> estimators{"estimator", {}};
   Registry<RendezvousEntry, RendezvousFactory> rendezvous{"rendezvous solver", {}};
   std::map<std::string, SensorEntry> sensors;  // by alias
+  registry::SensorMaker make_sensor = nullptr;
   std::string current_plugin;
   std::vector<std::string> problems;
 };
@@ -46,12 +48,6 @@ Registries& all() {
 
 std::string origin(const std::string& plugin_file) {
   return plugin_file.empty() ? "this program" : plugin_file;
-}
-
-/// MRPT replaces a class of the same name without a word.
-bool takenInMrpt(const mrpt::hwdrivers::TSensorClassId* id) {
-  const auto sensor = mrpt::hwdrivers::CGenericSensor::createSensorPtr(id->className);
-  return sensor != nullptr && sensor->GetRuntimeClass() != id;
 }
 
 template <typename Map, typename Text>
@@ -110,6 +106,47 @@ std::size_t size() {
   return all().estimators.records.size() + all().rendezvous.records.size() + all().sensors.size();
 }
 
+void setSensorMaker(SensorMaker maker) {
+  const std::lock_guard<std::mutex> lock(all().mutex);
+  all().make_sensor = maker;
+}
+
+bool addSensor(const SensorEntry& entry, const std::function<bool()>& taken_in_mrpt) {
+  Registries& r = all();
+  const std::lock_guard<std::mutex> lock(r.mutex);
+  const std::string key = lowerCase(entry.alias);
+  for (const auto& [known_alias, known] : r.sensors) {
+    if (known_alias != key && known.class_name != entry.class_name) continue;
+    r.problems.push_back("sensor '" + entry.alias + "' (class " + entry.class_name +
+                         ") is registered twice: by " + origin(known.plugin_file) + " and by " +
+                         origin(r.current_plugin));
+    return false;
+  }
+  if (taken_in_mrpt()) {
+    r.problems.push_back("sensor '" + entry.alias + "': MRPT has a class " + entry.class_name +
+                         " already");
+    return false;
+  }
+  r.sensors[key] = {key, entry.class_name, entry.description, r.current_plugin};
+  return true;
+}
+
+std::string sensorClass(const std::string& name) {
+  const Registries& r = all();
+  const std::lock_guard<std::mutex> lock(all().mutex);
+  std::string class_name;
+  for (const auto& [alias, entry] : r.sensors) {
+    if (alias == lowerCase(name) || entry.class_name == name) class_name = entry.class_name;
+  }
+  if (!class_name.empty()) return class_name;
+  throw PluginError("unknown sensor driver '" + name +
+                    "'; available: " + listed(r.sensors, [](auto& s) { return s.first; }));
+}
+
+PluginError unknownToMrpt(const std::string& class_name) {
+  return PluginError("sensor class " + class_name + " is not registered with MRPT");
+}
+
 }  // namespace registry
 
 void registerEstimator(const std::string& name, EstimatorFactory factory,
@@ -120,26 +157,6 @@ void registerEstimator(const std::string& name, EstimatorFactory factory,
 void registerRendezvous(const std::string& name, RendezvousFactory factory,
                         const std::string& description) {
   add(&all().rendezvous, name, std::move(factory), description);
-}
-
-void registerSensor(const mrpt::hwdrivers::TSensorClassId* id, const std::string& alias,
-                    const std::string& description) {
-  Registries& r = all();
-  const std::lock_guard<std::mutex> lock(r.mutex);
-  const std::string class_name = id->className;
-  for (const auto& [known_alias, known] : r.sensors) {
-    if (known_alias != lowerCase(alias) && known.class_name != class_name) continue;
-    r.problems.push_back("sensor '" + alias + "' (class " + class_name +
-                         ") is registered twice: by " + origin(known.plugin_file) + " and by " +
-                         origin(r.current_plugin));
-    return;
-  }
-  if (takenInMrpt(id)) {
-    r.problems.push_back("sensor '" + alias + "': MRPT has a class " + class_name + " already");
-    return;
-  }
-  r.sensors[lowerCase(alias)] = {lowerCase(alias), class_name, description, r.current_plugin};
-  mrpt::hwdrivers::CGenericSensor::registerClass(id);
 }
 
 std::vector<EstimatorEntry> registeredEstimators() {
@@ -167,22 +184,25 @@ std::unique_ptr<Rendezvous> createRendezvous(const std::string& name) {
   return create(all().rendezvous, name);
 }
 
-mrpt::hwdrivers::CGenericSensor::Ptr createSensor(const std::string& name) {
-  Registries& r = all();
-  std::string class_name;
-  {
-    const std::lock_guard<std::mutex> lock(r.mutex);
-    for (const auto& [alias, entry] : r.sensors) {
-      if (alias == lowerCase(name) || entry.class_name == name) class_name = entry.class_name;
-    }
-    if (class_name.empty()) {
-      throw PluginError("unknown sensor driver '" + name +
-                        "'; available: " + listed(r.sensors, [](auto& s) { return s.first; }));
-    }
-  }
-  auto sensor = mrpt::hwdrivers::CGenericSensor::createSensorPtr(class_name);
-  if (!sensor) throw PluginError("sensor class " + class_name + " is not registered with MRPT");
+std::unique_ptr<Sensor> openSensor(const std::string& name) {
+  const std::string class_name = registry::sensorClass(name);
+  auto sensor = openMrptSensor(class_name);
+  if (!sensor) throw registry::unknownToMrpt(class_name);
   return sensor;
+}
+
+std::unique_ptr<Sensor> openMrptSensor(const std::string& class_name) {
+  const auto maker = [] {
+    const std::lock_guard<std::mutex> lock(all().mutex);
+    return all().make_sensor;
+  };
+  // It is there as soon as a plugin with a sensor is loaded. Beside this library otherwise.
+  if (maker() == nullptr && dlopen(VIR_SENSOR_ROLES_FILE, RTLD_NOW | RTLD_LOCAL) == nullptr) {
+    const char* reason = dlerror();
+    throw PluginError(std::string("cannot load MRPT's drivers: ") +
+                      (reason != nullptr ? reason : "unknown reason"));
+  }
+  return maker()(class_name);
 }
 
 }  // namespace vir::roles

@@ -3,9 +3,11 @@
 #include <mrpt/obs/CObservationImage.h>
 
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <utility>
 
+#include "images_ahead.h"
 #include "vir/core/resource_usage.h"
 #include "vir/core/settings.h"
 #include "vir/rawlog/convert.h"
@@ -21,6 +23,9 @@ using mrpt::obs::CObservation;
 using mrpt::obs::CObservationImage;
 
 constexpr long kReportEvery = 50;  // observations between two calls of the progress hook
+// Beside the one that is worked on: keyframes take longer than others, decoding always the same.
+constexpr int kImagesAhead = 3;
+constexpr std::size_t kMostAhead = 512;  // observations read ahead where there are no images
 
 /// Stamps of what an estimator gives a state for.
 struct Frames {
@@ -31,6 +36,13 @@ struct Frames {
     if (count++ == 0) first = t;
     last = t;
   }
+};
+
+/// An observation that has been read, and whose turn comes later.
+struct Waiting {
+  CObservation::Ptr observation;
+  bool before_start = false, other_camera = false;
+  std::shared_ptr<ImagesAhead::Loading> loading;  ///< an image that will be used
 };
 
 class OfflineRun {
@@ -65,9 +77,11 @@ class OfflineRun {
  private:
   void play() {
     while (!stopRequested()) {
-      const auto observation = input_.next();
-      if (!observation) break;
-      handle(observation);
+      readAhead();
+      if (waiting_.empty()) break;
+      const Waiting next = std::move(waiting_.front());
+      waiting_.pop_front();
+      handle(next);
       reportProgress();
     }
     if (stopRequested()) {
@@ -78,29 +92,53 @@ class OfflineRun {
     collect();
   }
 
-  void handle(const CObservation::Ptr& observation) {
+  /// What there is before the image after the next few, whose decoding begins.
+  void readAhead() {
+    while (loading_ < kImagesAhead && waiting_.size() < kMostAhead) {
+      auto observation = input_.next();
+      if (!observation) return;
+      const auto as = options_.labels.find(observation->sensorLabel);
+      if (as != options_.labels.end()) observation->sensorLabel = as->second;
+      waiting_.push_back(sorted(observation));
+      if (waiting_.back().loading) ++loading_;
+    }
+  }
+
+  /// Whether it is one to be used, which the ones before it decide.
+  Waiting sorted(const CObservation::Ptr& observation) {
+    Waiting out{observation, false, false, nullptr};
+    if (observation->sensorLabel == rawlog::kGroundTruthLabel) return out;
     const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
-    const auto as = options_.labels.find(observation->sensorLabel);
-    if (as != options_.labels.end()) observation->sensorLabel = as->second;
+    const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
+    const bool seen = rawlog::isImage(*observation);
+    const bool odometry = !image && observation->sensorLabel == rawlog::kOdometryLabel;
+    if ((seen || odometry) && !first_recorded_) first_recorded_ = t;
+    out.before_start = beforeStart(t);
+    out.other_camera =
+        seen && !options_.inputs.empty() && !roles::takes(options_.inputs, *observation);
+    if (image && !out.before_start && !out.other_camera) out.loading = images_ahead_.begin(image);
+    return out;
+  }
+
+  void handle(const Waiting& next) {
+    const CObservation::Ptr& observation = next.observation;
+    const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
     if (observation->sensorLabel == rawlog::kGroundTruthLabel) {
       if (const auto pose = rawlog::poseOf(*observation)) {
         recorder_.addGroundTruth(pose->t, pose->T_W_B);
       }
       return;
     }
-    const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
-    const bool odometry = !image && observation->sensorLabel == rawlog::kOdometryLabel;
-    const bool seen = rawlog::isImage(*observation);
-    if ((seen || odometry) && !first_recorded_) first_recorded_ = t;
-    if (beforeStart(t)) return;
-    if (seen && !options_.inputs.empty() && !roles::takes(options_.inputs, *observation)) {
+    if (next.before_start) return;
+    if (next.other_camera) {
       ++counters_["images_of_other_cameras"];
       return;
     }
-    if (image && !decode(*image)) return;
+    if (next.loading && !decoded(*next.loading)) return;
+    const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
     if (hooks_.prepare) hooks_.prepare(observation.get());
-    if (seen) images_.add(t);
-    if (odometry) odometry_.add(t);
+    if (rawlog::isImage(*observation)) images_.add(t);
+    if (!image && observation->sensorLabel == rawlog::kOdometryLabel) odometry_.add(t);
     for (results::RunObserver* o : hooks_.observers) o->onObservation(*observation);
     timed([&] { estimator_.add(*observation); });
     if (image) image->image.unload();
@@ -112,18 +150,15 @@ class OfflineRun {
     return !first_recorded_ || t < *first_recorded_ + fromSeconds(options_.start_offset_s);
   }
 
-  /// An external image is read from disk here, so that its decoding is not the estimator's time.
-  bool decode(CObservationImage& observation) {
-    std::string reason = "it is empty";
-    try {
-      observation.load();
-      if (!observation.image.isEmpty()) return true;
-    } catch (const std::exception& e) {
-      reason = rawlog::shortReason(e);
-    }
+  /// False, and counted, if the image cannot be used.
+  bool decoded(const ImagesAhead::Loading& loading) {
+    images_ahead_.wait(loading);
+    --loading_;
+    if (loading.problem.empty()) return true;
     if (counters_["images_unreadable"]++ == 0) {
-      warn("image at " + evaluation::formatSeconds(rawlog::fromMrptTime(observation.timestamp)) +
-           " s cannot be used: " + reason + " (further ones are only counted)");
+      const TimeNs t = rawlog::fromMrptTime(loading.image->timestamp);
+      warn("image at " + evaluation::formatSeconds(t) + " s cannot be used: " + loading.problem +
+           " (further ones are only counted)");
     }
     return false;
   }
@@ -137,10 +172,13 @@ class OfflineRun {
 
   template <typename Work>
   void timed(Work work) {
-    const double before = cpuSeconds();
+    const double before = cpuWithoutDecoding();
     work();
-    estimator_cpu_s_ += cpuSeconds() - before;
+    estimator_cpu_s_ += cpuWithoutDecoding() - before;
   }
+
+  /// An estimator may have threads of its own; that of the images is not one of them.
+  double cpuWithoutDecoding() const { return cpuSeconds() - images_ahead_.cpuSeconds(); }
 
   bool stopRequested() const { return hooks_.stop && hooks_.stop(); }
 
@@ -203,6 +241,9 @@ class OfflineRun {
   Frames images_, odometry_;
   double estimator_cpu_s_ = 0;
   long seen_ = 0;
+  std::deque<Waiting> waiting_;
+  int loading_ = 0;           // of those that wait
+  ImagesAhead images_ahead_;  // the last member: its thread ends before what it works on
 };
 
 }  // namespace

@@ -58,6 +58,50 @@ TEST(PluginLoader, FolderIsLoadedInNameOrder) {
   EXPECT_TRUE(has(files[1], "sensor"));
 }
 
+using Roles = roles::PluginRoles;
+constexpr roles::PluginRole kEstimator = roles::PluginRole::estimator;
+constexpr roles::PluginRole kSensor = roles::PluginRole::sensor;
+
+TEST(PluginLoader, RolesAreToldWithoutLoading) {
+  EXPECT_EQ(roles::rolesOfPlugin(good("estimator")), Roles{kEstimator});
+  EXPECT_EQ(roles::rolesOfPlugin(good("sensor")), Roles{kSensor});
+  const std::string folder = test::buildDir() + "/lib/vir-slam/plugins/libvir_plugin_";
+  EXPECT_EQ(roles::rolesOfPlugin(folder + "nlopt.so"), Roles{roles::PluginRole::rendezvous});
+  EXPECT_EQ(roles::rolesOfPlugin(folder + "vir.so"), Roles{kEstimator});
+}
+
+TEST(PluginLoader, OnlyWhatHasTheRoleIsLoaded) {
+  const std::string folder = test::buildDir() + "/tests/fixtures/good";
+  const auto estimators = roles::loadPluginFolder(folder, {kEstimator});
+  ASSERT_EQ(estimators.size(), 1u);
+  EXPECT_TRUE(has(estimators[0], "libfixture_estimator.so"));
+  EXPECT_TRUE(roles::loadPluginFolder(folder, {roles::PluginRole::rendezvous}).empty());
+  EXPECT_TRUE(roles::loadPluginFolder(folder, {}).empty());
+}
+
+/// What cannot be told is loaded for every role: then the dynamic linker says what is wrong.
+TEST(PluginLoader, WhatDoesNotTellItsRoleMayHaveAny) {
+  const test::TempFolder folder;
+  const std::string file = (folder / "libx.so").string();
+  EXPECT_EQ(roles::rolesOfPlugin(file), roles::kAllPluginRoles);  // there is none
+  EXPECT_EQ(roles::rolesOfPlugin(bad("empty")), roles::kAllPluginRoles);
+  test::writeText(file, "this is text\n");
+  EXPECT_TRUE(has(errorOf([&] { roles::loadPluginFolder(folder.path().string(), {kSensor}); }),
+                  "cannot load plugin"));
+  const std::string sound = test::readText(good("estimator"));
+  for (const std::size_t bytes : {0u, 3u, 16u, 63u, 64u, 300u, 900u}) {
+    test::writeText(file, sound.substr(0, bytes));
+    EXPECT_EQ(roles::rolesOfPlugin(file), roles::kAllPluginRoles) << bytes;
+  }
+  // Headers that promise more than there is.
+  for (std::size_t at = 16; at < 1200; at += 4) {
+    std::string damaged = sound;
+    for (std::size_t i = at; i < at + 8; ++i) damaged[i] = static_cast<char>(0xff);
+    test::writeText(file, damaged);
+    EXPECT_FALSE(roles::rolesOfPlugin(file).empty()) << at;
+  }
+}
+
 TEST(PluginLoader, MissingFile) {
   const std::string text = errorOf([] { roles::loadPlugin("/nowhere/libx.so"); });
   EXPECT_EQ(text, "there is no plugin file /nowhere/libx.so");

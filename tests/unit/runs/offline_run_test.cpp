@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "vir/core/settings.h"
 #include "vir/rawlog/labels.h"
@@ -145,6 +146,58 @@ TEST_F(OfflineRunTest, ObserversAreToldOfEverythingButTheTruth) {
   EXPECT_TRUE(noting.ended);
   EXPECT_EQ(s.warnings, std::vector<std::string>{"noted"});
   EXPECT_NE(file("report.html").find("noted"), std::string::npos);
+}
+
+/// What was told of images, in order: the first pixel.
+struct SeenImages : results::RunObserver {
+  void onObservation(const mrpt::obs::CObservation& o) override {
+    const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&o);
+    if (image == nullptr) return;
+    EXPECT_FALSE(image->image.isEmpty());
+    first_pixels.push_back(*image->image.ptr<std::uint8_t>(0, 0));
+  }
+  std::vector<int> first_pixels;
+};
+
+/// They are decoded before their turn, and by another thread.
+TEST_F(OfflineRunTest, ImagesOnTheDiskComeInOrderAndBadOnesAreNamedInTheirTurn) {
+  const std::filesystem::path images = rawlog::RawlogWriter::imageFolderOf(rawlog_);
+  std::filesystem::create_directories(images);
+  rawlog::RawlogWriter writer(rawlog_);
+  const auto bad = [](int i) { return i == 4 || i == 9 || i == 10; };
+  std::vector<int> good;
+  for (int i = 0; i < 40; ++i) {
+    const TimeNs t = kStart + 50 * i * kMs;
+    writer.write(*test::imuAt(t - 20 * kMs));
+    const std::string name = std::to_string(i) + ".png";
+    const auto image = test::imageAt(t, i);
+    image->image.saveToFile((images / name).string());
+    if (bad(i)) test::writeText(images / name, "no image");
+    if (!bad(i)) good.push_back(i);
+    image->image.setExternalStorage(name);
+    writer.write(*image);
+  }
+  writer.finish();
+  SeenImages seen;
+  observers_.push_back(&seen);
+  const results::RunSummary s = run();
+  EXPECT_EQ(seen.first_pixels, good);
+  EXPECT_EQ(s.frames, 37);
+  EXPECT_EQ(counter(s, "images_unreadable"), 3);
+  ASSERT_EQ(s.warnings.size(), 1u);
+  EXPECT_NE(s.warnings[0].find("image at 1700000000.200"), std::string::npos) << s.warnings[0];
+}
+
+/// Whoever stops in between leaves images behind that have been begun.
+TEST_F(OfflineRunTest, AStoppedRunWaitsForNoImage) {
+  test::writeRecording(rawlog_, 30);
+  SeenImages seen;
+  observers_.push_back(&seen);
+  stop_after_ = 61;  // observations: ten of the IMU, an image and a pose of the truth, and so on
+  const results::RunSummary s = run();
+  EXPECT_TRUE(s.interrupted);
+  EXPECT_EQ(s.frames, 5);
+  EXPECT_EQ(seen.first_pixels, (std::vector<int>{0, 1, 2, 3, 4}));
 }
 
 TEST_F(OfflineRunTest, SameInputSameBytes) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Loading of plugins (shared objects). A loaded plugin is never unloaded: objects of its classes
 /// may outlive any scope we could tie it to.
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -18,9 +19,21 @@ class PluginError : public std::runtime_error {
 /// something else registered before, or nothing registered at all.
 void loadPlugin(const std::string& file);
 
-/// Loads every `*.so` of a folder in name order; returns the files. Throws PluginError if the
-/// folder is missing or a plugin fails.
-std::vector<std::string> loadPluginFolder(const std::string& folder);
+/// What a plugin may register.
+enum class PluginRole { estimator, rendezvous, sensor };
+using PluginRoles = std::set<PluginRole>;
+inline const PluginRoles kAllPluginRoles{PluginRole::estimator, PluginRole::rendezvous,
+                                         PluginRole::sensor};
+
+/// The roles of which a plugin calls the registering function, as its dynamic symbols tell: it is
+/// read, not loaded. All if they do not tell: no shared object, or one that leaves the registering
+/// to another library.
+PluginRoles rolesOfPlugin(const std::string& file);
+
+/// Loads every `*.so` of a folder that registers something of `roles`, in name order; returns these
+/// files. Throws PluginError if the folder is missing or a plugin fails.
+std::vector<std::string> loadPluginFolder(const std::string& folder,
+                                          const PluginRoles& roles = kAllPluginRoles);
 
 /// `<folder of the executable>/../lib/vir-slam/plugins`: right in the build tree and where it is
 /// installed.

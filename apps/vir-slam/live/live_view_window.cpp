@@ -1,4 +1,4 @@
-#include "live/live_view.h"
+/// What `record --view` draws; see openLiveView().
 
 #include <mrpt/gui/CDisplayWindow3D.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
@@ -13,12 +13,12 @@
 
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
 
+#include "live/live_view.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 
@@ -40,9 +40,8 @@ struct RangeNow {
   double metres = 0;
 };
 
-}  // namespace
-
-struct LiveView::Impl {
+/// The window and what is in it.
+struct Scene {
   mrpt::gui::CDisplayWindow3D window{"vir-slam", 1100, 750};
   mrpt::opengl::CSetOfLines::Ptr path = mrpt::opengl::CSetOfLines::Create();
   mrpt::opengl::CSetOfLines::Ptr keyframe_path = mrpt::opengl::CSetOfLines::Create();
@@ -65,7 +64,7 @@ struct LiveView::Impl {
   SteadyClock::time_point last_draw;
   std::optional<Vec3> last_p;
 
-  Impl() {
+  Scene() {
     auto scene = COpenGLScene::Create();
     scene->insert(mrpt::opengl::CGridPlaneXY::Create(-50, 50, -50, 50, 0, 1));
     path->setColor(blue());
@@ -178,64 +177,70 @@ struct LiveView::Impl {
   }
 };
 
-LiveView::LiveView() {
-  // MRPT would wait for seconds and then go on with a window that is none.
-  const char* display = std::getenv("DISPLAY");
-  if (display == nullptr || *display == '\0') throw std::runtime_error("there is no display");
-  impl_ = std::make_unique<Impl>();
+class LiveViewWindow final : public LiveView {
+ public:
+  void setEstimate(const StateEstimate& estimate, const roles::Estimator& estimator) override;
+  void setRevision(const Revision& revision) override;
+  void setObservation(const mrpt::obs::CObservation::Ptr& observation) override;
+  void draw() override;
+  bool closed() const override { return !scene_.window.isOpen(); }
+
+ private:
+  mutable Scene scene_;
+};
+
+void LiveViewWindow::setEstimate(const StateEstimate& estimate, const roles::Estimator& estimator) {
+  if (scene_.closed) return;
+  const std::lock_guard<std::mutex> lock(scene_.mutex);
+  scene_.estimates.push_back(estimate);
+  scene_.anchor_estimates = estimator.anchors();
+  scene_.pixels = estimator.trackedPixels();
+  if (!estimate.keyframe || ++scene_.keyframes % kMapEvery != 0) return;
+  scene_.landmarks = estimator.landmarks();
+  scene_.new_map = true;
+  scene_.setKeyframes(estimator.keyframes());
 }
 
-LiveView::~LiveView() = default;
-
-void LiveView::setEstimate(const StateEstimate& estimate, const roles::Estimator& estimator) {
-  if (impl_->closed) return;
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
-  impl_->estimates.push_back(estimate);
-  impl_->anchor_estimates = estimator.anchors();
-  impl_->pixels = estimator.trackedPixels();
-  if (!estimate.keyframe || ++impl_->keyframes % kMapEvery != 0) return;
-  impl_->landmarks = estimator.landmarks();
-  impl_->new_map = true;
-  impl_->setKeyframes(estimator.keyframes());
+void LiveViewWindow::setRevision(const Revision& revision) {
+  const std::lock_guard<std::mutex> lock(scene_.mutex);
+  scene_.setKeyframes(revision.keyframes);
 }
 
-void LiveView::setRevision(const Revision& revision) {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
-  impl_->setKeyframes(revision.keyframes);
-}
-
-void LiveView::setObservation(const mrpt::obs::CObservation::Ptr& observation) {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
+void LiveViewWindow::setObservation(const mrpt::obs::CObservation::Ptr& observation) {
+  const std::lock_guard<std::mutex> lock(scene_.mutex);
   if (auto image = std::dynamic_pointer_cast<const mrpt::obs::CObservationImage>(observation)) {
-    impl_->image = image;
+    scene_.image = image;
   } else if (auto range = std::dynamic_pointer_cast<const mrpt::obs::CObservationBeaconRanges>(
                  observation)) {
     if (range->sensorLabel == rawlog::kPeerLabel) return;
     for (const auto& r : range->sensedData) {
-      impl_->ranges[static_cast<std::uint64_t>(r.beaconID)] = {r.sensedDistance};
+      scene_.ranges[static_cast<std::uint64_t>(r.beaconID)] = {r.sensedDistance};
     }
   }
 }
 
-void LiveView::draw() {
+void LiveViewWindow::draw() {
   const auto now = SteadyClock::now();
-  if (now - impl_->last_draw < kBetweenFrames) return;
-  impl_->closed = closed();
-  if (impl_->closed) return;
-  impl_->last_draw = now;
-  impl_->window.get3DSceneAndLock();
+  if (now - scene_.last_draw < kBetweenFrames) return;
+  scene_.closed = closed();
+  if (scene_.closed) return;
+  scene_.last_draw = now;
+  scene_.window.get3DSceneAndLock();
   {
-    const std::lock_guard<std::mutex> lock(impl_->mutex);
-    impl_->drawPath();
-    impl_->drawKeyframes();
-    impl_->drawAnchors();
-    impl_->drawMap();
-    impl_->drawImage();
+    const std::lock_guard<std::mutex> lock(scene_.mutex);
+    scene_.drawPath();
+    scene_.drawKeyframes();
+    scene_.drawAnchors();
+    scene_.drawMap();
+    scene_.drawImage();
   }
-  impl_->window.unlockAccess3DScene();
-  impl_->window.forceRepaint();
+  scene_.window.unlockAccess3DScene();
+  scene_.window.forceRepaint();
 }
 
-bool LiveView::closed() const { return !impl_->window.isOpen(); }
-
+}  // namespace
 }  // namespace vir::app
+
+extern "C" __attribute__((visibility("default"))) vir::app::LiveView* virOpenLiveView() {
+  return new vir::app::LiveViewWindow();
+}
