@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "vir/core/angles.h"
+#include "vir/evaluation/leaps.h"
 
 namespace vir::evaluation {
 namespace {
@@ -135,9 +136,10 @@ void endErrors(EvaluationResult* result) {
 
 }  // namespace
 
-EvaluationResult evaluate(const Trajectory& reference, const Trajectory& estimate,
+EvaluationResult evaluate(const Trajectory& given, const Trajectory& estimate,
                           const EvaluationOptions& options) {
   EvaluationResult result;
+  const Trajectory reference = withoutLeaps(given, &result.reference_left_out);
   result.alignment = options.alignment;
   result.association = associate(reference, estimate, options.association);
   checkOverlap(reference, estimate, result.association);

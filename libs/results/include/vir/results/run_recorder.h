@@ -108,6 +108,7 @@ class RunRecorder final : public RunObserver {
   void writePose(const StateEstimate& estimate);
   void writeKeyframes(const std::vector<StampedPose>& keyframes);
   void writeLandmarks(const std::vector<Landmark>& landmarks);
+  void checkGroundTruth(RunSummary* summary);
   void evaluateInto(RunSummary* summary);
   std::optional<double> positionNees() const;
   void writePictures(const std::vector<Anchor>& anchors, const RunSummary& summary) const;
