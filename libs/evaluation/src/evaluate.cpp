@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "vir/core/angles.h"
+#include "vir/core/time_bounds.h"
 #include "vir/evaluation/leaps.h"
 
 namespace vir::evaluation {
@@ -64,7 +65,8 @@ std::vector<double> pathLengths(const std::vector<PosePair>& pairs) {
 
 std::vector<double> timesOf(const std::vector<PosePair>& pairs) {
   std::vector<double> times;
-  for (const PosePair& pair : pairs) times.push_back(toSeconds(pair.t - pairs.front().t));
+  for (const PosePair& pair : pairs)
+    times.push_back(toSeconds(timeBetween(pairs.front().t, pair.t)));
   return times;
 }
 

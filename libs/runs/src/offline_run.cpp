@@ -165,6 +165,7 @@ class OfflineRun {
     if (reader.skipped() > 0) {
       counters_["objects_skipped"] = static_cast<long>(reader.skipped());
     }
+    for (const auto& [label, count] : reader.leftOut()) counters_["implausible_" + label] = count;
     for (const auto& [name, count] : input_.orderer().counters()) {
       counters_[name] = count;
       warn(std::to_string(count) + " observations left out (" + name + ")");
