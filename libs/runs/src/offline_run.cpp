@@ -1,5 +1,7 @@
 #include "vir/runs/offline_run.h"
 
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationIMU.h>
 #include <mrpt/obs/CObservationImage.h>
 
 #include <algorithm>
@@ -32,6 +34,18 @@ struct Frames {
     last = t;
   }
 };
+
+/// As in RunSummary::left_out; empty for what no estimator reads.
+std::string kindOf(const CObservation& observation) {
+  if (rawlog::isImage(observation)) return results::kImages;
+  if (dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation) != nullptr) {
+    return results::kImuReadings;
+  }
+  if (dynamic_cast<const mrpt::obs::CObservationBeaconRanges*>(&observation) != nullptr) {
+    return results::kRanges;
+  }
+  return observation.sensorLabel == rawlog::kOdometryLabel ? results::kOdometryPoses : "";
+}
 
 class OfflineRun {
  public:
@@ -80,8 +94,13 @@ class OfflineRun {
 
   void handle(const CObservation::Ptr& observation) {
     const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
-    const auto as = options_.labels.find(observation->sensorLabel);
+    const std::string label = observation->sensorLabel;
+    const auto as = options_.labels.find(label);
     if (as != options_.labels.end()) observation->sensorLabel = as->second;
+    if (kinds_.count(label) == 0) {
+      const bool taken = options_.inputs.empty() || roles::takes(options_.inputs, *observation);
+      kinds_.emplace(label, taken ? kindOf(*observation) : "");
+    }
     if (observation->sensorLabel == rawlog::kGroundTruthLabel) {
       if (const auto pose = rawlog::poseOf(*observation)) {
         recorder_.addGroundTruth(pose->t, pose->T_W_B);
@@ -121,6 +140,7 @@ class OfflineRun {
     } catch (const std::exception& e) {
       reason = rawlog::shortReason(e);
     }
+    ++summary_.left_out[results::kImages];
     if (counters_["images_unreadable"]++ == 0) {
       warn("image at " + evaluation::formatSeconds(rawlog::fromMrptTime(observation.timestamp)) +
            " s cannot be used: " + reason + " (further ones are only counted)");
@@ -165,12 +185,25 @@ class OfflineRun {
     if (reader.skipped() > 0) {
       counters_["objects_skipped"] = static_cast<long>(reader.skipped());
     }
-    for (const auto& [label, count] : reader.leftOut()) counters_["implausible_" + label] = count;
+    for (const auto& [label, count] : reader.leftOut()) {
+      counters_["implausible_" + label] = count;
+      countLeftOut(label, count);
+    }
     for (const auto& [name, count] : input_.orderer().counters()) {
       counters_[name] = count;
+      // Twice the same is no loss.
+      for (const char* lost : {"late_", "bad_stamp_"}) {
+        const std::string prefix = lost;
+        if (name.rfind(prefix, 0) == 0) countLeftOut(name.substr(prefix.size()), count);
+      }
       warn(std::to_string(count) + " observations left out (" + name + ")");
     }
     if (summary_.frames == 0) warn("no usable image and no odometry in " + options_.rawlog);
+  }
+
+  void countLeftOut(const std::string& label, long count) {
+    const auto kind = kinds_.find(label);
+    if (kind != kinds_.end() && !kind->second.empty()) summary_.left_out[kind->second] += count;
   }
 
   void summarise() {
@@ -199,7 +232,8 @@ class OfflineRun {
   results::RunRecorder recorder_;
   results::RunSummary summary_;
   std::map<std::string, long> counters_;
-  std::optional<TimeNs> first_recorded_;  // image or odometry pose
+  std::map<std::string, std::string> kinds_;  // by label; empty: the estimator does not take it
+  std::optional<TimeNs> first_recorded_;      // image or odometry pose
   Frames images_, odometry_;
   double estimator_cpu_s_ = 0;
   long seen_ = 0;
