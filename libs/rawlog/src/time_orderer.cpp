@@ -52,6 +52,9 @@ void TimeOrderer::insert(const mrpt::obs::CObservation::Ptr& observation, TimeNs
   }
   newest_ = started_ ? std::max(newest_, t) : t;
   started_ = true;
+  TimeNs& newest = newest_of_.emplace(observation->sensorLabel, t).first->second;
+  if (t < newest) ++sorted_[observation->sensorLabel];
+  newest = std::max(newest, t);
   held_.emplace(t, observation);
 }
 
@@ -80,6 +83,8 @@ void TimeOrderer::dropBeginning() {
   for (const auto& [t, observation] : held_) count("bad_stamp_", *observation);
   held_.clear();
   held_stamps_.clear();
+  newest_of_.clear();
+  sorted_.clear();
   started_ = false;
 }
 

@@ -189,6 +189,12 @@ class OfflineRun {
       counters_["implausible_" + label] = count;
       countLeftOut(label, count);
     }
+    for (const auto& [label, count] : input_.orderer().sorted()) {
+      counters_["sorted_" + label] = count;
+      warn(std::to_string(count) + " observations of " + label +
+           " came after later ones and were put in order by their stamps: if those were true, this "
+           "costs nothing");
+    }
     for (const auto& [name, count] : input_.orderer().counters()) {
       counters_[name] = count;
       // Twice the same is no loss.

@@ -45,6 +45,17 @@ TEST(TimeOrderer, BurstsAreMerged) {
   EXPECT_TRUE(orderer.counters().empty());
 }
 
+TEST(TimeOrderer, SwappedImagesAreSortedAndCounted) {
+  std::vector<mrpt::obs::CObservation::Ptr> input;
+  for (int i = 0; i < 20; ++i) input.push_back(imageAt(kStart + (i ^ 1) * 50 * kMs));
+  TimeOrderer orderer;
+  const auto out = run(&orderer, input);
+  EXPECT_EQ(out.size(), 20u);
+  EXPECT_TRUE(std::is_sorted(out.begin(), out.end()));
+  EXPECT_TRUE(orderer.counters().empty());
+  EXPECT_EQ(orderer.sorted(), (std::map<std::string, long>{{"CAM0", 10}}));
+}
+
 TEST(TimeOrderer, DelayIsBounded) {
   TimeOrderer orderer;
   orderer.push(imuAt(kStart));

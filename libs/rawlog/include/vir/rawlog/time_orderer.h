@@ -36,6 +36,8 @@ class TimeOrderer {
 
   /// By name, in alphabetical order; absent = 0.
   const std::map<std::string, long>& counters() const { return counters_; }
+  /// Observations that came after a later one of the same label, and were put before it, by label.
+  const std::map<std::string, long>& sorted() const { return sorted_; }
   /// Steps forward in time larger than max_jump that were confirmed [ns].
   const std::vector<TimeNs>& gaps() const { return gaps_; }
 
@@ -53,7 +55,8 @@ class TimeOrderer {
   std::deque<mrpt::obs::CObservation::Ptr> suspects_;
   std::size_t suspects_in_a_row_ = 0;  // without one that goes on as before
   std::size_t old_goes_on_ = 0;        // observations that contradict the suspects
-  std::map<std::string, long> counters_;
+  std::map<std::string, long> counters_, sorted_;
+  std::map<std::string, TimeNs> newest_of_;  // per label, of what came in
   std::vector<TimeNs> gaps_;
   bool started_ = false, any_out_ = false, flushed_ = false;
   TimeNs newest_ = 0, last_out_ = 0;
