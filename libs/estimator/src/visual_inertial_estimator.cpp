@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -8,6 +9,19 @@
 #include "vir/core/time_bounds.h"
 
 namespace vir::estimator {
+namespace {
+
+/// What a tracker of somebody else may say: no numbers, or none that an image can show.
+bool isNoSight(const vision::FeatureObservation& f) {
+  constexpr double kLargest = 1e6;  // [px], [1/s]
+  const auto within = [](const auto& values) {
+    return values.allFinite() && values.cwiseAbs().maxCoeff() < kLargest;
+  };
+  return !within(f.px) || !within(f.bearing) || !within(f.dpx_dbearing) ||
+         !within(f.bearing_rate) || std::abs(f.bearing.norm() - 1) > 1e-3;
+}
+
+}  // namespace
 
 void describe(OptionVisitor& v, FailureOptions& o) {
   v.section("Failure", "When the estimator gives up and starts a new segment");
@@ -58,7 +72,7 @@ struct VisualInertialEstimator::Impl {
   BackEnd back_end;
   HandOver hand_over;  // after `back_end`: its thread ends before that
   FrontEnd front_end;
-  long bad_stamps = 0;
+  long bad_stamps = 0, bad_features = 0;
 };
 
 VisualInertialEstimator::VisualInertialEstimator(const EstimatorConfig& config, LogSink log) {
@@ -101,6 +115,9 @@ void VisualInertialEstimator::addTracks(const vision::TrackedFrame& tracks) {
   WaitingImage image;
   image.t = tracks.t;
   image.tracks = std::make_unique<vision::TrackedFrame>(tracks);
+  std::vector<vision::FeatureObservation>& features = image.tracks->features;
+  features.erase(std::remove_if(features.begin(), features.end(), isNoSight), features.end());
+  impl_->bad_features += static_cast<long>(tracks.features.size() - features.size());
   impl_->front_end.addImage(std::move(image));
 }
 
@@ -148,6 +165,7 @@ EstimatorCounters VisualInertialEstimator::counters() const {
   EstimatorCounters out = impl_->front_end.counters();
   out.imu_gaps += impl_->back_end.imu_gaps;
   out.bad_stamps = impl_->bad_stamps;
+  out.bad_features = impl_->bad_features;
   out.imu_contradicted = impl_->back_end.imu_contradicted;
   return out;
 }
