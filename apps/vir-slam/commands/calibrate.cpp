@@ -51,6 +51,7 @@ UwbSamples readAll(const Arguments& args, const AnchorPositions& anchors) {
   for (const std::string& damage : data.damage) {
     std::fprintf(stderr, "vir-slam: %s\n", damage.c_str());
   }
+  for (const std::string& note : data.notes) std::fprintf(stderr, "vir-slam: %s\n", note.c_str());
   for (const auto& [id, count] : data.unknown_anchor) {
     std::fprintf(stderr,
                  "vir-slam: %ld ranges to anchor %d left out: give its position (--anchor)\n",

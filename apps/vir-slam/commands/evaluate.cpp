@@ -10,6 +10,7 @@
 #include "output/evaluation_report.h"
 #include "output/picture_file.h"
 #include "recordings/trajectory_file.h"
+#include "vir/evaluation/leaps.h"
 #include "vir/results/results_folder.h"
 
 namespace vir::app {
@@ -75,12 +76,19 @@ int compareWith(const std::string& reference_file, const Arguments& args,
                 evaluation::EvaluationOptions options, const std::vector<TimeNs>& images,
                 const std::string& plot, nlohmann::json* json) {
   evaluation::ReadReport read;
-  const Trajectory reference = readTrajectoryFile(reference_file, "reference trajectory", &read);
+  long left_out = 0;
+  const Trajectory reference = evaluation::withoutLeaps(
+      readTrajectoryFile(reference_file, "reference trajectory", &read), &left_out);
+  if (left_out > 0) {
+    std::fprintf(stderr, "%s: %s\n", reference_file.c_str(),
+                 evaluation::describeLeaps(left_out).c_str());
+  }
   options.positions_only = read.positions_only;
   const std::vector<Evaluated> all = evaluateAll(args, options, reference, images);
   const std::string how = evaluation::describeComparison(options);
   std::fputs(evaluationTable("Reference " + reference_file + "\n" + how, all).c_str(), stdout);
   *json = evaluationJson(reference_file, options, all);
+  (*json)["reference_left_out"] = left_out;
   if (!plot.empty()) writeComparison(plot, reference, all, how);
   int code = kOk;
   for (const Evaluated& e : all) {

@@ -11,6 +11,7 @@
 #include "output/console.h"
 #include "vir/core/parse_number.h"
 #include "vir/core/text_file.h"
+#include "vir/evaluation/leaps.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/rawlog_reader.h"
@@ -116,6 +117,9 @@ void addRecording(const std::string& rawlog, const AnchorPositions& anchors, Uwb
   }
   if (ranges.empty()) throw std::runtime_error(rawlog + " holds no ranges to anchors");
 
+  long left_out = 0;
+  truth = evaluation::withoutLeaps(truth, &left_out);
+  if (left_out > 0) out->notes.push_back(rawlog + ": " + evaluation::describeLeaps(left_out));
   ranging::RangeCheck check;
   std::map<int, int> series;  // of this recording
   const int first_series = out->samples.empty() ? 0 : out->samples.back().series + 1000;

@@ -27,6 +27,7 @@ struct UwbSamples {
   long without_truth = 0;              ///< no ground truth at their time
   std::map<int, long> unknown_anchor;  ///< ranges per id without a position
   std::vector<std::string> damage;     ///< of recordings cut off
+  std::vector<std::string> notes;      ///< ground truth that was left out
 };
 
 /// Reads ground truth (label GT) and anchor ranges of a recording and adds them. Throws

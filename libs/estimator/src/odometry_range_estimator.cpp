@@ -6,6 +6,7 @@
 
 #include "start_sigma.h"
 #include "vir/core/stage_timer.h"
+#include "vir/core/time_bounds.h"
 
 namespace vir::estimator {
 namespace {
@@ -107,7 +108,7 @@ struct OdometryRangeEstimator::Impl {
   bool jumped = false;
   int segment = 0;
   bool gap_warned = false;
-  long poses = 0, not_finite = 0, out_of_order = 0, jumps = 0, gaps = 0;
+  long poses = 0, not_finite = 0, bad_stamps = 0, out_of_order = 0, jumps = 0, gaps = 0;
 };
 
 bool OdometryRangeEstimator::Impl::plausible(TimeNs t, const Pose& T_O_B) {
@@ -115,6 +116,10 @@ bool OdometryRangeEstimator::Impl::plausible(TimeNs t, const Pose& T_O_B) {
   const double norm = T_O_B.q.norm();
   if (!T_O_B.p.allFinite() || !std::isfinite(norm) || std::abs(norm - 1) > 1e-2) {
     ++not_finite;
+    return false;
+  }
+  if (!isStamp(t)) {
+    ++bad_stamps;
     return false;
   }
   if (!window.empty() && t <= last_t) {
@@ -268,7 +273,12 @@ void OdometryRangeEstimator::addOdometry(TimeNs t, const Pose& T_O_B) {
 }
 
 void OdometryRangeEstimator::addRange(const Range& range) {
-  if (impl_->config.ranges.use) impl_->ranges.offer(range);
+  if (!impl_->config.ranges.use) return;
+  if (isStamp(range.t)) {
+    impl_->ranges.offer(range);
+  } else {
+    ++impl_->bad_stamps;
+  }
 }
 
 void OdometryRangeEstimator::anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m) {
@@ -302,6 +312,7 @@ std::vector<std::pair<std::string, long>> OdometryRangeEstimator::counters() con
     if (n > 0) out.emplace_back(name, n);
   };
   add("odometry_not_finite", s.not_finite);
+  add("bad_stamps", s.bad_stamps);
   add("odometry_out_of_order", s.out_of_order);
   add("odometry_jumps", s.jumps);
   add("odometry_gaps", s.gaps);

@@ -1,12 +1,27 @@
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "back_end.h"
 #include "front_end.h"
 #include "hand_over.h"
+#include "vir/core/time_bounds.h"
 
 namespace vir::estimator {
+namespace {
+
+/// What a tracker of somebody else may say: no numbers, or none that an image can show.
+bool isNoSight(const vision::FeatureObservation& f) {
+  constexpr double kLargest = 1e6;  // [px], [1/s]
+  const auto within = [](const auto& values) {
+    return values.allFinite() && values.cwiseAbs().maxCoeff() < kLargest;
+  };
+  return !within(f.px) || !within(f.bearing) || !within(f.dpx_dbearing) ||
+         !within(f.bearing_rate) || std::abs(f.bearing.norm() - 1) > 1e-3;
+}
+
+}  // namespace
 
 void describe(OptionVisitor& v, FailureOptions& o) {
   v.section("Failure", "When the estimator gives up and starts a new segment");
@@ -46,10 +61,18 @@ struct VisualInertialEstimator::Impl {
             config, [this](long* covered) { return hand_over.ask(covered); },
             [this](Packet packet) { hand_over.give(std::move(packet)); }) {}
 
+  /// Times are added and compared from here on: what no clock shows does not get in.
+  bool hasStamp(TimeNs t) {
+    if (isStamp(t)) return true;
+    ++bad_stamps;
+    return false;
+  }
+
   const EstimatorConfig config;
   BackEnd back_end;
   HandOver hand_over;  // after `back_end`: its thread ends before that
   FrontEnd front_end;
+  long bad_stamps = 0, bad_features = 0;
 };
 
 VisualInertialEstimator::VisualInertialEstimator(const EstimatorConfig& config, LogSink log) {
@@ -69,12 +92,15 @@ void VisualInertialEstimator::setCamera(const CameraCalibration& calibration, co
 }
 bool VisualInertialEstimator::hasCamera() const { return impl_->front_end.hasCamera(); }
 
-void VisualInertialEstimator::addImu(const ImuSample& sample) { impl_->front_end.addImu(sample); }
+void VisualInertialEstimator::addImu(const ImuSample& sample) {
+  if (impl_->hasStamp(sample.t)) impl_->front_end.addImu(sample);
+}
 
 void VisualInertialEstimator::addImage(TimeNs t, const cv::Mat& gray) {
   if (!hasCamera()) {
     throw std::logic_error("VisualInertialEstimator: setCamera must come before the first image");
   }
+  if (!impl_->hasStamp(t)) return;
   WaitingImage image;
   image.t = t;
   image.gray = gray;
@@ -85,14 +111,18 @@ void VisualInertialEstimator::addTracks(const vision::TrackedFrame& tracks) {
   if (!hasCamera()) {
     throw std::logic_error("VisualInertialEstimator: setCamera must come before the first tracks");
   }
+  if (!impl_->hasStamp(tracks.t)) return;
   WaitingImage image;
   image.t = tracks.t;
   image.tracks = std::make_unique<vision::TrackedFrame>(tracks);
+  std::vector<vision::FeatureObservation>& features = image.tracks->features;
+  features.erase(std::remove_if(features.begin(), features.end(), isNoSight), features.end());
+  impl_->bad_features += static_cast<long>(tracks.features.size() - features.size());
   impl_->front_end.addImage(std::move(image));
 }
 
 void VisualInertialEstimator::addRange(const Range& range) {
-  if (impl_->config.ranges.use) impl_->front_end.addRange(range);
+  if (impl_->config.ranges.use && impl_->hasStamp(range.t)) impl_->front_end.addRange(range);
 }
 
 void VisualInertialEstimator::anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m) {
@@ -134,6 +164,8 @@ const std::vector<Eigen::Vector2f>& VisualInertialEstimator::trackedPixels() con
 EstimatorCounters VisualInertialEstimator::counters() const {
   EstimatorCounters out = impl_->front_end.counters();
   out.imu_gaps += impl_->back_end.imu_gaps;
+  out.bad_stamps = impl_->bad_stamps;
+  out.bad_features = impl_->bad_features;
   out.imu_contradicted = impl_->back_end.imu_contradicted;
   return out;
 }

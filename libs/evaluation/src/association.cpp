@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "vir/core/order_statistics.h"
+#include "vir/core/time_bounds.h"
 #include "vir/geometry/interpolation.h"
 
 namespace vir::evaluation {
@@ -14,7 +15,7 @@ constexpr double kSparser = 1.5;
 TimeNs medianStep(const Trajectory& trajectory) {
   std::vector<TimeNs> steps;
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
-    steps.push_back(trajectory[i].t - trajectory[i - 1].t);
+    steps.push_back(timeBetween(trajectory[i - 1].t, trajectory[i].t));
   }
   return medianInPlace(&steps);
 }
@@ -33,7 +34,7 @@ void interpolateAt(const Trajectory& wanted, const Trajectory& dense, TimeNs max
       found(w, next->T_W_B);
     } else if (next == dense.begin()) {
       ++result->before;
-    } else if (const StampedPose& last = *(next - 1); next->t - last.t > max_gap) {
+    } else if (const StampedPose& last = *(next - 1); timeBetween(last.t, next->t) > max_gap) {
       ++result->in_gap;
     } else {
       const double s = static_cast<double>(w.t - last.t) / static_cast<double>(next->t - last.t);
@@ -51,7 +52,7 @@ Association associate(const Trajectory& reference, const Trajectory& estimate,
     result.before = static_cast<long>(estimate.size());
     return result;
   }
-  const TimeNs duration = reference.back().t - reference.front().t;
+  const TimeNs duration = timeBetween(reference.front().t, reference.back().t);
   result.reference_s = toSeconds(duration);
   const TimeNs reference_step = medianStep(reference), step = medianStep(estimate);
   // Where it can be interpolated as it is, the reference stays what is interpolated.
@@ -60,7 +61,7 @@ Association associate(const Trajectory& reference, const Trajectory& estimate,
       static_cast<double>(reference_step) > kSparser * static_cast<double>(step);
   TimeNs max_hole = options.max_hole;
   if (result.estimate_interpolated) {
-    max_hole = std::max(max_hole, 2 * reference_step);
+    max_hole = std::max(max_hole, 2 * std::min(reference_step, kLatestStamp));
     interpolateAt(reference, estimate, options.max_gap, &result,
                   [&](const StampedPose& r, const Pose& e) {
                     result.pairs.push_back({r.t, r.T_W_B, e});
@@ -73,7 +74,7 @@ Association associate(const Trajectory& reference, const Trajectory& estimate,
   }
   TimeNs covered = 0;
   for (std::size_t i = 1; i < result.pairs.size(); ++i) {
-    const TimeNs dt = result.pairs[i].t - result.pairs[i - 1].t;
+    const TimeNs dt = timeBetween(result.pairs[i - 1].t, result.pairs[i].t);
     if (dt <= max_hole) covered += dt;
   }
   result.covered_s = toSeconds(covered);

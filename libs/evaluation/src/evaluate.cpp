@@ -7,6 +7,8 @@
 #include <sstream>
 
 #include "vir/core/angles.h"
+#include "vir/core/time_bounds.h"
+#include "vir/evaluation/leaps.h"
 
 namespace vir::evaluation {
 namespace {
@@ -63,7 +65,8 @@ std::vector<double> pathLengths(const std::vector<PosePair>& pairs) {
 
 std::vector<double> timesOf(const std::vector<PosePair>& pairs) {
   std::vector<double> times;
-  for (const PosePair& pair : pairs) times.push_back(toSeconds(pair.t - pairs.front().t));
+  for (const PosePair& pair : pairs)
+    times.push_back(toSeconds(timeBetween(pairs.front().t, pair.t)));
   return times;
 }
 
@@ -135,9 +138,10 @@ void endErrors(EvaluationResult* result) {
 
 }  // namespace
 
-EvaluationResult evaluate(const Trajectory& reference, const Trajectory& estimate,
+EvaluationResult evaluate(const Trajectory& given, const Trajectory& estimate,
                           const EvaluationOptions& options) {
   EvaluationResult result;
+  const Trajectory reference = withoutLeaps(given, &result.reference_left_out);
   result.alignment = options.alignment;
   result.association = associate(reference, estimate, options.association);
   checkOverlap(reference, estimate, result.association);

@@ -10,8 +10,10 @@ constexpr double kMostRate = 300, kMostAcceleration = 4000;
 /// So many usual changes from one reading to the next are far, and never less than [rad/s],
 /// [m/s^2].
 constexpr double kFar = 10, kFarRate = 1, kFarAcceleration = 10;
-/// Readings that tell what is usual, before any is doubted.
+/// Readings that tell what is usual; until then only what is farther than this is doubted [rad/s],
+/// [m/s^2].
 constexpr int kLearning = 100;
+constexpr double kFarAtFirstRate = 5, kFarAtFirstAcceleration = 50;
 /// More readings in a row are no spike, and neither is what comes after a gap [s].
 constexpr std::size_t kMostPending = 3;
 constexpr double kGapS = 0.05;
@@ -27,8 +29,11 @@ double moved(double average, double change, double least, int known) {
 
 bool SpikeFilter::far(const ImuSample& a, const ImuSample& b) const {
   const double readings = 1 + static_cast<double>(pending_.size());
-  const double rate = readings * std::max(kFarRate, kFar * gyro_change_);
-  const double acceleration = readings * std::max(kFarAcceleration, kFar * acc_change_);
+  const bool known = known_ == kLearning;
+  const double least_rate = known ? kFarRate : kFarAtFirstRate;
+  const double least_acceleration = known ? kFarAcceleration : kFarAtFirstAcceleration;
+  const double rate = readings * std::max(least_rate, kFar * gyro_change_);
+  const double acceleration = readings * std::max(least_acceleration, kFar * acc_change_);
   return (a.gyro - b.gyro).norm() > rate || (a.acc - b.acc).norm() > acceleration;
 }
 
@@ -63,7 +68,7 @@ const std::vector<ImuSample>& SpikeFilter::add(const ImuSample& s) {
     return accepted_;
   }
   const bool gap = last_ && toSeconds(s.t - last_->t) > kGapS;
-  if (!last_ || gap || known_ < kLearning) {
+  if (!last_ || gap) {
     acceptPending();
     accept(s);
   } else if (!far(*last_, s)) {

@@ -9,6 +9,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/time_bounds.h"
+#include "vir/rawlog/mrpt_time.h"
+
 namespace vir::rawlog {
 namespace {
 
@@ -51,6 +54,9 @@ std::string ofLens(const mrpt::img::TCamera& c) {
 
 std::string implausible(const mrpt::obs::CObservation& observation) {
   using namespace mrpt::obs;
+  if (!isStamp(fromMrptTime(observation.timestamp))) {
+    return "it has no stamp, or one that no clock shows (before 1970 or after 2099)";
+  }
   if (const auto* image = dynamic_cast<const CObservationImage*>(&observation)) {
     const std::string placed = ofSensor(image->cameraPose, "camera");
     return placed.empty() ? ofLens(image->cameraParams) : placed;

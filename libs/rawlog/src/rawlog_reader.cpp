@@ -83,6 +83,7 @@ void RawlogReader::take(const mrpt::obs::CObservation::Ptr& observation) {
   const std::string why = implausible(*observation);
   if (!why.empty()) {
     ++implausible_[observation->sensorLabel + ": " + why];
+    ++left_out_[observation->sensorLabel];
     return;
   }
   if (auto image = std::dynamic_pointer_cast<CObservationImage>(observation)) {

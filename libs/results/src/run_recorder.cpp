@@ -8,6 +8,7 @@
 #include "report_html.h"
 #include "run_figures.h"
 #include "vir/evaluation/figure_parts.h"
+#include "vir/evaluation/leaps.h"
 #include "vir/evaluation/nees.h"
 #include "vir/results/calibration_yaml.h"
 #include "vir/results/scene_file.h"
@@ -149,8 +150,17 @@ void RunRecorder::writePose(const StateEstimate& estimate) {
 }
 
 void RunRecorder::addGroundTruth(TimeNs t, const Pose& T_W_B) {
-  if (!isFinite(T_W_B) || (!truth_.empty() && t <= truth_.back().t)) return;
+  if (!truth_.empty() && t <= truth_.back().t) return;
   truth_.push_back({t, T_W_B});
+}
+
+void RunRecorder::checkGroundTruth(RunSummary* summary) {
+  long left_out = 0;
+  truth_ = evaluation::withoutLeaps(truth_, &left_out);
+  if (left_out == 0) return;
+  summary->counters.emplace_back("ground_truth_left_out", left_out);
+  summary->warnings.push_back(evaluation::describeLeaps(left_out));
+  vir::log(log_, LogLevel::warning, summary->warnings.back());
 }
 
 void RunRecorder::writeKeyframes(const std::vector<StampedPose>& keyframes) {
@@ -255,6 +265,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
     file.line(calibrationYaml(*summary->calibration, *summary->calibration_sigma));
     file.close();
   }
+  checkGroundTruth(summary);
   evaluateInto(summary);
   writePictures(anchors, *summary);
   if (trajectory_.empty()) return;

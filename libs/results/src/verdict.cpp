@@ -21,6 +21,55 @@ bool contains(const std::vector<std::string>& lines, const std::string& line) {
   return std::find(lines.begin(), lines.end(), line) != lines.end();
 }
 
+/// So much of a sensor's data can be left out without a doubt.
+constexpr double kShareLeftOut = 0.2;
+
+/// Counters of a kind of data.
+struct Stream {
+  std::string what;                  ///< as in RunSummary::left_out
+  std::vector<std::string> given;    ///< add up to all that the estimator was given
+  std::vector<std::string> useless;  ///< of these
+};
+
+std::vector<Stream> streams() {
+  return {
+      {kImages,
+       {"images", "images_without_calibration"},
+       {"images_unusable", "images_out_of_order", "images_without_imu",
+        "images_without_calibration"}},
+      {kImuReadings,
+       {"imu_readings", "imu_not_finite", "imu_out_of_order", "imu_spikes", "imu_impossible",
+        "imu_incomplete"},
+       {"imu_not_finite", "imu_out_of_order", "imu_spikes", "imu_impossible", "imu_incomplete"}},
+      {kOdometryPoses, {"odometry_poses"}, {"odometry_not_finite", "odometry_out_of_order"}},
+      {kRanges, {}, {}}};
+}
+
+/// What much of could not be used may have given a path all the same.
+void doubtLosses(RunSummary* s) {
+  std::map<std::string, long> counted;
+  for (const auto& [name, count] : s->counters) counted[name] = count;
+  const auto sum = [&](const std::vector<std::string>& names) {
+    long n = 0;
+    for (const std::string& name : names) n += counted[name];
+    return n;
+  };
+  for (const Stream& stream : streams()) {
+    const auto before = s->left_out.find(stream.what);
+    const long never_given = before == s->left_out.end() ? 0 : before->second;
+    const long left_out = never_given + sum(stream.useless);
+    long all = never_given + sum(stream.given);
+    if (stream.what == kRanges) {
+      all += s->ranges_accepted + s->ranges_collected + s->ranges_rejected;
+    }
+    const double share = all > 0 ? static_cast<double>(left_out) / static_cast<double>(all) : 0;
+    if (share <= kShareLeftOut) continue;
+    s->doubts.push_back(std::to_string(left_out) + " of " + std::to_string(all) + " " +
+                        stream.what +
+                        " could not be used (the counters and warnings of the summary say why)");
+  }
+}
+
 /// The doubts that only a whole run can raise, and the verdict.
 void decideVerdict(RunSummary* s) {
   const double share =
@@ -44,6 +93,7 @@ void decideVerdict(RunSummary* s) {
     s->doubts.push_back(text("poses for %.0f %% of the images after the first pose only (%.0f)",
                              100 * share / from_start, static_cast<double>(s->poses)));
   }
+  doubtLosses(s);
   s->verdict = s->doubts.empty()    ? Verdict::good
                : share < kLostShare ? Verdict::lost
                                     : Verdict::doubtful;

@@ -1,5 +1,7 @@
 #include "vir/runs/offline_run.h"
 
+#include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationIMU.h>
 #include <mrpt/obs/CObservationImage.h>
 
 #include <algorithm>
@@ -44,6 +46,18 @@ struct Waiting {
   bool before_start = false, other_camera = false;
   std::shared_ptr<ImagesAhead::Loading> loading;  ///< an image that will be used
 };
+
+/// As in RunSummary::left_out; empty for what no estimator reads.
+std::string kindOf(const CObservation& observation) {
+  if (rawlog::isImage(observation)) return results::kImages;
+  if (dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation) != nullptr) {
+    return results::kImuReadings;
+  }
+  if (dynamic_cast<const mrpt::obs::CObservationBeaconRanges*>(&observation) != nullptr) {
+    return results::kRanges;
+  }
+  return observation.sensorLabel == rawlog::kOdometryLabel ? results::kOdometryPoses : "";
+}
 
 class OfflineRun {
  public:
@@ -97,11 +111,20 @@ class OfflineRun {
     while (loading_ < kImagesAhead && waiting_.size() < kMostAhead) {
       auto observation = input_.next();
       if (!observation) return;
-      const auto as = options_.labels.find(observation->sensorLabel);
-      if (as != options_.labels.end()) observation->sensorLabel = as->second;
+      giveLabel(observation.get());
       waiting_.push_back(sorted(observation));
       if (waiting_.back().loading) ++loading_;
     }
+  }
+
+  /// The one that the estimator reads it under. What it is, is kept under the recording's own.
+  void giveLabel(CObservation* observation) {
+    const std::string label = observation->sensorLabel;
+    const auto as = options_.labels.find(label);
+    if (as != options_.labels.end()) observation->sensorLabel = as->second;
+    if (kinds_.count(label) > 0) return;
+    const bool taken = options_.inputs.empty() || roles::takes(options_.inputs, *observation);
+    kinds_.emplace(label, taken ? kindOf(*observation) : "");
   }
 
   /// Whether it is one to be used, which the ones before it decide.
@@ -155,6 +178,7 @@ class OfflineRun {
     images_ahead_.wait(loading);
     --loading_;
     if (loading.problem.empty()) return true;
+    ++summary_.left_out[results::kImages];
     if (counters_["images_unreadable"]++ == 0) {
       const TimeNs t = rawlog::fromMrptTime(loading.image->timestamp);
       warn("image at " + evaluation::formatSeconds(t) + " s cannot be used: " + loading.problem +
@@ -203,11 +227,31 @@ class OfflineRun {
     if (reader.skipped() > 0) {
       counters_["objects_skipped"] = static_cast<long>(reader.skipped());
     }
+    for (const auto& [label, count] : reader.leftOut()) {
+      counters_["implausible_" + label] = count;
+      countLeftOut(label, count);
+    }
+    for (const auto& [label, count] : input_.orderer().sorted()) {
+      counters_["sorted_" + label] = count;
+      warn(std::to_string(count) + " observations of " + label +
+           " came after later ones and were put in order by their stamps: if those were true, this "
+           "costs nothing");
+    }
     for (const auto& [name, count] : input_.orderer().counters()) {
       counters_[name] = count;
+      // Twice the same is no loss.
+      for (const char* lost : {"late_", "bad_stamp_"}) {
+        const std::string prefix = lost;
+        if (name.rfind(prefix, 0) == 0) countLeftOut(name.substr(prefix.size()), count);
+      }
       warn(std::to_string(count) + " observations left out (" + name + ")");
     }
     if (summary_.frames == 0) warn("no usable image and no odometry in " + options_.rawlog);
+  }
+
+  void countLeftOut(const std::string& label, long count) {
+    const auto kind = kinds_.find(label);
+    if (kind != kinds_.end() && !kind->second.empty()) summary_.left_out[kind->second] += count;
   }
 
   void summarise() {
@@ -237,7 +281,8 @@ class OfflineRun {
   results::RunRecorder recorder_;
   results::RunSummary summary_;
   std::map<std::string, long> counters_;
-  std::optional<TimeNs> first_recorded_;  // image or odometry pose
+  std::map<std::string, std::string> kinds_;  // by label; empty: the estimator does not take it
+  std::optional<TimeNs> first_recorded_;      // image or odometry pose
   Frames images_, odometry_;
   double estimator_cpu_s_ = 0;
   long seen_ = 0;

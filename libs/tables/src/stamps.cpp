@@ -7,6 +7,7 @@
 
 #include "vir/core/order_statistics.h"
 #include "vir/core/parse_number.h"
+#include "vir/core/time_bounds.h"
 
 namespace vir::tables {
 namespace {
@@ -98,7 +99,8 @@ Numbers numbersOf(const std::vector<std::string>& stamps) {
     TimeNs t = 0;
     if (!parseStamp(text, as, &t)) continue;
     if (!out.any) out.first = static_cast<double>(t) * scale;
-    if (out.any && t != before) steps.push_back(std::abs(static_cast<double>(t - before)) * scale);
+    if (out.any && t != before)
+      steps.push_back(std::abs(static_cast<double>(timeBetween(before, t))) * scale);
     before = t;
     out.any = true;
   }

@@ -179,6 +179,7 @@ roles::EstimatorReport VirEstimator::report() const {
                 {"images_out_of_order", c.images_out_of_order},
                 {"images_without_imu", c.images_without_imu},
                 {"image_gaps", c.image_gaps},
+                {"bad_stamps", c.bad_stamps},
                 {"imu_readings", i.accepted},
                 {"imu_not_finite", i.not_finite},
                 {"imu_out_of_order", i.out_of_order},

@@ -9,6 +9,7 @@
 #include "image_survey.h"
 #include "input_error.h"
 #include "vir/core/text.h"
+#include "vir/core/time_bounds.h"
 #include "vir/tables/layout.h"
 
 namespace vir::euroc {
@@ -87,7 +88,7 @@ std::unique_ptr<RowStream<ImageRow>> byNames(const CameraFiles& camera, ProblemL
   for (std::size_t i = 0; i < files.size(); ++i) {
     ImageRow row;
     row.file = files[i];
-    if (tables::parseStamp(numbers[i], guess.unit, &row.t) && row.t >= 0) {
+    if (tables::parseStamp(numbers[i], guess.unit, &row.t) && isStamp(row.t)) {
       rows.push_back(row);
     } else {
       log->add("image_without_stamp", files[i], "its name holds no time");

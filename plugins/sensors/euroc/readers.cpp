@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <set>
 
+#include "vir/core/time_bounds.h"
+
 namespace vir::euroc {
 namespace {
 
@@ -58,7 +60,11 @@ bool stamp(const Fields& f, const Stamps& stamps, TimeNs* t, RowFault* fault) {
     const auto column = static_cast<std::size_t>(stamps.nanoseconds);
     is_time = is_time && column < f.size() && tables::addNanoseconds(f[column], t);
   }
-  if (is_time && *t >= 0) return true;
+  if (is_time && isStamp(*t)) return true;
+  if (is_time && *t >= 0) {
+    *fault = {"implausible", "`" + std::string(text.substr(0, 40)) + "` is a time after 2099"};
+    return false;
+  }
   if (is_time) {
     *fault = {"before_zero", "`" + std::string(text.substr(0, 40)) +
                                  "` is a time before 0; add the same to all stamps of all tables"};

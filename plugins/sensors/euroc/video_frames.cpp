@@ -13,6 +13,7 @@
 
 #include "input_error.h"
 #include "vir/core/text.h"
+#include "vir/core/time_bounds.h"
 #include "vir/tables/layout.h"
 
 namespace vir::euroc {
@@ -78,9 +79,11 @@ std::vector<std::optional<TimeNs>> readTimes(const std::string& path, ProblemLog
         column < fields.size() && tables::parseStamp(fields[column], guess.unit, &t);
     const bool header = times.empty() && std::isalpha(static_cast<unsigned char>(line[0])) != 0;
     if (!is_time && header) continue;
-    times.push_back(is_time && t >= 0 ? std::optional<TimeNs>(t) : std::nullopt);
+    times.push_back(is_time && isStamp(t) ? std::optional<TimeNs>(t) : std::nullopt);
     if (is_time && t < 0) {
       log->add("image_before_zero", lines.where(), "a time before 0; its frame is not used");
+    } else if (is_time && !isStamp(t)) {
+      log->add("image_implausible", lines.where(), "a time after 2099; its frame is not used");
     } else if (!is_time) {
       log->add("image_malformed", lines.where(), "holds no time; its frame is not used");
     }

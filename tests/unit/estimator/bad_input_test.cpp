@@ -6,6 +6,7 @@
 #include <map>
 
 #include "estimator_driver.h"
+#include "vir/core/time_bounds.h"
 
 namespace vir::estimator {
 namespace {
@@ -77,6 +78,25 @@ TEST(EstimatorBadInput, NothingAtAll) {
   EXPECT_FALSE(bare.hasCamera());
   bare.finish();
   EXPECT_TRUE(bare.keyframes().empty());
+}
+
+TEST(EstimatorBadInput, StampsThatNoClockShows) {
+  EstimatorDriver d;
+  d.run(kStart, kStart + 1000 * kMs);
+  for (const TimeNs t : {TimeNs(-1), INT64_MIN, INT64_MAX, kLatestStamp}) {
+    d.estimator.addImage(t, d.image);
+    d.estimator.addImu({t, Vec3::Zero(), Vec3(0, 0, 9.81)});
+    Range range;
+    range.t = t;
+    range.range_m = 3;
+    d.estimator.addRange(range);
+  }
+  d.run(kStart + 1000 * kMs, kStart + 2000 * kMs);
+  const auto out = expectSane(&d);
+  EXPECT_EQ(d.estimator.counters().bad_stamps, 12);
+  EXPECT_EQ(out.size(), 40u);
+  EXPECT_EQ(d.estimator.resets(), 0);
+  EXPECT_EQ(d.estimator.counters().images, 40);
 }
 
 TEST(EstimatorBadInput, RepeatedAndReversedImageStamps) {

@@ -55,6 +55,18 @@ TEST(SpikeFilter, OneBadReadingIsLeftOutAndCounted) {
   }
 }
 
+/// Before it is known what is usual: a start at rest takes the mean of the first readings for
+/// level.
+TEST(SpikeFilter, OneBadReadingAmongTheFirst) {
+  for (const int at : {1, 2, 5, 50, 99}) {
+    const Fed turned([&](int k, ImuSample* s) { s->gyro.x() += k == at ? 20 : 0; });
+    EXPECT_EQ(turned.filter.spikes(), 1) << at;
+    EXPECT_EQ(turned.taken.size(), 399u) << at;
+    const Fed pushed([&](int k, ImuSample* s) { s->acc.x() += k == at ? 200 : 0; });
+    EXPECT_EQ(pushed.filter.spikes(), 1) << at;
+  }
+}
+
 TEST(SpikeFilter, TwoThatDisagreeAreLeftOutToo) {
   const Fed fed([](int k, ImuSample* s) {
     if (k == 300) s->gyro.x() = 30;

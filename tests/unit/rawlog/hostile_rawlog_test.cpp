@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "vir/core/time_bounds.h"
 #include "vir/rawlog/live_recording.h"
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/rawlog/time_orderer.h"
@@ -197,6 +198,30 @@ TEST(HostileRawlog, PosesThatCannotBeAreLeftOutAndCounted) {
                            "GT: a position is no number", "UWB0: the antenna is more than 1 km"}) {
     EXPECT_NE(out.refusals.find(said), std::string::npos) << said << " in " << out.refusals;
   }
+}
+
+/// MRPT's "no stamp", its limits, and dates of another age: "a gap of -7623372036 s".
+TEST(HostileRawlog, StampsThatNoClockShowsAreLeftOutAndCounted) {
+  const TempFolder folder;
+  const fs::path path = folder / "x.rawlog";
+  RawlogWriter writer(path.string());
+  constexpr std::int64_t kSecond = 10'000'000;  // of MRPT's clock
+  for (const std::int64_t ticks : {std::int64_t(0), INT64_MAX, INT64_MIN, kUnixEpochTicks - 1,
+                                   std::int64_t(2650467743990000000),  // of the year 9999
+                                   kUnixEpochTicks + 4'102'444'800 * kSecond}) {
+    auto imu = imuAt(0);
+    imu->timestamp = mrpt::Clock::time_point(mrpt::Clock::duration(ticks));
+    writer.write(*imu);
+  }
+  writer.write(*imuAt(0));  // of a clock that counts from its start
+  writer.write(*imuAt(kStart));
+  writer.write(*imuAt(kLatestStamp - 100));
+  writer.finish();
+  const Outcome out = readAll(path);
+  EXPECT_EQ(out.observations.size(), 3u);
+  EXPECT_NE(out.refusals.find("6 observations left out of IMU0: it has no stamp"),
+            std::string::npos)
+      << out.refusals;
 }
 
 /// Stamps at both ends of what a stamp can be: their difference does not fit.

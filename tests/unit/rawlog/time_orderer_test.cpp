@@ -45,6 +45,17 @@ TEST(TimeOrderer, BurstsAreMerged) {
   EXPECT_TRUE(orderer.counters().empty());
 }
 
+TEST(TimeOrderer, SwappedImagesAreSortedAndCounted) {
+  std::vector<mrpt::obs::CObservation::Ptr> input;
+  for (int i = 0; i < 20; ++i) input.push_back(imageAt(kStart + (i ^ 1) * 50 * kMs));
+  TimeOrderer orderer;
+  const auto out = run(&orderer, input);
+  EXPECT_EQ(out.size(), 20u);
+  EXPECT_TRUE(std::is_sorted(out.begin(), out.end()));
+  EXPECT_TRUE(orderer.counters().empty());
+  EXPECT_EQ(orderer.sorted(), (std::map<std::string, long>{{"CAM0", 10}}));
+}
+
 TEST(TimeOrderer, DelayIsBounded) {
   TimeOrderer orderer;
   orderer.push(imuAt(kStart));
@@ -101,6 +112,34 @@ TEST(TimeOrderer, ARealGapIsKept) {
   EXPECT_TRUE(orderer.counters().empty());
   ASSERT_EQ(orderer.gaps().size(), 1u);
   EXPECT_EQ(orderer.gaps()[0], 60 * kSecond - 490 * kMs);
+}
+
+/// Every second stamp of a sensor is of another clock: the others go on as before.
+TEST(TimeOrderer, WhatIsFarAheadNowAndThenIsNoGap) {
+  for (const TimeNs ahead : {10 * kSecond, 1'000'000 * kSecond}) {
+    TimeOrderer orderer;
+    std::vector<mrpt::obs::CObservation::Ptr> input;
+    for (int i = 0; i < 200; ++i) {
+      input.push_back(imuAt(kStart + i * 10 * kMs + (i % 2 == 0 ? ahead : 0)));
+    }
+    input.erase(input.begin());  // which is what the others would be held against
+    EXPECT_EQ(run(&orderer, input).size(), 100u);
+    EXPECT_EQ(orderer.counters(), (std::map<std::string, long>{{"bad_stamp_IMU0", 99}}));
+    EXPECT_TRUE(orderer.gaps().empty());
+  }
+}
+
+/// A clock that was set only after the first readings: half a century is no gap of a recording.
+TEST(TimeOrderer, AFewAtFirstThatAreFarBehind) {
+  TimeOrderer orderer;
+  std::vector<mrpt::obs::CObservation::Ptr> input{imageAt(0), imuAt(1000), imuAt(2000)};
+  for (int i = 0; i < 100; ++i) input.push_back(imuAt(kStart + i * 10 * kMs));
+  const auto out = run(&orderer, input);
+  EXPECT_EQ(out.size(), 100u);
+  EXPECT_EQ(out.front(), 0);
+  EXPECT_EQ(orderer.counters(),
+            (std::map<std::string, long>{{"bad_stamp_CAM0", 1}, {"bad_stamp_IMU0", 2}}));
+  EXPECT_TRUE(orderer.gaps().empty());
 }
 
 TEST(TimeOrderer, SlowRecordingsComeOutWhole) {

@@ -61,7 +61,9 @@ class Report : public testing::Test {
       e.ms.total = 8 + 4 * std::sin(s) + (i % 100 == 0 ? 30 : 0);
       recorder_->onOutput({{e}, {}, {}, {}}, estimator_);
       const Pose T_R_W(expQuat(Vec3(0, 0, 1)), Vec3(5, 6, 7));
-      if (truth) recorder_->addGroundTruth(t, T_R_W * Pose(Quat::Identity(), path(s)));
+      const double off = i == far_truth_ ? 1e6 : 0;
+      const Vec3 p = path(s) + Vec3(off, 0, 0);
+      if (truth) recorder_->addGroundTruth(t, T_R_W * Pose(Quat::Identity(), p));
       if (e.valid && i % 10 == 0) {
         estimator_.keyframes_.push_back({t, {Quat::Identity(), path(s) + Vec3(0.02, 0, 0)}});
       }
@@ -135,6 +137,7 @@ class Report : public testing::Test {
   }
 
   test::TempFolder temp_;
+  int far_truth_ = -1;  // this pose of the truth is a thousand kilometres off
   std::unique_ptr<ResultsFolder> results_;
   std::unique_ptr<RunRecorder> recorder_;
   Told estimator_;
@@ -251,6 +254,19 @@ TEST_F(Report, AbsurdAnchorsAndRangesStayOnTheSheet) {
   for (const char* name : {"anchors.csv", "ranges.csv"}) {
     EXPECT_EQ(count(read(name), "nan") + count(read(name), "inf"), 0) << name;
   }
+}
+
+/// It made an error of kilometres, and a map of them.
+TEST_F(Report, TruthThatCannotBeIsLeftOutAndSaid) {
+  far_truth_ = 700;
+  flight(true);
+  const std::string html = page();
+  ASSERT_TRUE(summary_.ate_posyaw_m);
+  EXPECT_LT(*summary_.ate_posyaw_m, 0.2);
+  const std::pair<std::string, long> counted{"ground_truth_left_out", 1};
+  EXPECT_EQ(std::count(summary_.counters.begin(), summary_.counters.end(), counted), 1);
+  EXPECT_GT(count(html, "1 pose of the reference left out"), 0);
+  expectOnSheet(read("map.svg"));
 }
 
 TEST_F(Report, ALongRunHasSmallPictures) {

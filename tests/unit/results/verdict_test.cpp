@@ -83,6 +83,31 @@ TEST(VerdictOfARun, ASensorWhoseDataAreUselessIsADoubt) {
   EXPECT_TRUE(doubts(filled(s), "the ranges are in millimetres"));
 }
 
+/// Half of a recording that cannot be used, and a path from the other half.
+TEST(VerdictOfARun, ALargeShareLeftOutIsADoubt) {
+  RunSummary s = good();
+  s.counters = {{"images", 1200}, {"imu_readings", 6000}, {"imu_spikes", 1000}};
+  s.left_out = {{kImages, 250}, {kImuReadings, 400}};
+  EXPECT_EQ(filled(s).verdict, Verdict::good);
+  s.left_out[kImages] = 1200;
+  EXPECT_EQ(filled(s).verdict, Verdict::doubtful);
+  EXPECT_TRUE(doubts(filled(s), "1200 of 2400 images could not be used"));
+  s.left_out = {{kImuReadings, 900}};
+  EXPECT_TRUE(doubts(filled(s), "1900 of 7900 readings of the IMU could not be used"));
+  s.left_out.clear();
+  s.counters.emplace_back("images_unusable", 300);
+  EXPECT_TRUE(doubts(filled(s), "300 of 1200 images could not be used"));
+  s.counters = {{"odometry_poses", 100}, {"odometry_not_finite", 50}};
+  EXPECT_TRUE(doubts(filled(s), "50 of 100 poses of the odometry could not be used"));
+  s.counters.clear();
+  s.ranges_accepted = 100;
+  s.ranges_rejected = 60;  // by the gate, which is another matter
+  s.left_out = {{kRanges, 40}};
+  EXPECT_EQ(filled(s).verdict, Verdict::good);
+  s.left_out = {{kRanges, 41}};
+  EXPECT_TRUE(doubts(filled(s), "41 of 201 ranges could not be used"));
+}
+
 TEST(VerdictOfARun, AnErrorIsNamedWhereThereIsNoPoseEither) {
   RunSummary s = good();
   s.poses = 0;

@@ -59,6 +59,8 @@ struct EstimatorCounters {
   long images = 0, images_unusable = 0, images_out_of_order = 0, images_without_imu = 0;
   long imu_gaps = 0, image_gaps = 0, clock_steps = 0;
   long imu_spikes = 0, imu_impossible = 0;  ///< readings left out: see imu::SpikeFilter
+  long bad_stamps = 0;    ///< images, readings and ranges left out: no clock shows that (isStamp)
+  long bad_features = 0;  ///< of addTracks(), left out: numbers that no image can show
   long imu_contradicted = 0;  ///< images whose readings were left out: they put the sights far off
 };
 

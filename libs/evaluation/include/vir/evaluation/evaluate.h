@@ -54,6 +54,7 @@ struct EvaluationResult {
   /// False: the reference has positions only. Errors of rotation and relative errors are then
   /// empty.
   bool attitudes = true;
+  long reference_left_out = 0;                ///< poses where nothing can be (leaps.h)
   Association association;                    ///< pairs hold the estimate as it was, not aligned
   std::vector<Pose> aligned;                  ///< T_R_B of each pair's estimate
   std::vector<double> position_error_m;       ///< per pair
@@ -69,8 +70,9 @@ struct EvaluationResult {
   double end_to_start_m = 0;
 };
 
-/// Throws EvaluationError: a trajectory is empty, the two do not overlap in time, or fewer than 3
-/// poses have a reference.
+/// Poses of the reference where nothing can be are left out (leaps.h). Throws EvaluationError: a
+/// trajectory is empty, the two do not overlap in time, fewer than 3 poses have a reference, or
+/// positions are so large that their errors are no numbers.
 EvaluationResult evaluate(const Trajectory& reference, const Trajectory& estimate,
                           const EvaluationOptions& options);
 

@@ -37,6 +37,8 @@ class RawlogReader {
   /// same; its image cannot be loaded. And how many observations were left out because they cannot
   /// be true (plausible.h).
   std::string refusals() const;
+  /// Observations that were left out because they cannot be true, by label.
+  const std::map<std::string, long>& leftOut() const { return left_out_; }
   /// Objects read from the file.
   std::size_t objects() const { return objects_; }
   /// Objects that are neither observations nor sensory frames.
@@ -53,6 +55,7 @@ class RawlogReader {
   void stop(const std::string& reason);
 
   std::map<std::string, std::size_t> implausible_;
+  std::map<std::string, long> left_out_;
   std::string path_, image_folder_, damage_, first_refused_;
   std::unique_ptr<GzArchive> archive_;
   std::deque<mrpt::obs::CObservation::Ptr> queue_;

@@ -34,6 +34,10 @@ enum class Verdict {
 };
 const char* name(Verdict verdict);
 
+/// Kinds of data, in the words of a doubt.
+constexpr const char *kImages = "images", *kImuReadings = "readings of the IMU",
+                     *kRanges = "ranges", *kOdometryPoses = "poses of the odometry";
+
 struct RunSummary {
   std::string estimator, rawlog;
   long frames = 0;  ///< images handed to the estimator; odometry poses if there are no images
@@ -66,7 +70,9 @@ struct RunSummary {
   std::optional<CalibrationCovariance> calibration_covariance;
   std::optional<Calibration> calibration_given;         ///< what the run began with
   std::optional<CalibrationSigma> calibration_assumed;  ///< how far that was taken to be off
-  std::vector<std::string> doubts;                      ///< what speaks against the result
+  /// What was left out before the estimator saw it, by kind (kImages, ...).
+  std::map<std::string, long> left_out;
+  std::vector<std::string> doubts;          ///< what speaks against the result
   std::vector<std::string> unusable_input;  ///< what makes a sensor's data useless: doubts always
   std::vector<std::string> likely_causes;   ///< seen in the input: doubts where there are others
   Verdict verdict = Verdict::lost;
@@ -115,6 +121,7 @@ class RunRecorder final : public RunObserver {
   void writePose(const StateEstimate& estimate);
   void writeKeyframes(const std::vector<StampedPose>& keyframes);
   void writeLandmarks(const std::vector<Landmark>& landmarks);
+  void checkGroundTruth(RunSummary* summary);
   void evaluateInto(RunSummary* summary);
   std::optional<double> positionNees() const;
   void writePictures(const std::vector<Anchor>& anchors, const RunSummary& summary) const;
