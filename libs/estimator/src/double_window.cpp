@@ -14,6 +14,8 @@ constexpr double kLostSpeed = 0.5;
 constexpr double kLostPosition = 1.0, kLostYaw = 0.1;
 /// Solver iterations when an anchor has just been found or changed.
 constexpr int kIterationsOnChange = 6;
+/// Landmarks that have left the window: 3 MB.
+constexpr std::size_t kMostOldLandmarks = 100000;
 
 /// Pose between two states: cubic in position (it knows both velocities), slerp in attitude.
 Pose between(const State& a, const State& b, TimeNs t) {
@@ -137,6 +139,13 @@ void BackEnd::collectRetired() {
   for (const Landmark& l : window->takeRetiredLandmarks()) {
     old_landmarks.push_back({l.id, long_window.pointToWorld(l.p_W)});
   }
+  if (old_landmarks.size() < kMostOldLandmarks) return;
+  // A robot that flies for hours sees the same again: every other one shows that as well.
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < old_landmarks.size(); i += 2) {
+    old_landmarks[kept++] = old_landmarks[i];
+  }
+  old_landmarks.resize(kept);
 }
 
 std::vector<State> BackEnd::keyframes() const {
