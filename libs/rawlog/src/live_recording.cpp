@@ -110,8 +110,8 @@ LiveRecording::LiveRecording(const std::string& path, const LiveRecordingOptions
   std::error_code error;
   if (!folder.empty()) fs::create_directories(folder, error);
   requireNew(path);
-  open();
   sync_ = std::make_unique<DiskSync>(folder.string());
+  open();  // last: what fails before leaves no file
 }
 
 LiveRecording::~LiveRecording() {
