@@ -10,6 +10,7 @@
 #include <future>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <thread>
 
 #include "vir/rawlog/convert.h"
@@ -177,16 +178,16 @@ int connectTo(int port) {
 }
 
 /// 1,301 idle clients once took the descriptors that the recording needed for its images, and ended
-/// it. Here it has few.
+/// it. Here it has few, and the port may take more than there are.
 TEST(RecordStream, ACrowdOfIdleClientsCostsTheRecordingNothing) {
   const test::TempFolder folder;
   const std::string source = test::sourceDir() + "/rawlog/two_A.rawlog";
   const int port = freePort();
-  std::string call = "ulimit -n 80; " + quoted(test::buildDir() + "/bin/vir-slam") + " record " +
-                     quoted(test::sourceDir() + "/ini/live_replay.ini") + " --out " +
-                     quoted((folder / "a.rawlog").string()) + " --results " +
-                     quoted((folder / "r").string()) +
-                     " --set Recording.stream_port=" + std::to_string(port);
+  std::string call =
+      "ulimit -n 80; " + quoted(test::buildDir() + "/bin/vir-slam") + " record " +
+      quoted(test::sourceDir() + "/ini/live_replay.ini") + " --out " +
+      quoted((folder / "a.rawlog").string()) + " --results " + quoted((folder / "r").string()) +
+      " --set Recording.stream_clients=256 --set Recording.stream_port=" + std::to_string(port);
   for (const char* sensor : {"camera", "imu", "uwb", "truth"}) {
     call += " --set replay_" + std::string(sensor) + ".speed=4";
   }
@@ -204,7 +205,10 @@ TEST(RecordStream, ACrowdOfIdleClientsCostsTheRecordingNothing) {
   for (const int handle : crowd) close(handle);
   EXPECT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_TRUE(contains(outcome.text, " 0 lost")) << outcome.text;
-  EXPECT_TRUE(contains(outcome.text, "384 were sent away")) << outcome.text;
+  // Of 80 descriptors 32 stay free, and the program has some 20 of its own.
+  std::smatch away;
+  ASSERT_TRUE(std::regex_search(outcome.text, away, std::regex("(\\d+) were sent away")));
+  EXPECT_GE(std::stol(away[1]), 400 - 48) << outcome.text;
   long notes = 0;
   const auto given = stampsOf(source, &notes), got = stampsOf(folder / "a.rawlog", &notes),
              late = stampsOf(folder / "a_late.rawlog", &notes);
