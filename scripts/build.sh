@@ -1,9 +1,10 @@
 #!/bin/bash
 # Configures and builds (Release) into build/; what is up to date is not built again.
-#   scripts/build.sh [--build-dir DIR] [--sanitize] [--app-only] [CMAKE_ARGUMENT...]
+#   scripts/build.sh [--build-dir DIR] [--sanitize] [--app-only] [--target TARGET]... [CMAKE_ARGUMENT...]
 #     --build-dir DIR  another folder than build/ (relative to the checkout)
 #     --sanitize       address and undefined behaviour sanitizers, in build-asan/
 #     --app-only       a new build folder leaves the tests out
+#     --target TARGET  only this (default: everything)
 # Environment: VIR_JOBS = number of compilers at a time (default: by cores and free memory).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -11,6 +12,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build_dir=build
 app_only=false
 options=()
+targets=()
 while [ $# -gt 0 ]; do
   case "$1" in
     --build-dir)
@@ -23,8 +25,13 @@ while [ $# -gt 0 ]; do
       options+=("-DVIR_SANITIZE=address,undefined" -DCMAKE_BUILD_TYPE=RelWithDebInfo)
       ;;
     --app-only) app_only=true ;;
+    --target)
+      [ $# -ge 2 ] || { echo "build: --target needs a name" >&2; exit 2; }
+      targets+=("$2")
+      shift
+      ;;
     -h | --help)
-      sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit 0
       ;;
     -D*) options+=("$1") ;;
@@ -66,4 +73,4 @@ elif ! $app_only; then
   options+=(-DVIR_BUILD_TESTS=ON)
 fi
 cmake -S "$root" -B "$build_dir" "${options[@]}"
-cmake --build "$build_dir" --parallel "$jobs"
+cmake --build "$build_dir" --parallel "$jobs" ${targets[@]+--target "${targets[@]}"}

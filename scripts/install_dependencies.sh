@@ -2,7 +2,7 @@
 # Installs the Debian packages that building and testing need; installs only what is missing, so a
 # second run does nothing and needs no network. Debian 12 and 13.
 #   scripts/install_dependencies.sh [--dev] [--list]
-#     --dev    also the tools of .ci/run (clang, clang-format, clang-tidy) and Google Benchmark
+#     --dev    also the tools of .ci/run (clang, clang-format, clang-tidy), Google Benchmark and gcovr
 #     --list   print the packages and stop
 set -euo pipefail
 
@@ -16,7 +16,7 @@ packages=(
   libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev  # bags of ROS and MCAP
   libgtest-dev
 )
-dev_packages=(clang clang-format clang-tidy libbenchmark-dev ccache debootstrap)
+dev_packages=(clang clang-format clang-tidy libbenchmark-dev ccache debootstrap gcovr)
 
 say() { printf '%s\n' "install_dependencies: $*"; }
 

@@ -1,38 +1,52 @@
 #!/bin/bash
-# The test suite with sanitizers, whole or a part of it at a time.
-#   scripts/sanitize.sh [--thread] [SHARD/SHARDS] [CTEST_ARGUMENT...]
-#     --thread      the thread sanitizer on the tests of pipeline, live recording, hand-over and streams
-#                   (build-tsan/); else address and undefined behaviour on all tests (build-asan/)
+# The test suite with sanitizers, whole or a part of it.
+#   scripts/sanitize.sh [address|thread] [SHARD/SHARDS] [--build TARGET]... [CTEST_ARGUMENT...]
+#     address       address and undefined behaviour on all tests (build-asan/); the default
+#     thread        the thread sanitizer on the tests of pipeline, live recording, hand-over and streams (build-tsan/)
 #     SHARD/SHARDS  e.g. 1/4: every fourth test beginning with the first
+#     --build TARGET  only this is built, e.g. --build test_imu with -R '^Imu' (default: everything)
 # Environment: VIR_JOBS = compilers at a time, VIR_TEST_JOBS = tests at a time (default 2).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build-asan
 sanitizers=address,undefined
 select=()
+targets=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --thread)
+    address) ;;
+    thread | --thread)
       build=$root/build-tsan
       sanitizers=thread
-      select=(-R 'live|Live|Pipeline|HandOver|LineServer|Acquisition|record_cli|RecordCli')
+      select+=(-R 'live|Live|Pipeline|HandOver|LineServer|Acquisition|record_cli|Record|uwb_plugin|UwbClock|ImuClock')
       ;;
     [0-9]*/[0-9]*)
+      if [ "${1%/*}" -lt 1 ] || [ "${1%/*}" -gt "${1#*/}" ]; then
+        echo "sanitize: there is no shard $1 (1/4 to 4/4)" >&2
+        exit 2
+      fi
       # The last number of -I is what follows "every".
       select+=(-I "${1%/*},,${1#*/}")
       ;;
+    --build)
+      [ $# -ge 2 ] || { echo "sanitize: --build needs a target" >&2; exit 2; }
+      targets+=(--target "$2")
+      shift
+      ;;
     -h | --help)
-      sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit 0
       ;;
     *) break ;;
   esac
   shift
 done
-"$root/scripts/build.sh" --build-dir "$build" -DVIR_SANITIZE="$sanitizers" -DCMAKE_BUILD_TYPE=RelWithDebInfo
+"$root/scripts/build.sh" --build-dir "$build" -DVIR_SANITIZE="$sanitizers" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+  ${targets[@]+"${targets[@]}"}
 # MRPT and OpenCV are not built with sanitizers: what they leave to the end of the program is theirs.
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=0:detect_container_overflow=0}
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1:halt_on_error=1}
 export TSAN_OPTIONS=${TSAN_OPTIONS:-second_deadlock_stack=1}
 # Sanitized programs are five to ten times as slow as the tests' own bounds expect.
-ctest --test-dir "$build" --output-on-failure --parallel "${VIR_TEST_JOBS:-2}" --timeout 1800 "${select[@]}" "$@"
+ctest --test-dir "$build" --output-on-failure --parallel "${VIR_TEST_JOBS:-2}" --timeout 1800 \
+  ${select[@]+"${select[@]}"} "$@"

@@ -7,10 +7,12 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "vir_test_clock.h"
 #include "vir_test_paths.h"
 
 namespace vir::test {
@@ -19,6 +21,7 @@ struct Limits {
   long file_bytes = -1;      ///< a file cannot become longer, as on a full disk
   long memory_mb = -1;       ///< address space
   bool mind_rights = false;  ///< root minds the rights of folders, as everybody does
+  std::string clock;         ///< SettableClock::file(); empty: the machine's
 };
 
 class Process {
@@ -56,6 +59,11 @@ class Process {
   void send(int signal) {
     if (running()) kill(pid_, signal);
   }
+  /// From now on the system gives it no more memory.
+  void giveNoMoreMemory() {
+    const rlimit none{1, 1};
+    if (running()) prlimit(pid_, RLIMIT_AS, &none, nullptr);
+  }
   /// Exit code, or -signal.
   int wait() {
     char buffer[4096];
@@ -83,6 +91,10 @@ class Process {
     if (limits.memory_mb >= 0) set(RLIMIT_AS, limits.memory_mb << 20);
     if (limits.mind_rights && geteuid() == 0 && prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE) != 0) {
       _exit(126);
+    }
+    if (!limits.clock.empty()) {
+      setenv("LD_PRELOAD", SettableClock::library().c_str(), 1);
+      setenv("VIR_TEST_CLOCK", limits.clock.c_str(), 1);
     }
     execv(argv[0], argv);
     _exit(126);

@@ -129,8 +129,8 @@ struct BackEnd {
   RangeLayer ranges;
   std::vector<StateEstimate> results;
   Doubts doubts;
-  std::vector<State> old_keyframes;
-  std::vector<Landmark> old_landmarks;
+  std::vector<StampedPose> old_keyframes;
+  std::vector<Landmark> old_landmarks;  // thinned out in a long run
   std::vector<std::string> warnings;
   std::map<std::string, double> wait_reasons;  // seconds
   std::deque<WrongTracks> wrong_tracks;        // that the tracker may not have heard of

@@ -173,7 +173,10 @@ class Acquisition::Sensor {
       device_->doProcess();
       collect();
       listen();
-      if (source != nullptr && source->finished()) return true;
+      if (source != nullptr && source->finished()) {
+        for (const std::string& text : source->warnings()) warn(text);
+        return true;
+      }
       if (device_->failed()) return false;
       next = std::max(next + period, SteadyClock::now() - period);
       sleepUntil(next);

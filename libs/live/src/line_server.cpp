@@ -5,6 +5,7 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -26,6 +27,7 @@ constexpr int kLookEveryMs = 1000, kHearEveryMs = 20;
 constexpr double kTokenWithinS = 5;
 constexpr std::size_t kLongestToken = 1024;  // [byte]
 constexpr std::chrono::milliseconds kPause{100};
+constexpr rlim_t kSpareDescriptors = 32;  // that the rest of the program can still open
 
 /// In a time that does not tell where they differ.
 bool same(const std::string& a, const std::string& b) {
@@ -34,6 +36,13 @@ bool same(const std::string& a, const std::string& b) {
     differ = static_cast<unsigned char>(differ | (a[i] ^ b[i]));
   }
   return differ == 0;
+}
+
+/// The lowest free number is taken, so that a high one tells that few are left.
+bool isAmongTheLast(int handle) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return false;
+  return static_cast<rlim_t>(handle) + kSpareDescriptors >= limit.rlim_cur;
 }
 
 std::runtime_error cannotListen(const std::string& address, int port, const std::string& why) {
@@ -114,6 +123,10 @@ bool LineServer::acceptWaiting() {
     }
     if (clients_.size() >= static_cast<std::size_t>(options_.max_clients)) {
       refuse(handle, "too many clients (Recording.stream_clients)");
+      continue;
+    }
+    if (isAmongTheLast(handle)) {
+      refuse(handle, "the program has few descriptors left (ulimit -n)");
       continue;
     }
     const int yes = 1;

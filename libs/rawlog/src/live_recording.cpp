@@ -110,8 +110,8 @@ LiveRecording::LiveRecording(const std::string& path, const LiveRecordingOptions
   std::error_code error;
   if (!folder.empty()) fs::create_directories(folder, error);
   requireNew(path);
-  open();
   sync_ = std::make_unique<DiskSync>(folder.string());
+  open();  // last: what fails before leaves no file
 }
 
 LiveRecording::~LiveRecording() {
@@ -243,6 +243,13 @@ void LiveRecording::flush() {
   sync_->request();
 }
 
+/// A recording without a byte would only stand in the way of the next one.
+void LiveRecording::forgetEmptyFile() {
+  std::error_code error;
+  if (parts_.empty() || !fs::is_empty(parts_.back(), error) || error) return;
+  if (fs::remove(parts_.back(), error)) parts_.pop_back();
+}
+
 void LiveRecording::close() {
   for (std::unique_ptr<File>* file : {&file_, &aside_}) {
     if (!*file) continue;
@@ -251,11 +258,13 @@ void LiveRecording::close() {
     } catch (...) {
       forgetCutOff();
       file->reset();
+      forgetEmptyFile();
       throw;
     }
     removeIfEmpty((*file)->images);
     file->reset();
   }
+  forgetEmptyFile();
   if (sync_) sync_->request();
   sync_.reset();  // waits
 }

@@ -60,15 +60,7 @@ void RangeRecorder::add(const RangeRecord& record) {
   } else {
     ++rejected_;
   }
-  keepForPictures(record);
-}
-
-void RangeRecorder::keepForPictures(const RangeRecord& record) {
-  if (seen_++ % stride_ == 0) sample_.push_back(record);
-  if (sample_.size() < 2 * kShown) return;
-  for (std::size_t i = 0; 2 * i < sample_.size(); ++i) sample_[i] = sample_[2 * i];
-  sample_.resize(sample_.size() / 2);
-  stride_ *= 2;
+  sample_.add(record);
 }
 
 void RangeRecorder::finish(const std::vector<Anchor>& anchors) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kept_rows.h"
 #include "vir/results/results_folder.h"
 #include "vir/roles/estimator.h"
 
@@ -25,19 +26,16 @@ class RangeRecorder {
   /// "ranges_accepted", "ranges_collected" and one for each reason a range was not used.
   std::vector<std::pair<std::string, long>> counters() const;
   /// What pictures show: evenly thinned out, at most twice kShown.
-  const std::vector<RangeRecord>& sample() const { return sample_; }
+  const std::vector<RangeRecord>& sample() const { return sample_.values(); }
 
   static constexpr std::size_t kShown = 2000;
 
  private:
-  void keepForPictures(const RangeRecord& record);
-
   const ResultsFolder& folder_;
   OutputFile file_;
   std::map<RangeDecision, long> decisions_;
   long accepted_ = 0, collected_ = 0, rejected_ = 0;
-  std::vector<RangeRecord> sample_;
-  long stride_ = 1, seen_ = 0;
+  ThinnedOut<RangeRecord> sample_{kShown};
 };
 
 }  // namespace vir::results

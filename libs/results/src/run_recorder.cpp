@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "csv_text.h"
+#include "kept_rows.h"
 #include "range_recorder.h"
 #include "report_html.h"
 #include "run_figures.h"
@@ -90,7 +91,47 @@ void relativeErrors(const evaluation::EvaluationResult& result, RunSummary* summ
   }
 }
 
+constexpr std::size_t kShownCalibrations = 4000;
+
+struct PoseRow {
+  TimeNs t;
+  double q[4], p[3];  // x y z w; [m]
+};
+PoseRow rowOf(const StampedPose& pose) {
+  PoseRow row{pose.t, {}, {}};
+  Eigen::Map<Eigen::Vector4d>(row.q) = pose.T_W_B.q.coeffs();
+  Eigen::Map<Vec3>(row.p) = pose.T_W_B.p;
+  return row;
+}
+StampedPose poseOf(const PoseRow& row) {
+  StampedPose pose;
+  pose.t = row.t;
+  pose.T_W_B.q.coeffs() = Eigen::Map<const Eigen::Vector4d>(row.q);
+  pose.T_W_B.p = Eigen::Map<const Vec3>(row.p);
+  return pose;
+}
+
+struct EstimateRow {
+  PoseRow pose;
+  double covariance[9];  // of the position [m^2]
+};
+
+struct CpuRow {
+  TimeNs t;
+  double ms;
+};
+
 }  // namespace
+
+/// What a run brings image by image.
+class LongRun {
+ public:
+  explicit LongRun(const std::string& folder) : poses(folder), truth(folder), cpu_ms(folder) {}
+  KeptRows<EstimateRow> poses;
+  KeptRows<PoseRow> truth;
+  KeptRows<CpuRow> cpu_ms;
+  ThinnedOut<roles::CalibrationPoint> calibrations{kShownCalibrations};
+};
 
 RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
     : folder_(folder),
@@ -98,7 +139,8 @@ RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
       trajectory_file_(folder.file("trajectory.tum")),
       covariance_file_(folder.file("trajectory_covariance.csv")),
       frames_file_(folder.file("frames.csv")),
-      ranges_(std::make_unique<RangeRecorder>(folder)) {
+      ranges_(std::make_unique<RangeRecorder>(folder)),
+      long_run_(std::make_unique<LongRun>(folder.path())) {
   frames_file_.line(kFramesHeader);
   covariance_file_.line(kCovarianceHeader);
 }
@@ -110,7 +152,9 @@ void RunRecorder::onOutput(const roles::EstimatorOutput& output,
   for (const StateEstimate& estimate : output.states) add(estimate);
   for (const RangeRecord& range : output.ranges) ranges_->add(range);
   for (const Revision& revision : output.revisions) add(revision);
-  calibrations_.insert(calibrations_.end(), output.calibrations.begin(), output.calibrations.end());
+  for (const roles::CalibrationPoint& point : output.calibrations) {
+    long_run_->calibrations.add(point);
+  }
 }
 
 void RunRecorder::add(const Revision& revision) {
@@ -119,7 +163,7 @@ void RunRecorder::add(const Revision& revision) {
 
 void RunRecorder::add(const StateEstimate& estimate) {
   frames_file_.line(frameLine(estimate));
-  cpu_ms_.emplace_back(estimate.state.t, clean(estimate.ms.total));
+  long_run_->cpu_ms.add({estimate.state.t, clean(estimate.ms.total)});
   if (estimate.segment != segment_) {
     vir::log(log_, LogLevel::warning,
              "segment " + std::to_string(estimate.segment) + " starts at " +
@@ -135,23 +179,36 @@ void RunRecorder::writePose(const StateEstimate& estimate) {
     ++not_finite_;
     return;
   }
-  if (!trajectory_.empty() && estimate.state.t <= trajectory_.back().t) {
+  if (last_pose_ && estimate.state.t <= last_pose_->t) {
     ++out_of_order_;
     return;
   }
   const StampedPose pose{estimate.state.t, estimate.state.T_W_B};
-  if (!trajectory_.empty()) path_m_ += (pose.T_W_B.p - trajectory_.back().T_W_B.p).norm();
+  if (last_pose_) path_m_ += (pose.T_W_B.p - last_pose_->T_W_B.p).norm();
   trajectory_file_.line(evaluation::tumLine(pose));
   covariance_file_.line(covarianceLine(estimate));
-  trajectory_.push_back(pose);
-  const double variance = clean(estimate.covariance.topLeftCorner<3, 3>().trace());
-  position_sigma_m_.push_back(std::sqrt(std::max(0.0, variance)));
-  position_covariance_.emplace_back(estimate.covariance.topLeftCorner<3, 3>());
+  last_pose_ = pose;
+  EstimateRow row{rowOf(pose), {}};
+  Eigen::Map<Mat3>(row.covariance) = estimate.covariance.topLeftCorner<3, 3>();
+  long_run_->poses.add(row);
 }
 
 void RunRecorder::addGroundTruth(TimeNs t, const Pose& T_W_B) {
-  if (!truth_.empty() && t <= truth_.back().t) return;
-  truth_.push_back({t, T_W_B});
+  if (!isFinite(T_W_B) || (long_run_->truth.size() > 0 && t <= last_truth_)) return;
+  last_truth_ = t;
+  long_run_->truth.add(rowOf({t, T_W_B}));
+}
+
+/// At the end: everything is needed at once.
+void RunRecorder::fetchLongRun() {
+  for (const EstimateRow& row : long_run_->poses.all()) {
+    trajectory_.push_back(poseOf(row.pose));
+    position_covariance_.emplace_back(Eigen::Map<const Mat3>(row.covariance));
+    const double variance = clean(position_covariance_.back().trace());
+    position_sigma_m_.push_back(std::sqrt(std::max(0.0, variance)));
+  }
+  for (const PoseRow& row : long_run_->truth.all()) truth_.push_back(poseOf(row));
+  for (const CpuRow& row : long_run_->cpu_ms.all()) cpu_ms_.emplace_back(row.t, row.ms);
 }
 
 void RunRecorder::checkGroundTruth(RunSummary* summary) {
@@ -247,6 +304,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   trajectory_file_.close();
   covariance_file_.close();
   frames_file_.close();
+  fetchLongRun();
   const std::vector<Anchor> anchors = estimator.anchors();
   ranges_->finish(anchors);
   for (const Anchor& a : anchors) summary->anchors.push_back({a, {}, {}});
@@ -275,10 +333,18 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
 
 void RunRecorder::writePictures(const std::vector<Anchor>& anchors,
                                 const RunSummary& summary) const {
-  const RunPictures pictures{
-      first_frame_,  trajectory_,       smoothed_,     truth_,
-      evaluation_,   position_sigma_m_, cpu_ms_,       anchors,
-      true_anchors_, ranges_->sample(), calibrations_, summary.calibration_given};
+  const RunPictures pictures{first_frame_,
+                             trajectory_,
+                             smoothed_,
+                             truth_,
+                             evaluation_,
+                             position_sigma_m_,
+                             cpu_ms_,
+                             anchors,
+                             true_anchors_,
+                             ranges_->sample(),
+                             long_run_->calibrations.values(),
+                             summary.calibration_given};
   if (!trajectory_.empty())
     writeTextFile(folder_.file("map.svg"), evaluation::toSvg(mapFigure(pictures)));
   const evaluation::Figure ranges = rangesFigure(pictures);

@@ -176,6 +176,24 @@ TEST(LiveRecording, AFullDiskIsToldAndLeavesASoundFile) {
   }
 }
 
+/// It would stand in the way: a recording is never written over.
+TEST(LiveRecording, OnADiskWithoutRoomForAByteThereIsNoFile) {
+  const test::TempFolder folder;
+  const std::string path = (folder / "a.rawlog").string();
+  const int code = withFileLimit(0, [&] {
+    LiveRecording recording(path, {});
+    try {
+      recording.write(*imuAt(kStart), true);
+      recording.close();
+    } catch (const std::runtime_error&) {
+      return 3;
+    }
+    return 1;
+  });
+  EXPECT_EQ(code, 3);
+  EXPECT_FALSE(fs::exists(path));
+}
+
 TEST(LiveRecorder, CountsWhatCannotBeWrittenAndGoesOnTakingIt) {
   const test::TempFolder folder;
   const std::string path = (folder / "a.rawlog").string();

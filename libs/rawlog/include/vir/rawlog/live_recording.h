@@ -62,6 +62,7 @@ class LiveRecording {
   void writeTo(File& file, const mrpt::obs::CObservation& observation);
   bool partIsFull(TimeNs t) const;
   void forgetCutOff();
+  void forgetEmptyFile();
 
   std::string stem_;
   LiveRecordingOptions options_;

@@ -16,6 +16,7 @@
 namespace vir::results {
 
 class RangeRecorder;
+class LongRun;
 
 /// An anchor at the end of a run.
 struct AnchorResult {
@@ -119,6 +120,7 @@ class RunRecorder final : public RunObserver {
   void add(const StateEstimate& estimate);
   void add(const Revision& revision);
   void writePose(const StateEstimate& estimate);
+  void fetchLongRun();
   void writeKeyframes(const std::vector<StampedPose>& keyframes);
   void writeLandmarks(const std::vector<Landmark>& landmarks);
   void checkGroundTruth(RunSummary* summary);
@@ -131,8 +133,12 @@ class RunRecorder final : public RunObserver {
   LogSink log_;
   OutputFile trajectory_file_, covariance_file_, frames_file_;
   std::unique_ptr<RangeRecorder> ranges_;
+  std::unique_ptr<LongRun> long_run_;  // what grows with the run, until its end
   TimeNs first_frame_ = 0;
   std::map<TimeNs, Pose> revised_;  // keyframes as they were last told of
+  std::optional<StampedPose> last_pose_;
+  TimeNs last_truth_ = 0;
+  // From the end of the run on:
   Trajectory trajectory_, smoothed_, truth_;
   std::map<std::uint64_t, Vec3> true_anchors_;
   std::function<std::vector<std::string>()> explain_;
@@ -140,7 +146,6 @@ class RunRecorder final : public RunObserver {
   std::vector<double> position_sigma_m_;                    // per pose of it
   std::vector<Mat3> position_covariance_;                   // the same
   std::vector<std::pair<TimeNs, double>> cpu_ms_;           // per frame
-  std::vector<roles::CalibrationPoint> calibrations_;       // where it was estimated
   double path_m_ = 0;
   int segment_ = 0;
   long not_finite_ = 0, out_of_order_ = 0;
