@@ -6,6 +6,7 @@
 #include "commands/commands.h"
 #include "output/check_report.h"
 #include "output/console.h"
+#include "output/overwrite.h"
 #include "recordings/companion.h"
 #include "recordings/recording_check.h"
 #include "recordings/source_reader.h"
@@ -46,6 +47,7 @@ void setGiven(const std::string& rawlog, const GivenCalibration& calibration,
 }
 
 void run(const Arguments& a, Common& common) {
+  refuseToOverwrite(a.json, Written::json, common);
   GivenCalibration calibration(a.calibration);
   for (const std::string& line : calibration.said()) std::printf("%s\n", line.c_str());
   loadPlugins(common);

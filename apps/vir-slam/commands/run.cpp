@@ -5,6 +5,7 @@
 
 #include "commands/commands.h"
 #include "output/console.h"
+#include "output/overwrite.h"
 #include "output/run_table.h"
 #include "recordings/check_observer.h"
 #include "recordings/companion.h"
@@ -108,6 +109,7 @@ void addRun(CLI::App& app, Common& common) {
   command->add_flag("--verbose,-v", arguments->verbose, "Show the whole log, not only warnings");
   command->callback([arguments, source, &common] {
     catchInterrupt();
+    refuseToOverwrite(arguments->out, Written::results, common);
     resolveSource(*source, common, arguments.get());
     run(*arguments, common);
   });
