@@ -55,6 +55,7 @@ int dispatch(int argc, char** argv) {
   for (const auto add : kCommands) add(app, common);
   try {
     std::vector<std::string> words = understood({argv + 1, argv + argc}, app);
+    common.command = commandLine(words);
     std::reverse(words.begin(), words.end());  // CLI11 takes them from the end
     app.parse(std::move(words));
   } catch (const CLI::ParseError& e) {

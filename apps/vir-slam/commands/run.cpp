@@ -60,6 +60,7 @@ void run(const RunArguments& arguments, Common& common) {
   runs::OfflineRunOptions options = offlineOptions(prepared.options, prepared.inputs, hooks.log);
   const AnchorTable truth = anchorsTruthOf(options.rawlog);
   options.true_anchors = truth.anchors;
+  options.command = common.command;
   if (truth.bad_lines > 0) {
     hooks.log(LogLevel::warning, std::to_string(truth.bad_lines) + " lines of " + truth.path +
                                      " are not id,x,y,z and were left out");

@@ -33,16 +33,6 @@ std::size_t firstWord(const Words& words, std::size_t from, const CLI::App& app)
   return words.size();
 }
 
-/// As a shell takes it.
-std::string line(const Words& words) {
-  std::string out = "vir-slam";
-  for (const std::string& word : words) {
-    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$&;()<>|*?#") == word.npos;
-    out += plain ? " " + word : " '" + word + "'";
-  }
-  return out;
-}
-
 bool looksLikeARecording(const std::string& word) {
   std::error_code ignored;
   if (fs::exists(word, ignored)) return true;
@@ -68,10 +58,19 @@ bool looksLikeARecording(const std::string& word) {
       text += (&name == &names[0] ? "; there are: " : ", ") + name;
     throw UsageError(text + " (vir-slam --help)");
   }
-  throw UsageError(text + "; did you mean: " + line(meant));
+  throw UsageError(text + "; did you mean: " + commandLine(meant));
 }
 
 }  // namespace
+
+std::string commandLine(const Words& words) {
+  std::string out = "vir-slam";
+  for (const std::string& word : words) {
+    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$&;()<>|*?#") == word.npos;
+    out += plain ? " " + word : " '" + word + "'";
+  }
+  return out;
+}
 
 std::vector<std::string> understood(Words words, const CLI::App& app) {
   std::size_t at = firstWord(words, 0, app);

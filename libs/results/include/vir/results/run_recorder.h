@@ -14,7 +14,10 @@
 
 namespace vir::results {
 
+class FrameHistory;
 class RangeRecorder;
+class Thumbnails;
+struct FrameError;
 
 /// An anchor at the end of a run.
 struct AnchorResult {
@@ -35,8 +38,9 @@ const char* name(Verdict verdict);
 
 struct RunSummary {
   std::string estimator, rawlog;
-  long frames = 0;  ///< images handed to the estimator; odometry poses if there are no images
-  long poses = 0;   ///< lines of trajectory.tum
+  std::string command;  ///< that it was called by, for report.html; may be empty
+  long frames = 0;      ///< images handed to the estimator; odometry poses if there are no images
+  long poses = 0;       ///< lines of trajectory.tum
   std::optional<double> init_time_s;  ///< first pose after the first frame; empty: never
   double duration_s = 0;              ///< first to last frame
   double path_m = 0;                  ///< length of the estimated path
@@ -90,6 +94,8 @@ class RunRecorder final : public RunObserver {
   RunRecorder(const ResultsFolder& folder, LogSink log);
   ~RunRecorder() override;
 
+  /// Images, for the small pictures of report.html. They are to live until their onOutput().
+  void onObservation(const mrpt::obs::CObservation& observation) override;
   void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override;
   /// A pose of the reference trajectory, in time order.
   void addGroundTruth(TimeNs t, const Pose& T_W_B);
@@ -109,14 +115,18 @@ class RunRecorder final : public RunObserver {
   void writeKeyframes(const std::vector<StampedPose>& keyframes);
   void writeLandmarks(const std::vector<Landmark>& landmarks);
   void evaluateInto(RunSummary* summary);
-  std::optional<double> positionNees() const;
-  void writePictures(const std::vector<Anchor>& anchors, const RunSummary& summary) const;
+  std::vector<FrameError> errorsFromStart() const;
+  std::optional<double> positionNees(const std::vector<FrameError>& errors) const;
+  void writePictures(const std::vector<Anchor>& anchors, const std::vector<Landmark>& landmarks,
+                     const RunSummary& summary) const;
   void summariseRanges(RunSummary* summary) const;
 
   const ResultsFolder& folder_;
   LogSink log_;
   OutputFile trajectory_file_, covariance_file_, frames_file_;
   std::unique_ptr<RangeRecorder> ranges_;
+  std::unique_ptr<FrameHistory> history_;
+  std::unique_ptr<Thumbnails> images_;
   TimeNs first_frame_ = 0;
   std::map<TimeNs, Pose> revised_;  // keyframes as they were last told of
   Trajectory trajectory_, smoothed_, truth_;
@@ -124,6 +134,7 @@ class RunRecorder final : public RunObserver {
   std::optional<evaluation::EvaluationResult> evaluation_;  // of the causal trajectory
   std::vector<double> position_sigma_m_;                    // per pose of it
   std::vector<Mat3> position_covariance_;                   // the same
+  std::vector<FrameError> errors_;                          // of those with a truth
   std::vector<std::pair<TimeNs, double>> cpu_ms_;           // per frame
   std::vector<roles::CalibrationPoint> calibrations_;       // where it was estimated
   double path_m_ = 0;
