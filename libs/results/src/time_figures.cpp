@@ -12,7 +12,7 @@ namespace {
 
 const evaluation::Color kBand{130, 130, 130};
 constexpr std::size_t kMaxPanels = 4;
-constexpr std::size_t kMaxPoints = 3000;  // of a curve: more cannot be seen
+constexpr std::size_t kMaxPoints = 3000;        // of a curve: more cannot be seen
 constexpr std::size_t kMaxCalibrations = 1000;  // of each of sixteen outlines
 constexpr double kLeft = 80, kWidth = 1090;
 
