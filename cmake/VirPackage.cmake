@@ -55,7 +55,7 @@ install(DIRECTORY ini DESTINATION ${CMAKE_INSTALL_DATADIR}/vir-slam COMPONENT pr
 # Settings name the sample relative to themselves. It is in no Debian package: 25 MB.
 install(DIRECTORY rawlog DESTINATION ${CMAKE_INSTALL_DATADIR}/vir-slam COMPONENT sample)
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
-install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(FILES README.md CHANGELOG.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev)
 
 # Debian packages: scripts/package.sh.

@@ -101,7 +101,10 @@ function(vir_program name)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
   set(folder ${PROJECT_BINARY_DIR}/described/${name})
   set(script ${PROJECT_SOURCE_DIR}/cmake/describe_program.sh)
-  add_custom_command(OUTPUT ${folder}/completions/${name} DEPENDS ${name} ${script}
+  # Their settings are completed too.
+  get_property(plugins GLOBAL PROPERTY VIR_INSTALLED)
+  list(FILTER plugins INCLUDE REGEX "^vir_plugin_")
+  add_custom_command(OUTPUT ${folder}/completions/${name} DEPENDS ${name} ${plugins} ${script}
     COMMAND ${CMAKE_COMMAND} -E env ASAN_OPTIONS=detect_leaks=0 ${script} $<TARGET_FILE:${name}> ${folder}
     COMMENT "Making man pages and completion of ${name}" VERBATIM)
   add_custom_target(describe_${name} ALL DEPENDS ${folder}/completions/${name})

@@ -68,6 +68,26 @@ man_page() { # NAME-OF-PAGE SEE-ALSO
     END { flush_item(); if (see != "") print ".SH SEE ALSO\n" text(see) }'
 }
 
+# Settings for --set: lines of a role and a key, and which roles' each subcommand takes.
+keys=''
+if "$program" --help | grep -q '^  plugins '; then keys=$("$program" plugins --keys); fi
+roles_of() { # WORDS OF THE SUBCOMMAND
+  case "$*" in
+    run) echo 'estimator rendezvous source' ;;
+    record) echo 'estimator rendezvous live' ;;
+    rendezvous) echo 'estimator rendezvous' ;;
+    'calibrate camera') echo 'estimator' ;;
+    import | check) echo 'source' ;;
+    simulate) echo 'simulator' ;;
+  esac
+}
+key_lists() {
+  local role
+  for role in $(cut -d ' ' -f 1 <<<"$keys" | sort -u); do
+    printf "    '%s') keys='%s' ;;\n" "$role" "$(sed -n "s/^$role //p" <<<"$keys" | tr '\n' ' ')"
+  done
+}
+
 # The completion: what may follow each (sub)command, and the values of options that name theirs.
 follows='' values=''
 describe() { # WORDS OF THE SUBCOMMAND
@@ -82,6 +102,9 @@ describe() { # WORDS OF THE SUBCOMMAND
   values+=$(sed -n "s/^  \(-[^ ]*\) [^ ]*:{\([^}]*\)}.*/\1 \2/p" <<<"$help" | while read -r option list; do
     for alias in ${option//,/ }; do printf "    '%s %s') values='%s' ;;\n." "$words" "$alias" "${list//,/ }"; done
   done | tr -d '.')
+  if [[ " $options" == *' --set '* ]] && [ -n "$keys" ]; then
+    values+="    '$words --set') roles='$(roles_of "$@")' ;;"$'\n'
+  fi
   for sub in $subs; do describe "$@" "$sub"; done
 }
 describe
@@ -91,7 +114,7 @@ cat >"$folder/completions/$name" <<END
 # Completion for $name in bash; made from its --help when it was built.
 $function_name() {
   local cur=\${COMP_WORDS[COMP_CWORD]} prev=\${COMP_WORDS[COMP_CWORD - 1]}
-  local path='' subcommands options values='' i word
+  local path='' subcommands options values='' roles='' keys i word
   # bash splits --option=value into three words.
   [ "\$cur" = '=' ] && cur=''
   [ "\$prev" = '=' ] && prev=\${COMP_WORDS[COMP_CWORD - 2]}
@@ -107,7 +130,13 @@ $function_name() {
   case "\$path \$prev" in
 $values
   esac
-  if [ -n "\$values" ]; then
+  if [ -n "\$roles" ]; then
+    for word in \$roles; do
+      ${function_name}_keys "\$word"
+      mapfile -t -O \${#COMPREPLY[@]} COMPREPLY < <(compgen -S = -W "\$keys" -- "\$cur")
+    done
+    compopt -o nospace 2>/dev/null || true
+  elif [ -n "\$values" ]; then
     mapfile -t COMPREPLY < <(compgen -W "\$values" -- "\$cur")
   elif [[ \$cur == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "\$options \$global" -- "\$cur" | sort -u)
@@ -118,6 +147,12 @@ $values
 ${function_name}_follows() {
   case "\$path" in
 $follows  esac
+}
+${function_name}_keys() {
+  keys=''
+  case "\$1" in
+$(key_lists)
+  esac
 }
 complete -o default -F $function_name $name
 END

@@ -1,9 +1,11 @@
 #!/bin/bash
 # Installs the Debian packages that building and testing need; installs only what is missing, so a
 # second run does nothing and needs no network. Debian 12 and 13.
-#   scripts/install_dependencies.sh [--dev] [--list]
-#     --dev    also the tools of .ci/run (clang, clang-format, clang-tidy), Google Benchmark and gcovr
-#     --list   print the packages and stop
+#   scripts/install_dependencies.sh [--dev] [--browser] [--list]
+#     --dev      also the tools of .ci/run (clang, clang-format, clang-tidy, doxygen), Google
+#                Benchmark and gcovr
+#     --browser  Chromium as well, in which tests look at the pages of results
+#     --list     print the packages and stop
 set -euo pipefail
 
 packages=(
@@ -16,7 +18,9 @@ packages=(
   libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev  # bags of ROS and MCAP
   libgtest-dev
 )
-dev_packages=(clang clang-format clang-tidy libbenchmark-dev ccache debootstrap gcovr)
+dev_packages=(clang clang-format clang-tidy libbenchmark-dev ccache debootstrap gcovr doxygen)
+
+browser_packages=(chromium)
 
 say() { printf '%s\n' "install_dependencies: $*"; }
 
@@ -24,13 +28,14 @@ list_only=false
 for argument in "$@"; do
   case "$argument" in
     --dev) packages+=("${dev_packages[@]}") ;;
+    --browser) packages+=("${browser_packages[@]}") ;;
     --list) list_only=true ;;
     -h | --help)
-      sed -n '2,6s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit 0
       ;;
     *)
-      say "unknown argument '$argument' (known: --dev --list --help)" >&2
+      say "unknown argument '$argument' (known: --dev --browser --list --help)" >&2
       exit 2
       ;;
   esac

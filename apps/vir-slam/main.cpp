@@ -1,12 +1,14 @@
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <new>
 #include <opencv2/core/utility.hpp>
 
 #include "commands/commands.h"
+#include "commands/words.h"
 #include "vir/core/settings.h"
 #include "vir/core/text_file.h"
 #include "vir/rawlog/mrpt_error.h"
@@ -40,19 +42,26 @@ int fail(int code, const std::string& text) {
 int dispatch(int argc, char** argv) {
   CLI::App app(kExamples, "vir-slam");
   Common common;
-  app.set_version_flag("--version", "vir-slam " VIR_VERSION);
+  app.set_version_flag("-V,--version", "vir-slam " VIR_VERSION);
   app.add_option("--plugin-dir", common.plugin_dir,
                  "Folder with the plugins (default: lib/vir-slam/plugins beside the program)");
   app.add_flag_callback(
       "--images-elsewhere", [] { rawlog::allowImagesElsewhere(true); },
       "Read images that a rawlog names outside its own folder (else they are refused)");
+  app.add_flag("--force", common.force,
+               "Write also over files that are not what the command would leave there itself");
   app.require_subcommand(1);
   app.fallthrough();
   for (const auto add : kCommands) add(app, common);
   try {
-    app.parse(argc, argv);
+    std::vector<std::string> words = understood({argv + 1, argv + argc}, app);
+    common.command = commandLine(words);
+    std::reverse(words.begin(), words.end());  // CLI11 takes them from the end
+    app.parse(std::move(words));
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kOk : kUsage;
+    if (app.exit(e) == 0) return kOk;
+    const std::string hint = optionHint(app);
+    return hint.empty() ? kUsage : fail(kUsage, hint);
   } catch (const SettingsError& e) {
     return fail(kUsage, e.what());
   } catch (const UsageError& e) {

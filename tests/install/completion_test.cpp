@@ -82,6 +82,16 @@ TEST(Completion, OffersValuesAndNestedSubcommands) {
   EXPECT_EQ(complete({"run", "--rawlog", ""}), Words{});
 }
 
+TEST(Completion, OffersSettingsOfTheSubcommand) {
+  EXPECT_EQ(complete({"run", "a.rawlog", "--set", "Estimator.use_ra"}),
+            Words{"Estimator.use_ranges="});
+  EXPECT_EQ(complete({"run", "a.rawlog", "--set", "=", "Imu.gyro_noise"}),
+            Words{"Imu.gyro_noise_density="});
+  EXPECT_EQ(complete({"import", "--set", "euroc.max_dur"}), Words{"euroc.max_duration_s="});
+  EXPECT_EQ(complete({"simulate", "--set", "simulator.tr"}), Words{"simulator.tracks="});
+  EXPECT_EQ(complete({"simulate", "--set", "euroc.max_dur"}), Words{});
+}
+
 TEST(ManPages, OneForEachSubcommand) {
   const fs::path man = test::installTree() / "share/man/man1";
   for (const std::string& subcommand : subcommands()) {

@@ -76,6 +76,31 @@ TEST(ShippedIni, EachBenchmarkIsAccepted) {
   EXPECT_GT(seen, 0);
 }
 
+/// None of its devices is there: the settings of all three are read, and each is waited for.
+TEST(ShippedIni, TheRobotsSensorsAreAccepted) {
+  const test::TempFolder folder;
+  std::string command = "record " + quoted((kIni / "robot.ini").string()) +
+                        " --estimate --duration-s 0.2 --results " +
+                        quoted((folder / "results").string()) +
+                        " --set Recording.stream_port=0 --set cam0.cv_camera_index=99";
+  for (const char* sensor : {"imu0", "uwb0"}) {
+    command += std::string(" --set ") + sensor + ".port=/dev/there-is-none";
+  }
+  for (const char* sensor : {"cam0", "imu0", "uwb0"}) {
+    command += std::string(" --set ") + sensor + ".optional=true";
+  }
+  const auto recordTo = [&](const std::string& name, const std::string& more) {
+    return test::virSlam(command + more + " --out " + quoted((folder / name).string()));
+  };
+  const Outcome outcome = recordTo("a.rawlog", "");
+  EXPECT_TRUE(test::contains(outcome.text, "recording 3 sensors to ")) << outcome.text;
+  EXPECT_NE(outcome.code, 2) << outcome.text;
+  for (const char* key : {"imu0.no_such_key", "uwb0.no_such_key", "Ranges.no_such_key"}) {
+    const Outcome wrong = recordTo("b.rawlog", std::string(" --set ") + key + "=1");
+    EXPECT_EQ(wrong.code, 2) << key << "\n" << wrong.text;
+  }
+}
+
 TEST(ShippedIni, ReferenceIsWhatTheCodeSays) {
   const fs::path file = kIni / "reference.ini";
   ASSERT_TRUE(fs::exists(file)) << "make it with: vir-slam plugins vir > ini/reference.ini";

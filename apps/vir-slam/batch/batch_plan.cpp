@@ -96,9 +96,25 @@ class SectionReader {
   std::set<std::string> known_;
 };
 
+constexpr const char* kExample = R"(
+
+A benchmark that works, beside the ini it names (ini/benchmark.ini is a larger one):
+  [Batch]
+  sequences = flight
+  settings = with_ranges without
+  ini = euroc.ini
+
+  [Sequence_flight]
+  rawlog = flight.rawlog
+
+  [Setting_with_ranges]
+
+  [Setting_without]
+  Estimator.use_ranges = false)";
+
 SettingsError missing(const Settings& settings, const std::string& section,
                       const std::string& problem) {
-  return {{settings.name(), 0}, section, "", problem};
+  return {{settings.name(), 0}, section, "", problem + kExample};
 }
 
 BatchSequence readSequence(const Settings& settings, const std::string& name,

@@ -8,6 +8,7 @@
 #include "calibration/camera_calibration.h"
 #include "commands/commands.h"
 #include "output/calibration_report.h"
+#include "output/overwrite.h"
 #include "output/png_canvas.h"
 
 namespace vir::app {
@@ -60,7 +61,10 @@ UwbSamples readAll(const Arguments& args, const AnchorPositions& anchors) {
   return data;
 }
 
-int run(const Arguments& args) {
+int run(const Arguments& args, const Common& common) {
+  refuseToOverwrite(args.out, Written::range_bias, common);
+  refuseToOverwrite(args.json, Written::json, common);
+  refuseToOverwrite(args.plot, Written::picture, common);
   AnchorPositions anchors;
   for (const std::string& text : args.anchors) addAnchor(text, &anchors);
   if (!args.anchor_file.empty()) addAnchorFile(args.anchor_file, &anchors);
@@ -107,7 +111,7 @@ void addCalibrate(CLI::App& app, Common& common) {
   command->add_option("--out", args->out, "Write the model here (csv)")->required();
   command->add_option("--plot", args->plot, "Write a picture here: .svg, or .png");
   command->add_option("--json", args->json, "Write all numbers here");
-  command->callback([args, &common] { common.exit_code = run(*args); });
+  command->callback([args, &common] { common.exit_code = run(*args, common); });
 }
 
 }  // namespace vir::app

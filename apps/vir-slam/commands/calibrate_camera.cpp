@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "calibration/camera_calibration.h"
+#include "output/overwrite.h"
 #include "vir/results/calibration_yaml.h"
 #include "vir/results/results_folder.h"
 
@@ -31,16 +32,17 @@ struct CameraArguments {
 std::string calibrationFile(const std::string& out) {
   const bool file = std::filesystem::path(out).extension() == ".yaml" ||
                     std::filesystem::path(out).extension() == ".yml";
-  const std::filesystem::path path = file ? out : out + "/calibration.yaml";
-  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path());
-  return path.string();
+  return file ? out : out + "/calibration.yaml";
 }
 
 int runCamera(const CameraArguments& args, const Common& common) {
   if (args.out.empty()) throw UsageError("--out is empty: name a file or a folder");
+  const std::string file = calibrationFile(args.out);
+  refuseToOverwrite(file, Written::calibration, common);
   const CameraCalibrationResult result = calibrateCamera(args.job, common);
   printCameraCalibration(result);
-  const std::string file = calibrationFile(args.out);
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  if (!folder.empty()) std::filesystem::create_directories(folder);
   results::writeTextFile(
       file, results::calibrationYaml(result.found.calibration, sigmaOf(result.found.sigma)));
   std::printf("Written to %s\n", file.c_str());

@@ -7,6 +7,7 @@
 #include "commands/commands.h"
 #include "output/check_report.h"
 #include "output/console.h"
+#include "output/overwrite.h"
 #include "recordings/companion.h"
 #include "recordings/full_check.h"
 
@@ -28,6 +29,7 @@ struct Arguments {
 };
 
 void run(const Arguments& a, Common& common) {
+  refuseToOverwrite(a.json, Written::json, common);
   GivenCalibration calibration(a.calibration);
   for (const std::string& line : calibration.said()) std::printf("%s\n", line.c_str());
   const bool rawlog = isRawlog(a.source);

@@ -26,6 +26,8 @@ class UsageError : public std::runtime_error {
 /// Options that every subcommand understands.
 struct Common {
   std::string plugin_dir;  ///< empty: beside the program
+  std::string command;     ///< as it was called
+  bool force = false;      ///< write over what is the user's own
   int exit_code = kOk;     ///< a command that finishes without throwing may still report failure
 };
 

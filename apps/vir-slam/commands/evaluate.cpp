@@ -8,6 +8,7 @@
 
 #include "commands/commands.h"
 #include "output/evaluation_report.h"
+#include "output/overwrite.h"
 #include "output/picture_file.h"
 #include "recordings/trajectory_file.h"
 #include "vir/evaluation/leaps.h"
@@ -99,7 +100,9 @@ int compareWith(const std::string& reference_file, const Arguments& args,
   return code;
 }
 
-int run(const Arguments& args) {
+int run(const Arguments& args, const Common& common) {
+  refuseToOverwrite(args.json, Written::json, common);
+  refuseToOverwrite(args.plot, Written::picture, common);
   evaluation::EvaluationOptions options;
   evaluation::parseAlignment(args.align, &options.alignment);
   if (!args.plot.empty()) requirePicture("--plot", args.plot);
@@ -147,7 +150,7 @@ void addEvaluate(CLI::App& app, Common& common) {
                       "csv whose first column is the stamp of an image in ns: count those covered");
   command->add_option("--json", args->json, "Write all numbers here");
   command->add_option("--plot", args->plot, "Write a picture here: .svg, or .png");
-  command->callback([args, &common] { common.exit_code = run(*args); });
+  command->callback([args, &common] { common.exit_code = run(*args, common); });
 }
 
 }  // namespace vir::app

@@ -8,6 +8,7 @@
 
 #include "commands/commands.h"
 #include "output/console.h"
+#include "output/overwrite.h"
 #include "recordings/companion.h"
 #include "recordings/exporter.h"
 #include "vir/rawlog/ordered_reader.h"
@@ -116,6 +117,7 @@ void addExport(CLI::App& app, Common& common) {
       ->check(CLI::IsMember({"euroc", "tum", "csv", "mcap"}));
   command->add_option("--out", arguments->out, "Folder, or the .mcap file")->required();
   command->callback([arguments, &common] {
+    if (arguments->format == "mcap") refuseToOverwrite(arguments->out, Written::mcap, common);
     if (std::filesystem::is_directory(arguments->rawlog)) {
       if (arguments->format != "mcap") {
         throw UsageError(arguments->rawlog + " is a folder; runs are exported with --format mcap");

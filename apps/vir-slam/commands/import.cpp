@@ -5,6 +5,8 @@
 
 #include "commands/commands.h"
 #include "output/console.h"
+#include "output/overwrite.h"
+#include "output/settings_text.h"
 #include "recordings/import_job.h"
 
 namespace vir::app {
@@ -24,7 +26,21 @@ void run(ImportArguments* a, Common& common) {
   if (a->list) {
     std::printf("%s", listRecording(a->job).c_str());
   } else {
+    refuseToOverwrite(a->job.out, Written::rawlog, common);
     if (!importRecording(a->job)) common.exit_code = kRunFailed;
+  }
+}
+
+/// Below the help of `import DRIVER`: what --set can set of that driver.
+std::string driverHelp(const CLI::Option& what, const Common& common) {
+  if (what.results().empty()) {
+    return "The settings of a driver with their defaults: vir-slam import DRIVER --help";
+  }
+  try {
+    loadPlugins(common, {roles::PluginRole::sensor});
+    return "\n" + settingsText(what.results().front());
+  } catch (const std::exception& e) {
+    return std::string("No settings: ") + e.what();
   }
 }
 
@@ -41,18 +57,21 @@ void addImport(CLI::App& app, Common& common) {
       "  vir-slam import flight.mcap --out flight.rawlog \\\n"
       "    --topic camera=/cam0/image_raw --topic imu=/imu0 --topic range=/uwb:anchor_id,distance\n"
       "  vir-slam import euroc MH_01_easy --out mh01.rawlog\n"
+      "  vir-slam import euroc --help                      the settings of that driver\n"
       "  vir-slam import euroc room1 --out room1.rawlog --set euroc.images=embed\n"
       "  vir-slam import euroc V1_02 --out v102.rawlog \\\n"
       "    --set euroc.simulate_ranges=true --set \"euroc.anchor_m=2 0 2.5\"\n"
       "  vir-slam import euroc flight --out flight.rawlog --calibration camchain-imucam.yaml\n"
       "  vir-slam import clip.mp4 --topic imu=imu.csv --calibration cam.yaml --out clip.rawlog\n"
       "  vir-slam import pyfg tiers_AB.pyfg --out tiers_A.rawlog --set pyfg.robot=A");
-  command
-      ->add_option("SOURCE", a->what,
-                   "[DRIVER] SOURCE: a file or folder; DRIVER (see `vir-slam plugins`) only where "
-                   "it cannot be found from the source")
-      ->required()
-      ->expected(1, 2);
+  const CLI::Option* what =
+      command
+          ->add_option(
+              "SOURCE", a->what,
+              "[DRIVER] SOURCE: a file or folder; DRIVER (see `vir-slam plugins`) only where "
+              "it cannot be found from the source")
+          ->required()
+          ->expected(1, 2);
   command->add_option("--out", a->job.out, "Rawlog to write");
   command
       ->add_option("--calibration", a->job.calibration, "File with camera, IMU and both together")
@@ -68,6 +87,7 @@ void addImport(CLI::App& app, Common& common) {
   command->add_option("--compression", a->job.compression, "0 (none) to 9, of the rawlog itself")
       ->check(CLI::Range(0, 9))
       ->capture_default_str();
+  command->footer([what, &common] { return driverHelp(*what, common); });
   command->callback([a, &common] {
     catchInterrupt();
     run(a.get(), common);

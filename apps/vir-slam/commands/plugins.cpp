@@ -4,16 +4,11 @@
 #include <memory>
 
 #include "commands/commands.h"
-#include "robots/rendezvous_options.h"
-#include "setup/run_options.h"
-#include "vir/core/ini_writer.h"
+#include "output/settings_text.h"
 #include "vir/roles/estimator_registry.h"
-#include "vir/roles/live_source.h"
 #include "vir/roles/plugin_loader.h"
-#include "vir/roles/recorded_source.h"
 #include "vir/roles/rendezvous_registry.h"
 #include "vir/roles/sensor.h"
-#include "vir/team/joint_solution.h"
 
 namespace vir::app {
 namespace {
@@ -36,39 +31,11 @@ void list() {
   }
 }
 
-/// The settings of the estimator, rendezvous solver or sensor `name` as a commented ini.
-std::string reference(const std::string& name) {
-  IniWriter writer(IniWriter::Style::reference);
-  const std::string head =
-      "// Every setting with its default. Written by: vir-slam plugins " + name + "\n\n";
-  for (const auto& e : roles::registeredEstimators()) {
-    if (e.name != name) continue;
-    RunOptions run;
-    run.driver = name;
-    describe(writer, run);
-    roles::estimatorSettings(name)->describe(writer);
-    return head + writer.text();
-  }
-  for (const auto& r : roles::registeredRendezvous()) {
-    if (r.name != name) continue;
-    RendezvousRunOptions run;
-    team::JointOptions joint;
-    run.driver = name;
-    describe(writer, run);
-    roles::createRendezvous(name)->describe(writer);
-    team::describe(writer, joint);
-    return head + writer.text();
-  }
-  const auto sensor = roles::openSensor(name);
-  if (auto* recorded = sensor->recorded()) recorded->describe(writer);
-  if (auto* live = sensor->live()) live->describe(writer);
-  return head + writer.text();
-}
-
 }  // namespace
 
 void addPlugins(CLI::App& app, Common& common) {
   const auto name = std::make_shared<std::string>();
+  const auto keys = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("plugins",
                                          "List the plugins, or the settings of one\n"
                                          "Examples:\n"
@@ -76,12 +43,15 @@ void addPlugins(CLI::App& app, Common& common) {
                                          "  vir-slam plugins vir > ini/reference.ini");
   command->add_option("NAME", *name,
                       "Estimator, rendezvous solver or sensor: print its settings as an ini");
-  command->callback([name, &common] {
+  command->add_flag("--keys", *keys, "Only the names of all settings, and what each is of");
+  command->callback([name, keys, &common] {
     loadPlugins(common, roles::kAllPluginRoles);
-    if (name->empty()) {
+    if (*keys) {
+      std::fputs(settingsKeys().c_str(), stdout);
+    } else if (name->empty()) {
       list();
     } else {
-      std::fputs(reference(*name).c_str(), stdout);
+      std::fputs(settingsText(*name).c_str(), stdout);
     }
   });
 }

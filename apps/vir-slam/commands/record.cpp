@@ -7,6 +7,7 @@
 #include "commands/commands.h"
 #include "live/live_session.h"
 #include "output/console.h"
+#include "output/overwrite.h"
 #include "recordings/companion.h"
 #include "setup/auto_driver.h"
 #include "setup/record_options.h"
@@ -85,6 +86,7 @@ std::unique_ptr<roles::EstimatorSettings> readEstimator(Settings settings,
 
 void run(const Arguments& a, Common& common) {
   pinHostClock();
+  refuseToOverwrite(a.results, Written::results, common);
   requireFile(a.ini, "ini");
   Settings settings = Settings::fromFile(a.ini);
   const GivenCalibration calibration = takeCalibration(a.calibration, a.set, &settings);

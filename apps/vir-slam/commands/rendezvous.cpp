@@ -5,6 +5,7 @@
 
 #include "commands/commands.h"
 #include "output/console.h"
+#include "output/overwrite.h"
 #include "output/rendezvous_report.h"
 #include "robots/rendezvous_robots.h"
 #include "vir/team/meeting.h"
@@ -15,7 +16,7 @@ namespace {
 constexpr const char* kHelp =
     R"(Find the transforms between the worlds of robots that ranged to each other
 Examples:
-  vir-slam rendezvous ini/two_robots.ini --rawlog A=a.rawlog --rawlog B=b.rawlog --out results/ab
+  vir-slam rendezvous --rawlog A=a.rawlog --rawlog B=b.rawlog --out results/ab
   vir-slam rendezvous ini/two_robots.ini --rawlog spiri:3=one.rawlog --rawlog m:5=two.rawlog
   vir-slam rendezvous ini/two_robots.ini --rawlog A=results/a --rawlog B=results/b
 NAME is followed by the robot's id as a beacon in the others' recordings; without it a single letter
@@ -53,6 +54,11 @@ team::MeetingOptions meetingOptions(const Prepared& prepared) {
 
 void run(const Arguments& arguments, Common& common) {
   const Prepared prepared = prepareRobots(arguments, common);
+  refuseToOverwrite(arguments.out, Written::results, common);
+  for (const RobotFile& robot : prepared.robots) {
+    if (!arguments.out.empty())
+      refuseToOverwrite(arguments.out + "/" + robot.name, Written::results, common);
+  }
   const results::ResultsFolder folder(arguments.out);
   results::writeTextFile(folder.file("used.ini"), prepared.used_ini);
   results::OutputFile log_file(folder.file("run.log"), results::OutputFile::Named::at_once);
@@ -89,7 +95,8 @@ void run(const Arguments& arguments, Common& common) {
 void addRendezvous(CLI::App& app, Common& common) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("rendezvous", kHelp);
-  command->add_option("INI", arguments->ini, "Settings, e.g. ini/two_robots.ini")->required();
+  command->add_option("INI", arguments->ini,
+                      "Settings, e.g. ini/two_robots.ini (without: all by default)");
   command
       ->add_option(
           "--rawlog", arguments->rawlogs,

@@ -5,6 +5,7 @@
 
 #include "commands/commands.h"
 #include "output/console.h"
+#include "output/overwrite.h"
 #include "output/run_table.h"
 #include "recordings/check_observer.h"
 #include "recordings/companion.h"
@@ -66,6 +67,7 @@ void run(const RunArguments& arguments, Common& common) {
   runs::OfflineRunOptions options = offlineOptions(prepared.options, prepared.inputs, hooks.log);
   const AnchorTable truth = anchorsTruthOf(options.rawlog);
   options.true_anchors = truth.anchors;
+  options.command = common.command;
   if (truth.bad_lines > 0) {
     hooks.log(LogLevel::warning, std::to_string(truth.bad_lines) + " lines of " + truth.path +
                                      " are not id,x,y,z and were left out");
@@ -115,6 +117,7 @@ void addRun(CLI::App& app, Common& common) {
   command->add_flag("--verbose,-v", arguments->verbose, "Show the whole log, not only warnings");
   command->callback([arguments, source, &common] {
     catchInterrupt();
+    refuseToOverwrite(arguments->out, Written::results, common);
     resolveSource(*source, common, arguments.get());
     run(*arguments, common);
   });

@@ -7,6 +7,7 @@
 
 #include "commands/commands.h"
 #include "output/console.h"
+#include "output/overwrite.h"
 #include "recordings/companion.h"
 #include "recordings/rawlog_recorder.h"
 #include "vir/core/settings.h"
@@ -46,21 +47,28 @@ void simulateRobot(const Settings& all, const std::string& robot, const std::str
 void run(const SimulateArguments& a, const Common& common) {
   loadPlugins(common, {roles::PluginRole::sensor});
   requireRawlogName(a.out);
-  requireFile(a.ini, "ini");
-  Settings settings = Settings::fromFile(a.ini);
+  Settings settings;
+  if (!a.ini.empty()) {
+    requireFile(a.ini, "ini");
+    settings = Settings::fromFile(a.ini);
+  }
   for (const std::string& assignment : a.set) settings.set(assignment);
   std::istringstream letters(simulatorKey(settings, "robots", "A"));
   std::vector<std::string> robots;
   for (std::string robot; letters >> robot;) robots.push_back(robot);
   if (robots.size() < 2 || !simulatorKey(settings, "robot", "").empty()) {
+    refuseToOverwrite(a.out, Written::rawlog, common);
     simulateRobot(settings, "", a.out, a.compression);
     return;
   }
   const std::string extension = a.out.substr(stemOfRawlog(a.out).size());
+  const auto outOf = [&](const std::string& robot) {
+    return stemOfRawlog(a.out) + "_" + robot + extension;
+  };
+  for (const std::string& robot : robots) refuseToOverwrite(outOf(robot), Written::rawlog, common);
   for (const std::string& robot : robots) {
-    const std::string out = stemOfRawlog(a.out) + "_" + robot + extension;
     std::printf("robot %s\n", robot.c_str());
-    simulateRobot(settings, robot, out, a.compression);
+    simulateRobot(settings, robot, outOf(robot), a.compression);
     std::printf("\n");
   }
 }
@@ -75,10 +83,11 @@ void addSimulate(CLI::App& app, Common& common) {
       "Examples:\n"
       "  vir-slam simulate ini/simulate_two_robots.ini --out two.rawlog   (two_A and "
       "two_B.rawlog)\n"
+      "  vir-slam simulate --out flight.rawlog --set Robot_A.duration_s=30\n"
       "  vir-slam simulate ini/simulate_two_robots.ini --out b.rawlog --set simulator.robot=B\n"
       "  vir-slam simulate ini/simulate_two_robots.ini --out t.rawlog --set simulator.tracks=true\n"
       "Every setting: vir-slam plugins simulator");
-  command->add_option("INI", a->ini, "Settings of the world")->required();
+  command->add_option("INI", a->ini, "Settings of the world (without: one robot, all by default)");
   command
       ->add_option("--out", a->out,
                    "Rawlog to write; with several robots and no simulator.robot one each, with the "

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "output/rendezvous_output.h"
 #include "vir/core/angles.h"
+#include "vir/results/meeting_page.h"
 #include "vir/results/transforms_json.h"
 
 namespace vir::app {
@@ -101,8 +103,14 @@ std::vector<TableRow> writeMeeting(const results::ResultsFolder& folder,
   writeHistory(folder, meeting.pairs);
   writeMergedTrajectories(folder, map);
   writeMergedLandmarks(folder, map, meeting.robots);
-  results::writeTextFile(folder.file("rendezvous.svg"),
-                         evaluation::toSvg(rendezvousFigure(map, meeting.robots)));
+  const evaluation::Figure figure = rendezvousFigure(map, meeting.robots);
+  results::writeTextFile(folder.file("rendezvous.svg"), evaluation::toSvg(figure));
+  results::MeetingPage page{meeting, {}, evaluation::toSvgElement(figure)};
+  for (const team::RobotRecord& r : meeting.robots) {
+    const std::string own = r.name + "/report.html";
+    page.reports.push_back(std::filesystem::exists(folder.file(own)) ? own : "");
+  }
+  results::writeTextFile(folder.file("report.html"), results::meetingHtml(page));
   writeRendezvousScene(folder, map, meeting.robots);
   return rows;
 }

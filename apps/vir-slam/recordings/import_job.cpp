@@ -20,6 +20,12 @@ std::string recordedDrivers() {
 
 OpenedSource find(const ImportJob& job) {
   if (!fs::exists(job.source)) {
+    for (const roles::SensorEntry& e : roles::registeredSensors()) {
+      if (e.alias != job.source) continue;
+      throw UsageError(
+          "'" + e.alias + "' is a driver; name the recording as well: vir-slam import " + e.alias +
+          " SOURCE --out FILE.rawlog (its settings: vir-slam import " + e.alias + " --help)");
+    }
     throw UsageError("there is no such file or folder: " + job.source);
   }
   OpenedSource opened;

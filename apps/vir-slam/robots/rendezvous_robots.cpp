@@ -110,7 +110,7 @@ std::vector<RobotFile> robotFiles(const Settings& settings, const RobotArguments
     throw UsageError(
         "a rendezvous takes two or more robots: give --rawlog NAME=FILE for each, or "
         "NAME = FILE in [Robots] of " +
-        settings.name());
+        (settings.name().empty() ? "an ini" : settings.name()));
   }
   std::set<std::string> names;
   std::set<int> ids;
@@ -192,7 +192,7 @@ std::unique_ptr<roles::Rendezvous> Prepared::createSolver(const LogSink& log) co
 
 Prepared prepareRobots(const RobotArguments& arguments, const Common& common) {
   Prepared out;
-  out.settings = Settings::fromFile(arguments.ini);
+  if (!arguments.ini.empty()) out.settings = Settings::fromFile(arguments.ini);
   out.calibration = takeCalibration("", arguments.assignments, &out.settings);
   SettingsReader own(out.settings);
   describe(own, out.run);

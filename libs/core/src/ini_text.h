@@ -13,8 +13,6 @@ std::string trim(const std::string& text);
 std::string withoutComment(const std::string& text);
 /// For messages: control characters replaced, cut at 80 characters.
 std::string shown(const std::string& text);
-/// The candidate closest to `word`, or empty if none is close.
-std::string nearest(const std::string& word, const std::vector<std::string>& candidates);
 std::string joined(const std::vector<std::string>& words);
 
 /// What is allowed, in words.

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "ini_text.h"
+#include "vir/core/nearest.h"
 #include "vir/core/parse_number.h"
 #include "vir/core/settings.h"
 #include "vir/core/text.h"
@@ -110,7 +111,7 @@ void SettingsReader::finish() const {
     if (declared.count(lowerCase(name)) > 0 || ignored_.count(lowerCase(name)) > 0) continue;
     if (passedOver(origin)) continue;
     const std::vector<std::string> names(declared_sections_.begin(), declared_sections_.end());
-    const std::string near = ini::nearest(name, names);
+    const std::string near = nearest(name, names);
     throw SettingsError(origin, name, "",
                         "unknown section" + (near.empty() ? "" : "; did you mean [" + near + "]?") +
                             " Known sections: " + listedNames(names));
@@ -126,7 +127,7 @@ void SettingsReader::finish() const {
       known = known || lowerCase(key) == lowerCase(s.key);
     }
     if (known) continue;
-    const std::string near = ini::nearest(s.key, keys);
+    const std::string near = nearest(s.key, keys);
     throw SettingsError(s.origin, s.section, s.key,
                         near.empty() ? "unknown key. Known keys: " + listedNames(keys)
                                      : "unknown key; did you mean " + near + "?");

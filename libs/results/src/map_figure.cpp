@@ -34,7 +34,7 @@ Trajectory alignedTruth(const RunPictures& run) {
 
 /// Every n-th pose, so that the picture of a long run stays small.
 Trajectory thinned(const Trajectory& path) {
-  constexpr std::size_t kMost = 6000;
+  constexpr std::size_t kMost = 3000;
   const std::size_t n = path.size() / kMost + 1;
   Trajectory out;
   for (std::size_t i = 0; i < path.size(); i += n) out.push_back(path[i]);

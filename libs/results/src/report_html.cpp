@@ -1,8 +1,11 @@
 #include "report_html.h"
 
 #include <cmath>
+#include <ctime>
 
 #include "csv_text.h"
+#include "page_files.h"
+#include "page_frame.h"
 #include "vir/core/angles.h"
 #include "vir/core/markup.h"
 
@@ -10,19 +13,6 @@ namespace vir::results {
 namespace {
 
 using csv::format;
-
-constexpr const char* kHead = R"(<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>vir-slam run</title>
-<style>
-body { font-family: Helvetica, Arial, sans-serif; color: #282828; background: #fff; margin: 24px; max-width: 1220px; }
-h1 { font-size: 22px; } h2 { font-size: 18px; margin-top: 32px; }
-table { border-collapse: collapse; margin: 8px 0; }
-th, td { border-bottom: 1px solid #ddd; padding: 4px 12px; text-align: left; font-size: 14px; }
-td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
-svg { max-width: 100%; height: auto; display: block; margin: 12px 0; }
-.bad { color: #b03000; }
-</style></head><body>
-)";
 
 std::string number(double v, int decimals) {
   return std::isfinite(v) ? format("%.*f", decimals, v) : std::string("-");
@@ -51,6 +41,15 @@ std::string summaryTable(const RunSummary& s) {
   }
   if (s.ate_smoothed_posyaw_m) {
     t += row("ATE of the smoothed keyframes", number(s.ate_smoothed_posyaw_m, 4), "m");
+  }
+  if (s.rpe_1s_m) {
+    t += row("relative error over 1 s, RMS", number(s.rpe_1s_m, 4), "m");
+    t += row("of its attitude", number(s.rpe_1s_deg, 3), "deg");
+  }
+  if (s.rpe_10m_m) t += row("relative error over 10 m, RMS", number(s.rpe_10m_m, 4), "m");
+  if (s.nees_position) {
+    t += row("NEES of the position per axis (1: as sure as it should be; above: too sure)",
+             number(s.nees_position, 2));
   }
   if (s.ranges_accepted + s.ranges_collected + s.ranges_rejected > 0) {
     t += row("ranges used", std::to_string(s.ranges_accepted));
@@ -128,14 +127,12 @@ std::string picture(const evaluation::Figure& figure) {
   return figure.panels.empty() ? std::string() : evaluation::toSvgElement(figure);
 }
 
-}  // namespace
-
-std::string reportHtml(const RunSummary& s, const RunPictures& pictures) {
-  std::string page = kHead;
-  page += "<h1>" + escapedMarkup(s.rawlog) + "</h1>\n<p>Estimator <b>" +
-          escapedMarkup(s.estimator) + "</b></p>\n";
-  page += std::string("<p") + (s.verdict == Verdict::good ? "" : " class=\"bad\"") +
-          ">Verdict: <b>" + name(s.verdict) + "</b></p>\n";
+/// What can be said of the run in a few lines.
+std::string heading(const RunSummary& s) {
+  std::string page = "<h1>" + escapedMarkup(s.rawlog) + "</h1>\n<p>Estimator <b>" +
+                     escapedMarkup(s.estimator) + "</b></p>\n";
+  page += std::string("<p class=\"") + (s.verdict == Verdict::good ? "good" : "bad") +
+          "\">Verdict: <b>" + name(s.verdict) + "</b></p>\n";
   if (!s.doubts.empty()) page += list(s.doubts);
   if (!s.error.empty())
     page += "<p class=\"bad\">The run ended early: " + escapedMarkup(s.error) + "</p>\n";
@@ -143,20 +140,57 @@ std::string reportHtml(const RunSummary& s, const RunPictures& pictures) {
   if (s.poses == 0) {
     page += "<p class=\"bad\">No pose at all. " + escapedMarkup(s.longest_wait_reason) + "</p>\n";
   }
-  page += "<h2>Summary</h2>\n" + summaryTable(s);
-  if (!s.anchors.empty()) page += "<h2>Anchors</h2>\n" + anchorTable(s.anchors);
-  if (!s.peers.empty()) page += "<h2>Other robots</h2>\n" + peerTable(s.peers);
-  page += "<h2>Pictures</h2>\n";
+  return page;
+}
+
+/// The pictures that stand still: for who has no script, and until it has run.
+std::string stillPictures(const RunSummary& s, const RunPictures& pictures) {
+  std::string page = "<div id=\"live\"></div>\n<div id=\"still\">\n<h2>Pictures</h2>\n";
   if (s.poses > 0) page += picture(mapFigure(pictures));
   page += picture(rangesFigure(pictures)) + picture(errorFigure(pictures)) +
           picture(calibrationFigure(pictures)) + picture(cpuFigure(pictures));
-  if (!s.warnings.empty()) page += "<h2>Warnings</h2>\n" + list(s.warnings);
-  if (!s.counters.empty()) {
-    page += "<h2>Counted</h2>\n<table>\n";
-    for (const auto& [name, count] : s.counters) page += row(name, std::to_string(count));
-    page += "</table>\n";
+  return page + "</div>\n";
+}
+
+std::string tables(const RunSummary& s) {
+  std::string page = "<h2>Summary</h2>\n<div class=\"scroll\">" + summaryTable(s) + "</div>\n";
+  const auto add = [&](const char* title, const std::string& table) {
+    page += std::string("<h2>") + title + "</h2>\n<div class=\"scroll\">" + table + "</div>\n";
+  };
+  if (!s.anchors.empty()) add("Anchors", anchorTable(s.anchors));
+  if (!s.peers.empty()) add("Other robots", peerTable(s.peers));
+  if (!s.warnings.empty()) add("Warnings", list(s.warnings));
+  if (s.counters.empty()) return page;
+  std::string counted = "<table>\n";
+  for (const auto& [name, count] : s.counters) counted += row(name, std::to_string(count));
+  add("Counted", counted + "</table>\n");
+  return page;
+}
+
+/// Where it comes from. The date is the recording's: a page is the same whenever it is made.
+std::string origin(const RunSummary& s, TimeNs first_frame) {
+  std::string text = "vir-slam " VIR_VERSION;
+  constexpr TimeNs kNoClock =
+      946'684'800'000'000'000;  // before the year 2000: counted from power-up
+  if (first_frame > kNoClock) {
+    const auto seconds = static_cast<std::time_t>(first_frame / 1'000'000'000);
+    std::tm utc{};
+    gmtime_r(&seconds, &utc);
+    char date[40];
+    std::strftime(date, sizeof date, "%Y-%m-%d %H:%M:%S UTC", &utc);
+    text += std::string("; first frame at ") + date + " = 0 s";
   }
-  return page + "</body></html>\n";
+  std::string page = "<p class=\"small\">" + text + "</p>\n";
+  if (!s.command.empty()) page += "<p class=\"small\">" + escapedMarkup(s.command) + "</p>\n";
+  return page;
+}
+
+}  // namespace
+
+std::string reportHtml(const RunSummary& s, const ReportData& data) {
+  const std::string content = heading(s) + stillPictures(s, data.pictures) + tables(s) +
+                              origin(s, data.pictures.first_frame);
+  return filledPage({"vir-slam: " + s.rawlog, content, reportJson(s, data), page::run_js});
 }
 
 }  // namespace vir::results

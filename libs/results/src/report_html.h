@@ -1,13 +1,12 @@
 #pragma once
 #include <string>
 
-#include "run_figures.h"
-#include "vir/results/run_recorder.h"
+#include "report_data.h"
 
 namespace vir::results {
 
-/// report.html: the summary as tables, the pictures inline. Needs no other file, no script and no
-/// network.
-std::string reportHtml(const RunSummary& summary, const RunPictures& pictures);
+/// report.html: the summary as tables, pictures inline, and the script of libs/results/page that
+/// puts maps and plots in their place. Needs no other file and no network.
+std::string reportHtml(const RunSummary& summary, const ReportData& data);
 
 }  // namespace vir::results

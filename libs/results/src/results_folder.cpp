@@ -85,6 +85,18 @@ void writeTextFile(const std::string& path, const std::string& text) {
   file.close();
 }
 
+std::string foreignFileIn(const std::string& folder) {
+  std::error_code ignored;
+  for (const char* name : {"used.ini", "run.log", "summary.json"}) {
+    if (fs::exists(fs::path(folder) / name, ignored)) return {};
+  }
+  for (const char* name : kOurFiles) {
+    const fs::path file = fs::path(folder) / name;
+    if (fs::exists(file, ignored)) return file.string();
+  }
+  return {};
+}
+
 ResultsFolder::ResultsFolder(const std::string& out) {
   const fs::path folder =
       out.empty() ? freshFolder(fs::path("results") / localDateTime()) : fs::path(out);

@@ -4,10 +4,12 @@
 #include <utility>
 
 #include "csv_text.h"
+#include "frame_history.h"
 #include "kept_rows.h"
 #include "range_recorder.h"
 #include "report_html.h"
 #include "run_figures.h"
+#include "thumbnails.h"
 #include "vir/evaluation/figure_parts.h"
 #include "vir/evaluation/leaps.h"
 #include "vir/evaluation/nees.h"
@@ -140,16 +142,23 @@ RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
       covariance_file_(folder.file("trajectory_covariance.csv")),
       frames_file_(folder.file("frames.csv")),
       ranges_(std::make_unique<RangeRecorder>(folder)),
-      long_run_(std::make_unique<LongRun>(folder.path())) {
+      long_run_(std::make_unique<LongRun>(folder.path())),
+      history_(std::make_unique<FrameHistory>()),
+      images_(std::make_unique<Thumbnails>()) {
   frames_file_.line(kFramesHeader);
   covariance_file_.line(kCovarianceHeader);
 }
 
 RunRecorder::~RunRecorder() = default;
 
+void RunRecorder::onObservation(const mrpt::obs::CObservation& observation) {
+  images_->see(observation);
+}
+
 void RunRecorder::onOutput(const roles::EstimatorOutput& output,
-                           const roles::Estimator& /*estimator*/) {
+                           const roles::Estimator& estimator) {
   for (const StateEstimate& estimate : output.states) add(estimate);
+  if (!output.states.empty()) images_->add(output.states.back(), estimator.trackedPixels());
   for (const RangeRecord& range : output.ranges) ranges_->add(range);
   for (const Revision& revision : output.revisions) add(revision);
   for (const roles::CalibrationPoint& point : output.calibrations) {
@@ -163,12 +172,14 @@ void RunRecorder::add(const Revision& revision) {
 
 void RunRecorder::add(const StateEstimate& estimate) {
   frames_file_.line(frameLine(estimate));
+  if (!first_estimate_) first_estimate_ = estimate.state.t;
+  history_->add(estimate);
   long_run_->cpu_ms.add({estimate.state.t, clean(estimate.ms.total)});
   if (estimate.segment != segment_) {
     vir::log(log_, LogLevel::warning,
-             "segment " + std::to_string(estimate.segment) + " starts at " +
-                 evaluation::formatSeconds(estimate.state.t) +
-                 " s: positions are not tied to those before");
+             "segment " + std::to_string(estimate.segment) +
+                 format(" starts at %.1f s: positions are not tied to those before",
+                        toSeconds(estimate.state.t - *first_estimate_)));
     segment_ = estimate.segment;
   }
   if (estimate.valid) writePose(estimate);
@@ -255,7 +266,10 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
     relativeErrors(*evaluation_, summary);
     // A sparse truth is met between poses, where there is no covariance.
     const bool at_poses = !evaluation_->association.estimate_interpolated;
-    if (at_poses && evaluation_->attitudes) summary->nees_position = positionNees();
+    if (at_poses && evaluation_->attitudes) {
+      errors_ = errorsFromStart();
+      summary->nees_position = positionNees(errors_);
+    }
     for (AnchorResult& a : summary->anchors) {
       const auto truth = true_anchors_.find(a.estimate.id);
       if (truth == true_anchors_.end() || !a.estimate.has_position) continue;
@@ -270,23 +284,30 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
   }
 }
 
-std::optional<double> RunRecorder::positionNees() const {
+std::vector<FrameError> RunRecorder::errorsFromStart() const {
   // The estimator's world has no error where it starts: at the first keyframe.
   const Trajectory start{smoothed_.empty() ? trajectory_.front() : smoothed_.front()};
   const evaluation::Association first = evaluation::associate(truth_, start, {});
-  if (first.pairs.empty()) return std::nullopt;
-  const Pose T_R_E =
-      evaluation::gaugeAt(first.pairs.front().reference, first.pairs.front().estimate);
-  const Mat3 R = T_R_E.R();
+  if (first.pairs.empty()) return {};
+  const Pose T_E_R =
+      evaluation::gaugeAt(first.pairs.front().reference, first.pairs.front().estimate).inverse();
+  std::vector<FrameError> errors;
+  for (const evaluation::PosePair& pair : evaluation_->association.pairs) {
+    const Pose truth = T_E_R * pair.reference;
+    errors.push_back(
+        {pair.t, pair.estimate.p - truth.p, logQuat(truth.q.conjugate() * pair.estimate.q)});
+  }
+  return errors;
+}
+
+std::optional<double> RunRecorder::positionNees(const std::vector<FrameError>& errors) const {
   std::vector<double> values;
   std::size_t i = 0;
-  for (const evaluation::PosePair& pair : evaluation_->association.pairs) {
-    while (i < trajectory_.size() && trajectory_[i].t < pair.t) ++i;
+  for (const FrameError& error : errors) {
+    while (i < trajectory_.size() && trajectory_[i].t < error.t) ++i;
     if (i == trajectory_.size()) break;
-    const Vec3 error = (T_R_E * pair.estimate).p - pair.reference.p;
     double value = 0;
-    if (evaluation::nees(error, R * position_covariance_[i] * R.transpose(), &value))
-      values.push_back(value);
+    if (evaluation::nees(error.p, position_covariance_[i], &value)) values.push_back(value);
   }
   if (values.empty()) return std::nullopt;
   return evaluation::meanNeesPerDof(values, 3);
@@ -325,13 +346,14 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   }
   checkGroundTruth(summary);
   evaluateInto(summary);
-  writePictures(anchors, *summary);
+  writePictures(anchors, landmarks, *summary);
   if (trajectory_.empty()) return;
   writeScene(folder_.file("scene.3Dscene"),
              {{"", evaluation::figureColor(0), Pose(), trajectory_, anchors, landmarks}});
 }
 
 void RunRecorder::writePictures(const std::vector<Anchor>& anchors,
+                                const std::vector<Landmark>& landmarks,
                                 const RunSummary& summary) const {
   const RunPictures pictures{first_frame_,
                              trajectory_,
@@ -349,7 +371,8 @@ void RunRecorder::writePictures(const std::vector<Anchor>& anchors,
     writeTextFile(folder_.file("map.svg"), evaluation::toSvg(mapFigure(pictures)));
   const evaluation::Figure ranges = rangesFigure(pictures);
   if (!ranges.panels.empty()) writeTextFile(folder_.file("ranges.svg"), evaluation::toSvg(ranges));
-  writeTextFile(folder_.file("report.html"), reportHtml(summary, pictures));
+  writeTextFile(folder_.file("report.html"),
+                reportHtml(summary, {pictures, *history_, errors_, images_->kept(), landmarks}));
 }
 
 }  // namespace vir::results

@@ -12,7 +12,8 @@ namespace {
 
 const evaluation::Color kBand{130, 130, 130};
 constexpr std::size_t kMaxPanels = 4;
-constexpr std::size_t kMaxPoints = 3000;  // of a curve: more cannot be seen
+constexpr std::size_t kMaxPoints = 3000;        // of a curve: more cannot be seen
+constexpr std::size_t kMaxCalibrations = 1000;  // of each of sixteen outlines
 constexpr double kLeft = 80, kWidth = 1090;
 
 double seconds(const RunPictures& run, TimeNs t) { return toSeconds(t - run.first_frame); }
@@ -146,7 +147,7 @@ void addCalibrationCurve(const RunPictures& run, TimeNs hole, evaluation::Color 
                          evaluation::Panel* panel) {
   std::vector<TimeNs> stamps;
   std::vector<Vec2> values, middle;  // (value, sigma); (time, value)
-  const std::size_t step = run.calibrations.size() / kMaxPoints + 1;
+  const std::size_t step = run.calibrations.size() / kMaxCalibrations + 1;
   for (std::size_t i = 0; i < run.calibrations.size(); i += step) {
     const Vec2 v = value(run.calibrations[i]);
     if (!v.allFinite()) continue;

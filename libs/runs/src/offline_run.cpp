@@ -162,6 +162,7 @@ class OfflineRun {
     if (hooks_.prepare) hooks_.prepare(observation.get());
     if (rawlog::isImage(*observation)) images_.add(t);
     if (!image && observation->sensorLabel == rawlog::kOdometryLabel) odometry_.add(t);
+    recorder_.onObservation(*observation);
     for (results::RunObserver* o : hooks_.observers) o->onObservation(*observation);
     timed([&] { estimator_.add(*observation); });
     if (image) image->image.unload();
@@ -261,6 +262,7 @@ class OfflineRun {
     warnAboutInput();
     summary_.estimator = options_.estimator;
     summary_.rawlog = options_.rawlog;
+    summary_.command = options_.command;
     counters_["objects_read"] = static_cast<long>(input_.reader().objects());
     summary_.counters.assign(counters_.begin(), counters_.end());
     results::takeReport(estimator_.report(), &summary_);

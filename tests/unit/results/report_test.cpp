@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "vir/results/run_recorder.h"
@@ -114,6 +115,12 @@ class Report : public testing::Test {
   }
   std::string read(const std::string& name) { return test::readText(results_->file(name)); }
   bool exists(const std::string& name) { return std::filesystem::exists(results_->file(name)); }
+  /// The JSON inside the page.
+  static nlohmann::json numbers(const std::string& html) {
+    const std::string mark = "<script type=\"application/json\" id=\"data\">";
+    const std::size_t from = html.find(mark) + mark.size();
+    return nlohmann::json::parse(html.substr(from, html.find("</script>", from) - from));
+  }
   static long count(const std::string& text, const std::string& part) {
     long n = 0;
     for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++n;
@@ -165,7 +172,9 @@ TEST_F(Report, AFullRun) {
   EXPECT_EQ(count(html, "ranges_accepted"), 1) << "counters of ranges stand in one place";
   EXPECT_EQ(count(html, "<svg "), 4);
   EXPECT_EQ(count(html, "</svg>"), 4);
-  for (const char* part : {"<script", "http-equiv", "<link", "<img", "src="}) {
+  EXPECT_EQ(count(html, "<script"), 2) << "the numbers, and what draws them";
+  for (const char* part :
+       {"http-equiv", "<link", "<img", "src=", "url(", "import ", "fetch(", "<!--"}) {
     EXPECT_EQ(count(html, part), 0) << part;
   }
   expectOnSheet(html);
@@ -175,9 +184,55 @@ TEST_F(Report, AFullRun) {
   EXPECT_GT(count(read("ranges.svg"), "<circle"), 900);
 }
 
+TEST_F(Report, HoldsTheNumbersThatItsScriptDraws) {
+  flight(true);
+  anchor(0, AnchorState::estimated, {3, -4, 2}, {0.1, 0.15, 0.5});
+  anchor(7, AnchorState::collecting, Vec3::Zero(), Vec3::Zero());
+  ranges(0, {3, -4, 2}, 0.05);
+  StateEstimate last;
+  last.state.t = kStart + fromSeconds(60.0);
+  last.health = Health::lost;
+  last.reason = "no </script> in sight";
+  recorder_->onOutput({{last}, {}, {}, {}}, estimator_);
+  summary_.command = "vir-slam run \"a <b> & c.rawlog\"";
+  const std::string html = page();
+  EXPECT_GT(count(html, "run &quot;a &lt;b&gt; &amp; c.rawlog"), 0);
+  EXPECT_GT(count(html, "first frame at 2023-11-14 22:13:20 UTC"), 0);
+  const auto data = numbers(html);
+  for (const char* key :
+       {"t",   "x",  "y",   "z",  "yaw", "pitch", "roll", "heading", "vx",        "bgx",
+        "baz", "sx", "srz", "ex", "ey",  "ez",    "erx",  "tracks",  "landmarks", "ms"}) {
+    EXPECT_EQ(data["frames"][key].size(), 1201u) << key;
+  }
+  EXPECT_TRUE(data["frames"]["x"][20].is_null()) << "no pose yet";
+  EXPECT_NEAR(data["frames"]["t"][21].get<double>(), 1.05, 1e-9);
+  EXPECT_EQ(data["truth"]["t"].size(), 1179u);
+  EXPECT_NEAR(data["anchors"][0]["root"][2][2].get<double>(), 0.5, 1e-6);
+  EXPECT_TRUE(data["anchors"][1]["p"].is_null());
+  EXPECT_EQ(data["ranges"]["t"].size(), 600u);
+  EXPECT_EQ(data["decisions"][0], "accepted");
+  EXPECT_EQ(data["events"].back()[1], "lost: no </script> in sight");
+  EXPECT_EQ(data["events"].back()[2], true);
+}
+
+/// The band is of the world that began where the estimate did: the error there is none, and grows
+/// by what the estimate drifts (4 mm, -2 mm and 0.4 mm per second) in the axes of that world.
+TEST_F(Report, ErrorsAreInTheFrameOfTheirBand) {
+  flight(true);
+  for (StampedPose& k : estimator_.keyframes_) k.T_W_B.p -= Vec3(0.02, 0, 0);  // at the truth
+  const auto data = numbers(page());
+  const auto at = [&](const char* key) { return data["frames"][key][1199].get<double>(); };
+  const double s = 59.95;
+  EXPECT_NEAR(at("ex"), 0.004 * s, 2e-4);
+  EXPECT_NEAR(at("ey"), -0.002 * s, 2e-4);
+  EXPECT_NEAR(at("ez"), 0.0004 * s, 2e-4);
+  EXPECT_NEAR(at("erz"), 0, 1e-3);
+}
+
 TEST_F(Report, WithoutTruthAndRanges) {
   flight(false);
   const std::string html = page();
+  EXPECT_FALSE(numbers(html)["frames"].contains("ex"));
   EXPECT_EQ(count(html, "<svg "), 2) << "map and CPU";
   EXPECT_EQ(count(html, "ground truth"), 0);
   EXPECT_TRUE(exists("map.svg"));

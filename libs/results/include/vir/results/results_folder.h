@@ -29,6 +29,10 @@ class OutputFile {
 /// Writes a whole file at once; throws like OutputFile.
 void writeTextFile(const std::string& path, const std::string& text);
 
+/// A file in `folder` that has the name of one of ours although no run has left its settings, log
+/// or summary there: to be lost if the folder became that of a run. Empty: there is none.
+std::string foreignFileIn(const std::string& folder);
+
 /// The folder of one run.
 class ResultsFolder {
  public:

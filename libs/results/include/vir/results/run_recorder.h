@@ -15,8 +15,11 @@
 
 namespace vir::results {
 
+class FrameHistory;
 class RangeRecorder;
 class LongRun;
+class Thumbnails;
+struct FrameError;
 
 /// An anchor at the end of a run.
 struct AnchorResult {
@@ -41,8 +44,9 @@ constexpr const char *kImages = "images", *kImuReadings = "readings of the IMU",
 
 struct RunSummary {
   std::string estimator, rawlog;
-  long frames = 0;  ///< images handed to the estimator; odometry poses if there are no images
-  long poses = 0;   ///< lines of trajectory.tum
+  std::string command;  ///< that it was called by, for report.html; may be empty
+  long frames = 0;      ///< images handed to the estimator; odometry poses if there are no images
+  long poses = 0;       ///< lines of trajectory.tum
   std::optional<double> init_time_s;  ///< first pose after the first frame; empty: never
   double duration_s = 0;              ///< first to last frame
   double path_m = 0;                  ///< length of the estimated path
@@ -100,6 +104,8 @@ class RunRecorder final : public RunObserver {
   RunRecorder(const ResultsFolder& folder, LogSink log);
   ~RunRecorder() override;
 
+  /// Images, for the small pictures of report.html. They are to live until their onOutput().
+  void onObservation(const mrpt::obs::CObservation& observation) override;
   void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override;
   /// A pose of the reference trajectory, in time order.
   void addGroundTruth(TimeNs t, const Pose& T_W_B);
@@ -125,8 +131,10 @@ class RunRecorder final : public RunObserver {
   void writeLandmarks(const std::vector<Landmark>& landmarks);
   void checkGroundTruth(RunSummary* summary);
   void evaluateInto(RunSummary* summary);
-  std::optional<double> positionNees() const;
-  void writePictures(const std::vector<Anchor>& anchors, const RunSummary& summary) const;
+  std::vector<FrameError> errorsFromStart() const;
+  std::optional<double> positionNees(const std::vector<FrameError>& errors) const;
+  void writePictures(const std::vector<Anchor>& anchors, const std::vector<Landmark>& landmarks,
+                     const RunSummary& summary) const;
   void summariseRanges(RunSummary* summary) const;
 
   const ResultsFolder& folder_;
@@ -134,9 +142,12 @@ class RunRecorder final : public RunObserver {
   OutputFile trajectory_file_, covariance_file_, frames_file_;
   std::unique_ptr<RangeRecorder> ranges_;
   std::unique_ptr<LongRun> long_run_;  // what grows with the run, until its end
+  std::unique_ptr<FrameHistory> history_;
+  std::unique_ptr<Thumbnails> images_;
   TimeNs first_frame_ = 0;
   std::map<TimeNs, Pose> revised_;  // keyframes as they were last told of
   std::optional<StampedPose> last_pose_;
+  std::optional<TimeNs> first_estimate_;
   TimeNs last_truth_ = 0;
   // From the end of the run on:
   Trajectory trajectory_, smoothed_, truth_;
@@ -145,6 +156,7 @@ class RunRecorder final : public RunObserver {
   std::optional<evaluation::EvaluationResult> evaluation_;  // of the causal trajectory
   std::vector<double> position_sigma_m_;                    // per pose of it
   std::vector<Mat3> position_covariance_;                   // the same
+  std::vector<FrameError> errors_;                          // of those with a truth
   std::vector<std::pair<TimeNs, double>> cpu_ms_;           // per frame
   double path_m_ = 0;
   int segment_ = 0;

@@ -14,6 +14,7 @@ namespace vir::runs {
 struct OfflineRunOptions {
   std::string estimator;  ///< its name, for the summary
   std::string rawlog;
+  std::string command;  ///< that it was called by, for the page; may be empty
   /// Observations before the first image (or odometry pose) + this are left out.
   double start_offset_s = 0;
   /// What the estimator takes: images of other cameras are passed over, undecoded and counted.
