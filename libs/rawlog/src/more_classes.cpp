@@ -1,10 +1,11 @@
 #include "more_classes.h"
 
 #include <dlfcn.h>
+#include <link.h>
 #include <mrpt/rtti/CObject.h>
-#include <mrpt/version.h>
 
 #include <cctype>
+#include <cstring>
 
 namespace vir::rawlog {
 namespace {
@@ -25,11 +26,18 @@ std::string unknownClassIn(const std::string& reason) {
   return name.rfind("mrpt::", 0) == 0 || name.rfind('C', 0) == 0 ? name : std::string();
 }
 
-/// As MRPT numbers the libraries of its versions.
-std::string fileOf(const char* module) {
-  constexpr int kVersion = MRPT_VERSION;  // 0x258 is 2.5.8
-  return "libmrpt-" + std::string(module) + ".so." + std::to_string((kVersion >> 8) & 0xf) + "." +
-         std::to_string((kVersion >> 4) & 0xf);
+/// MRPT's library `module` of the version that is loaded, beside its library of observations; empty
+/// if that cannot be found.
+std::string fileOf(const std::string& module) {
+  std::string obs;
+  const auto look = [](dl_phdr_info* info, std::size_t, void* found) {
+    if (std::strstr(info->dlpi_name, "libmrpt-obs.") == nullptr) return 0;
+    *static_cast<std::string*>(found) = info->dlpi_name;
+    return 1;
+  };
+  dl_iterate_phdr(look, &obs);
+  const std::size_t at = obs.rfind("obs.");
+  return at == std::string::npos ? obs : obs.replace(at, 3, module);
 }
 
 }  // namespace
@@ -39,7 +47,8 @@ bool loadClassNamedIn(const std::string& reason) {
   if (name.empty()) return false;
   for (const char* module : {"maps", "vision"}) {
     if (mrpt::rtti::findRegisteredClass(name) != nullptr) break;
-    dlopen(fileOf(module).c_str(), RTLD_NOW | RTLD_LOCAL);  // never closed: the classes stay
+    const std::string file = fileOf(module);
+    if (!file.empty()) dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);  // never closed: classes stay
   }
   return mrpt::rtti::findRegisteredClass(name) != nullptr;
 }

@@ -16,7 +16,14 @@ namespace vir::rawlog {
 namespace {
 
 /// What a laser scanner's driver would write between two images, by a process that has the class.
-void writeWith(const std::string& library, const std::string& class_name, const std::string& file) {
+void writeWith(const std::string& module, const std::string& class_name, const std::string& file) {
+  Dl_info obs{};
+  if (dladdr(reinterpret_cast<void*>(&mrpt::obs::CObservation::GetRuntimeClassIdStatic), &obs) ==
+      0) {
+    _exit(4);
+  }
+  std::string library = obs.dli_fname;
+  library.replace(library.rfind("obs."), 3, module);
   if (dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL) == nullptr) _exit(2);
   const auto object = mrpt::rtti::classFactory(class_name);
   const auto other = std::dynamic_pointer_cast<mrpt::obs::CObservation>(object);
@@ -34,7 +41,7 @@ void writeWith(const std::string& library, const std::string& class_name, const 
 class MoreClasses : public testing::TestWithParam<std::pair<const char*, const char*>> {};
 
 TEST_P(MoreClasses, AreReadThoughNothingIsLinkedToTheirLibrary) {
-  const auto [library, class_name] = GetParam();
+  const auto [module, class_name] = GetParam();
   if (mrpt::rtti::findRegisteredClass(class_name) != nullptr) {
     GTEST_SKIP() << class_name << " is known in this process already";
   }
@@ -42,7 +49,7 @@ TEST_P(MoreClasses, AreReadThoughNothingIsLinkedToTheirLibrary) {
   const std::string file = (folder / "other.rawlog").string();
   const pid_t child = fork();
   ASSERT_GE(child, 0);
-  if (child == 0) writeWith(library, class_name, file);
+  if (child == 0) writeWith(module, class_name, file);
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFEXITED(status));
@@ -57,10 +64,10 @@ TEST_P(MoreClasses, AreReadThoughNothingIsLinkedToTheirLibrary) {
 }
 
 // In this order: one that is linked to the others would bring their classes.
-INSTANTIATE_TEST_SUITE_P(
-    OfMrpt, MoreClasses,
-    testing::Values(std::pair{"libmrpt-maps.so.2.5", "mrpt::obs::CObservationPointCloud"},
-                    std::pair{"libmrpt-vision.so.2.5", "mrpt::obs::CObservationVisualLandmarks"}));
+INSTANTIATE_TEST_SUITE_P(OfMrpt, MoreClasses,
+                         testing::Values(std::pair{"maps", "mrpt::obs::CObservationPointCloud"},
+                                         std::pair{"vision",
+                                                   "mrpt::obs::CObservationVisualLandmarks"}));
 
 }  // namespace
 }  // namespace vir::rawlog
