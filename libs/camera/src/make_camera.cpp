@@ -38,6 +38,9 @@ double turningPoint(const std::vector<double>& coefficients, double x_max) {
 }
 
 namespace {
+/// No lens is described by more; pixels stay numbers.
+constexpr double kLargest = 1e12;
+
 void require(bool ok, const std::string& name, double value, const std::string& allowed) {
   if (ok) return;
   throw std::invalid_argument("camera calibration: " + name + " = " + std::to_string(value) +
@@ -48,13 +51,13 @@ void require(bool ok, const std::string& name, double value, const std::string& 
 std::shared_ptr<const CameraModel> makeCamera(const CameraCalibration& c) {
   require(c.width > 0, "width", c.width, "a positive number of pixels");
   require(c.height > 0, "height", c.height, "a positive number of pixels");
-  require(std::isfinite(c.fx) && c.fx > 0, "fx", c.fx, "a positive focal length in pixels");
-  require(std::isfinite(c.fy) && c.fy > 0, "fy", c.fy, "a positive focal length in pixels");
-  require(std::isfinite(c.cx), "cx", c.cx, "finite");
-  require(std::isfinite(c.cy), "cy", c.cy, "finite");
+  require(c.fx > 0 && c.fx < kLargest, "fx", c.fx, "a positive focal length in pixels");
+  require(c.fy > 0 && c.fy < kLargest, "fy", c.fy, "a positive focal length in pixels");
+  require(std::abs(c.cx) < kLargest, "cx", c.cx, "finite");
+  require(std::abs(c.cy) < kLargest, "cy", c.cy, "finite");
   for (std::size_t i = 0; i < c.dist.size(); ++i) {
-    require(std::isfinite(c.dist[i]), "distortion coefficient " + std::to_string(i), c.dist[i],
-            "finite");
+    require(std::abs(c.dist[i]) < kLargest, "distortion coefficient " + std::to_string(i),
+            c.dist[i], "finite");
   }
   switch (c.distortion) {
     case Distortion::equidistant:

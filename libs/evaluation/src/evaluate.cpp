@@ -115,12 +115,23 @@ void absoluteErrors(EvaluationResult* result) {
   if (result->attitudes) result->ate_orientation_deg = statisticsOf(result->orientation_error_deg);
 }
 
-void requireNumbers(const EvaluationResult& result) {
-  const Statistics& s = result.ate_position_m;
-  if (std::isfinite(s.rmse) && std::isfinite(s.max) && result.transform.T_R_E.p.allFinite() &&
-      std::isfinite(result.transform.scale)) {
-    return;
+bool areNumbers(const Statistics& s) { return std::isfinite(s.rmse) && std::isfinite(s.max); }
+
+bool areNumbers(const RelativeError& e) {
+  return areNumbers(e.translation_m) && areNumbers(e.translation_pct) &&
+         areNumbers(e.rotation_deg) && areNumbers(e.yaw_deg);
+}
+
+/// An error of inf, or a scale of NaN, would look like a result.
+void requireNumbers(const EvaluationResult& r) {
+  bool good = areNumbers(r.ate_position_m) && areNumbers(r.ate_orientation_deg) &&
+              areNumbers(r.rpe_time) && r.transform.T_R_E.p.allFinite();
+  for (const RelativeError& e : r.rpe_distance) good = good && areNumbers(e);
+  for (const double x :
+       {r.transform.scale, r.best_scale, r.path_m, r.end_error_m, r.end_to_start_m}) {
+    good = good && std::isfinite(x);
   }
+  if (good) return;
   throw EvaluationError(
       "positions are so far away that their errors are no numbers: look into the estimate and the "
       "reference for values that cannot be metres");
@@ -150,7 +161,6 @@ EvaluationResult evaluate(const Trajectory& given, const Trajectory& estimate,
   const AlignmentResult similar = align(result.association.pairs, Alignment::sim3);
   result.best_scale = similar.note.find("scale") == std::string::npos ? similar.scale : 0;
   absoluteErrors(&result);
-  requireNumbers(result);
   endErrors(&result);
   const std::vector<double> path = pathLengths(result.association.pairs);
   result.path_m = path.back();
@@ -165,6 +175,7 @@ EvaluationResult evaluate(const Trajectory& given, const Trajectory& estimate,
     result.rpe_time =
         relativeError(result, timesOf(result.association.pairs), options.rpe_time_s, false);
   }
+  requireNumbers(result);
   return result;
 }
 

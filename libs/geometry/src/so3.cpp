@@ -19,7 +19,7 @@ Quat expQuat(const Vec3& theta) {
     c = 1.0 - sq / 8.0;
     s = 0.5 - sq / 48.0;
   } else {
-    const double n = std::sqrt(sq);
+    const double n = std::isfinite(sq) ? std::sqrt(sq) : theta.stableNorm();
     c = std::cos(0.5 * n);
     s = std::sin(0.5 * n) / n;
   }

@@ -45,7 +45,9 @@ Basis basisAt(double t_s, double interval_s, std::size_t controls) {
 }
 
 void check(double interval_s, std::size_t controls) {
-  if (!(interval_s > 0)) throw std::invalid_argument("spline: the interval must be positive");
+  // Its square and the square's inverse must be numbers.
+  if (!(interval_s > 1e-100 && interval_s < 1e100))
+    throw std::invalid_argument("spline: the interval must be positive");
   if (controls < 4) throw std::invalid_argument("spline: fewer than 4 control points");
 }
 

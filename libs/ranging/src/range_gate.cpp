@@ -16,6 +16,12 @@ constexpr std::size_t kMostEntries = 4000;
 /// A stamp this far back means another clock, not a late range.
 constexpr TimeNs kClockStep = 1'000'000'000;
 
+/// Never NaN, which no order holds: a median of such would not come to an end.
+double squaredRatio(double residual, double sigma) {
+  const double nis = residual * residual / (sigma * sigma);
+  return std::isfinite(nis) ? nis : (residual / sigma) * (residual / sigma);
+}
+
 }  // namespace
 
 RangeDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2,
@@ -25,12 +31,12 @@ RangeDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2,
     return RangeDecision::invalid;
   }
   double sigma = std::sqrt(std::max(variance_m2, 0.0));
-  if (!(sigma > 0)) sigma = options_.fallback_sigma_m;
+  if (!(sigma > 0) || !std::isfinite(sigma)) sigma = options_.fallback_sigma_m;
   if (!entries_.empty() && t < entries_.back().t - kClockStep) reset();
   Entry entry{entries_.empty() ? t : std::max(t, entries_.back().t),
               residual_m,
               sigma,
-              residual_m * residual_m / (sigma * sigma),
+              squaredRatio(residual_m, sigma),
               travelled_m,
               false};
   remember(entry);

@@ -8,6 +8,7 @@ namespace {
 
 /// Beyond this a residual is no different to any loss, and its square still fits into a double.
 constexpr double kLargest = 1e12;
+constexpr double kLargestRatio = 1e100;  // to a tiny delta
 
 /// sqrt(log(1 + x) / x) for x >= 0, series near 0 where the quotient is 0/0.
 double cauchyRatio(double x) {
@@ -24,7 +25,8 @@ RobustRange::Value RobustRange::evaluate(double r) const {
   r = std::clamp(r, -kLargest, kLargest);
   const double delta = r < 0 ? huber_delta : nlos_delta;
   if (!(delta > 0)) return {r, 1, 1};
-  const double x = (r / delta) * (r / delta);
+  const double q = std::clamp(r / delta, -kLargestRatio, kLargestRatio);
+  const double x = q * q;
   if (r < 0) {
     const double s = std::sqrt(1 + x);
     const double ratio = std::sqrt(2 / (s + 1));  // e / r
