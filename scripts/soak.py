@@ -114,7 +114,7 @@ def free_port():
 
 
 def crowd(port, stop):
-    """60 that are idle and, among those that are let in, some that do not read."""
+    """60 clients, none of which reads."""
     clients = []
     for _ in range(60):
         try:

@@ -6,7 +6,7 @@
 #     --keep DIR       work there and leave recording, results and log (default: a folder that is removed)
 # A flight is simulated (tracks, IMU, ranges); vir-device-emulator plays IMU and radio on pseudo-terminals, with a
 # clock 200 ppm off, garbage and damaged bytes, and pulls both out for 1.5 s. Besides, each minute the host's clock
-# is set, 60 idle clients and one that does not read come to the stream, and the program stands still for 0.3 s.
+# is set, 60 clients that do not read come to the stream, and the program is stopped for 0.3 s.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build keep='' minutes=''

@@ -176,9 +176,11 @@ TEST(ImuBuffer, DropBeforeKeepsTheReadingToInterpolateFrom) {
 
 TEST(ImuBuffer, Statistics) {
   ImuBuffer b;
-  // Gyro x alternates 0.1 +- 0.02: mean 0.1, standard deviation 0.02; accelerometer constant.
+  // Gyro x alternates 0.1 +- 0.02: mean 0.1, standard deviation 0.02; the accelerometer's y and z
+  // by 0.3 and 0.4: 0.5.
   for (int k = 0; k < 100; ++k) {
-    b.add(at(k * 5 * kMs, Vec3(k % 2 ? 0.12 : 0.08, 0, 0), Vec3(0, 0, 9.81)));
+    const double x = k % 2 ? 1 : -1;
+    b.add(at(k * 5 * kMs, Vec3(0.1 + 0.02 * x, 0, 0), Vec3(0, 0.3 * x, 9.81 - 0.4 * x)));
   }
   Vec3 gyro, acc;
   double gyro_std = -1, acc_std = -1;
@@ -186,7 +188,8 @@ TEST(ImuBuffer, Statistics) {
   EXPECT_NEAR(gyro.x(), 0.1, 1e-12);
   EXPECT_NEAR(gyro_std, 0.02, 1e-12);
   EXPECT_NEAR(acc.z(), 9.81, 1e-12);
-  EXPECT_NEAR(acc_std, 0, 1e-12);
+  EXPECT_NEAR(acc_std, 0.5, 1e-12);
+  EXPECT_DOUBLE_EQ(b.rate(0, 250 * kMs), 200);
   EXPECT_TRUE(b.statistics(10 * kMs, 20 * kMs, &gyro, &acc, &gyro_std, &acc_std));   // 3 readings
   EXPECT_FALSE(b.statistics(10 * kMs, 19 * kMs, &gyro, &acc, &gyro_std, &acc_std));  // 2
   EXPECT_FALSE(b.statistics(20 * kMs, 10 * kMs, &gyro, &acc, &gyro_std, &acc_std));
