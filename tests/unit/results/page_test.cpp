@@ -88,7 +88,7 @@ addEventListener('load', async () => {
 class Page : public testing::Test {
  protected:
   void SetUp() override {
-    if (test::shell("command -v chromium").code != 0) {
+    if (test::shell("command -v chromium").text.empty()) {
       GTEST_SKIP() << "there is no chromium: scripts/install_dependencies.sh --browser";
     }
     recorder_ = std::make_unique<RunRecorder>(folder_, LogSink());
@@ -126,13 +126,16 @@ class Page : public testing::Test {
     html.insert(html.find("<meta charset"), kProbe);
     test::writeText(temp_ / "probed.html", html);
     const std::string home = test::quoted((temp_ / "profile").string());
-    const test::Outcome outcome = test::shell(
-        "HOME=" + home +
-        " timeout 280 chromium --headless --no-sandbox --disable-gpu-sandbox "
-        "--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --user-data-dir=" +
-        home + " --window-size=" + std::to_string(width) +
-        ",900 --virtual-time-budget=10000 --dump-dom 'file://" + (temp_ / "probed.html").string() +
-        "' 2>/dev/null");
+    const test::Outcome outcome =
+        test::shell("HOME=" + home +
+                    " timeout 280 chromium --headless --no-sandbox --disable-gpu-sandbox "
+                    "--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader "
+                    "--disable-background-networking --disable-component-update --disable-sync "
+                    "--disable-accelerated-2d-canvas --disable-extensions --no-first-run "
+                    "--disable-dev-shm-usage --user-data-dir=" +
+                    home + " --window-size=" + std::to_string(width) +
+                    ",900 --virtual-time-budget=3000 --dump-dom 'file://" +
+                    (temp_ / "probed.html").string() + "' 2>/dev/null");
     const std::string mark = "<pre id=\"probe\">";
     const std::size_t from = outcome.text.find(mark);
     if (from == std::string::npos) return {};
