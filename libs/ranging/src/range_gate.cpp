@@ -31,7 +31,7 @@ RangeDecision RangeGate::check(TimeNs t, double residual_m, double variance_m2,
     return RangeDecision::invalid;
   }
   double sigma = std::sqrt(std::max(variance_m2, 0.0));
-  if (!(sigma > 0) || !std::isfinite(sigma)) sigma = options_.fallback_sigma_m;
+  if (!(sigma > 0)) sigma = options_.fallback_sigma_m;
   if (!entries_.empty() && t < entries_.back().t - kClockStep) reset();
   Entry entry{entries_.empty() ? t : std::max(t, entries_.back().t),
               residual_m,
