@@ -12,7 +12,8 @@ TEST(Soak, HoldsWhileThingsGoWrong) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "memory is not what it is without a sanitizer";
 #endif
-  if (test::shell("command -v python3").code != 0) GTEST_SKIP() << "needs python3";
+  const bool python = test::shell("command -v python3").code == 0;
+  if (!python) GTEST_SKIP() << "needs python3";
   const char* minutes = std::getenv("VIR_SOAK_MINUTES");
   const test::Outcome outcome =
       test::shell(test::quoted(test::sourceDir() + "/scripts/soak.sh") + " --build-dir " +

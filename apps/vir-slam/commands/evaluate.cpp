@@ -11,7 +11,6 @@
 #include "output/overwrite.h"
 #include "output/picture_file.h"
 #include "recordings/trajectory_file.h"
-#include "vir/evaluation/leaps.h"
 #include "vir/results/results_folder.h"
 
 namespace vir::app {
@@ -78,12 +77,7 @@ int compareWith(const std::string& reference_file, const Arguments& args,
                 const std::string& plot, nlohmann::json* json) {
   evaluation::ReadReport read;
   long left_out = 0;
-  const Trajectory reference = evaluation::withoutLeaps(
-      readTrajectoryFile(reference_file, "reference trajectory", &read), &left_out);
-  if (left_out > 0) {
-    std::fprintf(stderr, "%s: %s\n", reference_file.c_str(),
-                 evaluation::describeLeaps(left_out).c_str());
-  }
+  const Trajectory reference = readReferenceFile(reference_file, &read, &left_out);
   options.positions_only = read.positions_only;
   const std::vector<Evaluated> all = evaluateAll(args, options, reference, images);
   const std::string how = evaluation::describeComparison(options);

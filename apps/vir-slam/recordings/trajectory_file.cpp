@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "commands/commands.h"
+#include "vir/evaluation/leaps.h"
 
 namespace vir::app {
 
@@ -44,6 +45,16 @@ std::vector<TimeNs> readImageStamps(const std::string& path) {
   std::vector<TimeNs> images = evaluation::readStamps(in);
   if (images.empty()) throw UsageError("no stamp in ns begins a line of " + path);
   return images;
+}
+
+Trajectory readReferenceFile(const std::string& path, evaluation::ReadReport* read,
+                             long* left_out) {
+  Trajectory out =
+      evaluation::withoutLeaps(readTrajectoryFile(path, "reference trajectory", read), left_out);
+  if (*left_out > 0) {
+    std::fprintf(stderr, "%s: %s\n", path.c_str(), evaluation::describeLeaps(*left_out).c_str());
+  }
+  return out;
 }
 
 }  // namespace vir::app

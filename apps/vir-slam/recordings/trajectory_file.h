@@ -13,5 +13,7 @@ Trajectory readTrajectoryFile(const std::string& path, const std::string& what,
 
 /// Stamps of images from a csv whose first column holds them [ns]. None at all is a UsageError.
 std::vector<TimeNs> readImageStamps(const std::string& path);
+/// Likewise, without the poses where nothing can have been, which is said; `left_out` counts them.
+Trajectory readReferenceFile(const std::string& path, evaluation::ReadReport* read, long* left_out);
 
 }  // namespace vir::app

@@ -1,63 +1,12 @@
 /// A bag as readings in time order: roles, stamps, what is wrong with messages.
 #include <gtest/gtest.h>
 
-#include "bag_recording.h"
 #include "input_error.h"
-#include "vir_test_bag_writer.h"
+#include "recording_fixture.h"
 #include "vir_test_paths.h"
-#include "vir_test_temp_folder.h"
 
 namespace vir::bag {
 namespace {
-
-constexpr TimeNs kMs = 1'000'000;
-const TimeNs kStart = 1'600'000'000LL * 1'000 * kMs;
-
-class Recording : public testing::Test {
- protected:
-  std::string path() const { return (folder_ / "x.bag").string(); }
-
-  std::vector<Reading> readAll(const std::string& topics = "") {
-    options.source = path();
-    if (!topics.empty()) options.topics = topics;
-    log = {};
-    recording = std::make_unique<BagRecording>(options, &log);
-    std::vector<Reading> out;
-    for (Reading r; recording->next(&r);) out.push_back(std::move(r));
-    for (std::size_t i = 1; i < out.size(); ++i) EXPECT_LE(out[i - 1].t, out[i].t);
-    return out;
-  }
-  std::string complaint(const std::string& topics = "") {
-    try {
-      readAll(topics);
-      return "";
-    } catch (const std::runtime_error& e) {
-      return e.what();
-    }
-  }
-  bool noted(const std::string& text) const {
-    for (const std::string& m : log.messages()) {
-      if (m.find(text) != std::string::npos) return true;
-    }
-    return false;
-  }
-  template <typename T>
-  static std::vector<T> only(const std::vector<Reading>& readings, TimeNs* first = nullptr) {
-    std::vector<T> out;
-    for (const Reading& r : readings) {
-      if (const T* x = std::get_if<T>(&r.what)) {
-        if (out.empty() && first != nullptr) *first = r.t;
-        out.push_back(*x);
-      }
-    }
-    return out;
-  }
-
-  test::TempFolder folder_;
-  BagOptions options;
-  ProblemLog log;
-  std::unique_ptr<BagRecording> recording;
-};
 
 std::string fixture(const std::string& name) {
   return test::sourceDir() + "/tests/fixtures/bags/" + name;
@@ -108,33 +57,6 @@ TEST_F(Recording, AllKindsOfBagsGiveTheSame) {
     EXPECT_EQ(ranges[1].range_m, 1.0);
     EXPECT_EQ(ranges[1].t, kStart + 2 * kMs);
   }
-}
-
-TEST_F(Recording, RangesOfATypeNobodyKnowsByTheNamesOfItsFields) {
-  {
-    test::Ros1Writer bag(path());
-    bag.define("some_driver/UwbRange", "Header header\nuint16 anchor_id\nuint32 distance\n");
-    bag.define("other/UwbScan", "Header header\nMeasurement[] all\n" + std::string(80, '=') +
-                                    "\nMSG: other/Measurement\nstring id\nfloat64 range_m\n");
-    bag.define("cf_msgs/Tdoa", "Header header\nint32 idA\nint32 idB\nfloat32 data\n");
-    test::WireBytes one = bag.message();
-    one.header(kStart, "tag").put(std::uint16_t{7}).put(std::uint32_t{2500});
-    bag.write("/a", "some_driver/UwbRange", one.bytes(), kStart);
-    test::WireBytes list = bag.message();
-    list.header(kStart + kMs, "tag").put(std::uint32_t{1}).text("0x84").put(3.5);
-    bag.write("/b", "other/UwbScan", list.bytes(), kStart + kMs);
-    test::WireBytes difference = bag.message();
-    difference.header(kStart, "tag").put(1).put(2).put(0.5F);
-    bag.write("/tdoa", "cf_msgs/Tdoa", difference.bytes(), kStart);
-  }
-  const auto ranges = only<Range>(readAll());
-  ASSERT_EQ(ranges.size(), 2u);
-  EXPECT_EQ(ranges[0].anchor, 7u);
-  EXPECT_EQ(ranges[0].range_m, 2.5);  // whole numbers are millimetres
-  EXPECT_EQ(ranges[1].anchor, 0x84u);
-  EXPECT_EQ(ranges[1].range_m, 3.5);
-  EXPECT_TRUE(noted("by the names of its fields, anchor_id,distance,unit=mm"));
-  EXPECT_TRUE(noted("differences of ranges"));
 }
 
 TEST_F(Recording, ImagesAreResizedWithTheirCalibration) {
@@ -310,82 +232,6 @@ TEST_F(Recording, AllCamerasThatAreAskedForComeOthersAreNamed) {
   EXPECT_TRUE(noted("/b/image_raw (sensor_msgs/Image) left out"));
   EXPECT_EQ(readAll("camera=/a/image_raw camera=/b/image_raw").size(), 2u);
   EXPECT_EQ(recording->streams()[1].label, "CAM1");
-}
-
-TEST_F(Recording, RangesByTheNamesOfTheirFields) {
-  {
-    test::Ros1Writer bag(path());
-    bag.define("my/Range", "time when\nuint64 who\nfloat64 cm\nfloat32 sd\n");
-    bag.define("nlink_parser/LinktrackNodeframe3",
-               "uint8 role\nuint8 id\nuint32 local_time\nuint32 system_time\nfloat32 voltage\n"
-               "LinktrackNode2[] nodes\n===\nMSG: nlink_parser/LinktrackNode2\nuint8 role\n"
-               "uint8 id\nfloat32 dis\nfloat32 fp_rssi\nfloat32 rx_rssi\n");
-    test::WireBytes m = bag.message();
-    m.put(std::uint32_t{1'600'000'001}).put(std::uint32_t{5});
-    m.put(std::uint64_t{0xDECA0123456789AB}).put(250.0).put(0.5f);
-    bag.write("/r", "my/Range", m.bytes(), kStart);
-    test::WireBytes n = bag.message();
-    n.put(std::uint8_t{0}).put(std::uint8_t{9}).put(0u).put(0u).put(5.f).put(2u);
-    for (int i = 0; i < 2; ++i) {
-      n.put(std::uint8_t{1}).put(static_cast<std::uint8_t>(3 + i)).put(1.5f + i).put(0.f).put(0.f);
-    }
-    bag.write("/nodes", "nlink_parser/LinktrackNodeframe3", n.bytes(), kStart);
-  }
-  auto ranges = only<Range>(readAll("range=/r:who,cm,unit=cm,stamp=when,sigma=sd"));
-  ASSERT_EQ(ranges.size(), 1u);
-  EXPECT_EQ(ranges[0].range_m, 2.5);
-  EXPECT_EQ(ranges[0].sigma_m, 0.5);
-  EXPECT_EQ(ranges[0].t, 1'600'000'001LL * 1'000 * kMs + 5);
-  EXPECT_EQ(ranges[0].anchor, 1'000'000u);
-  EXPECT_EQ(recording->anchors().mapped().begin()->first,
-            std::to_string(std::uint64_t{0xDECA0123456789AB}));
-  EXPECT_TRUE(noted("has the number 1000000"));
-  ranges = only<Range>(readAll("range=/nodes"));
-  ASSERT_EQ(ranges.size(), 2u);
-  EXPECT_EQ(ranges[1].anchor, 4u);
-  EXPECT_EQ(ranges[1].range_m, 2.5);
-  EXPECT_EQ(ranges[1].t, kStart);  // no stamp: as received
-}
-
-TEST_F(Recording, RangesOfPackagesNamedUwbMsgsAreFoundByTheNamesOfTheirFields) {
-  {
-    test::Ros1Writer bag(path());
-    // One message a range, without a header.
-    bag.define("uwb_msgs/Range",
-               "time stamp\nstring anchorid\nstring listenerid\nbool valid_range\n"
-               "float32 distance\n");
-    for (const bool valid : {true, false}) {
-      test::WireBytes m = bag.message();
-      m.put(std::uint32_t{1'600'000'001}).put(std::uint32_t{7}).text("anchor_2").text("tag");
-      m.put(static_cast<std::uint8_t>(valid)).put(3.25f);
-      bag.write("/uwb", "uwb_msgs/Range", m.bytes(), kStart);
-    }
-    // Two lists side by side, anchors by name.
-    bag.define("uwb_msgs/Ranges",
-               "Header header\nstring mobile\nstring[] anchors\nfloat64[] data\n===\n"
-               "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n");
-    test::WireBytes n = bag.message();
-    n.put(0u).put(std::uint32_t{1'600'000'002}).put(0u).text("").text("tag").put(2u);
-    n.text("anchor_2").text("0x10").put(2u).put(1.5).put(2.5);
-    bag.write("/uwb/all", "uwb_msgs/Ranges", n.bytes(), kStart);
-    // No ranges.
-    bag.define("cf_msgs/Tdoa", "time stamp\nint8 idA\nint8 idB\nfloat32 data\n");
-    bag.write(
-        "/tdoa_data", "cf_msgs/Tdoa",
-        bag.message().put(0u).put(0u).put(std::uint8_t{1}).put(std::uint8_t{2}).put(1.f).bytes(),
-        kStart);
-  }
-  const auto ranges = only<Range>(readAll());
-  ASSERT_EQ(ranges.size(), 3u);
-  EXPECT_EQ(ranges[0].range_m, 3.25);
-  EXPECT_EQ(ranges[0].t, 1'600'000'001LL * 1'000 * kMs + 7);
-  EXPECT_EQ(ranges[1].range_m, 1.5);
-  EXPECT_EQ(ranges[1].anchor, ranges[0].anchor);  // the same name
-  EXPECT_EQ(ranges[2].range_m, 2.5);
-  EXPECT_EQ(ranges[2].anchor, 16u);
-  EXPECT_TRUE(noted("anchorid,distance,stamp=stamp,valid=valid_range"));
-  EXPECT_TRUE(noted("by the names of its fields, anchors,data"));
-  EXPECT_TRUE(noted("/tdoa_data (cf_msgs/Tdoa) left out: differences of ranges"));
 }
 
 TEST_F(Recording, MessagesThatAreDamagedAreCountedAndLeftOut) {
