@@ -7,8 +7,9 @@
 
 namespace vir::imu {
 namespace {
-/// A bridged gap: the readings in between are a guess, wrong by several m/s^2 and rad/s. With the
-/// densities of a usual IMU this factor stands for about 1 m/s^2 and 0.1 rad/s over a second.
+/// A bridged gap, or motion beyond the sensor's range: the readings in between are a guess, wrong
+/// by several m/s^2 and rad/s. With the densities of a usual IMU this factor stands for about 1
+/// m/s^2 and 0.1 rad/s over a second.
 constexpr double kGapNoiseFactor = 150.0;
 
 bool earlier(const ImuSample& s, TimeNs t) { return s.t < t; }
@@ -30,7 +31,16 @@ bool ImuBuffer::add(const ImuSample& s) {
   }
   ++counters_.accepted;
   samples_.push_back(s);
+  if (const auto begin = saturation_.add(s)) {
+    if (saturated_.empty() || saturated_.back().last < *begin) saturated_.push_back({*begin, s.t});
+    saturated_.back().last = s.t;
+  }
   return true;
+}
+
+bool ImuBuffer::isSaturated(TimeNs t0, TimeNs t1) const {
+  return std::any_of(saturated_.begin(), saturated_.end(),
+                     [&](const Stretch& s) { return s.first <= t1 && s.last >= t0; });
 }
 
 bool ImuBuffer::inHole(TimeNs t) const {
@@ -73,7 +83,7 @@ Preintegration ImuBuffer::integrate(TimeNs t0, TimeNs t1, const ImuNoise& noise,
     }();
     const bool is_gap = wide || (outside && toSeconds(b.t - a.t) > max_gap_s_);
     any_gap = any_gap || is_gap;
-    return is_gap ? kGapNoiseFactor : 1.0;
+    return is_gap || isSaturated(a.t, b.t) ? kGapNoiseFactor : 1.0;
   };
   for (; it != samples_.end() && it->t < t1; ++it) {
     out.integrate(prev, *it, factor(prev, *it));
@@ -136,6 +146,9 @@ bool ImuBuffer::meanGyro(TimeNs t0, TimeNs t1, Vec3* rate) const {
 
 void ImuBuffer::dropBefore(TimeNs t) {
   while (samples_.size() > 1 && samples_[1].t <= t) samples_.pop_front();
+  while (!saturated_.empty() && saturated_.front().last < samples_.front().t) {
+    saturated_.pop_front();
+  }
 }
 
 }  // namespace vir::imu

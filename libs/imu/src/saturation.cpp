@@ -12,32 +12,36 @@ constexpr double kLeastRate = 2.1, kLeastAcceleration = 19;
 
 }  // namespace
 
-void SaturationCounter::add(End* end, double value, double least, TimeNs t) const {
+bool SaturationCounter::add(End* end, double value, double least, TimeNs t) const {
   const double size = std::abs(value);
   if (size < least || size < end->limit) {
     end->run = 0;
-    return;
+    return false;
   }
   if (size > end->limit) *end = {size, t, 0, 0, 0};  // the range is larger than it seemed
   if (end->run++ == 0) end->first = t;
-  if (end->run < kFewest) return;
+  if (end->run < kFewest) return false;
   end->readings += end->run == kFewest ? kFewest : 1;
   end->longest = std::max(end->longest, t - end->first);
+  return true;
 }
 
-void SaturationCounter::add(const ImuSample& s) {
-  if (!s.gyro.allFinite() || !s.acc.allFinite() || (any_ && s.t <= last_.t)) return;
+std::optional<TimeNs> SaturationCounter::add(const ImuSample& s) {
+  if (!s.gyro.allFinite() || !s.acc.allFinite() || (any_ && s.t <= last_.t)) return std::nullopt;
   const bool repeated = any_ && s.gyro == last_.gyro && s.acc == last_.acc;
   last_ = s;
   any_ = true;
-  if (repeated) return;
+  if (repeated) return std::nullopt;
+  std::optional<TimeNs> begin;
   for (int i = 0; i < 6; ++i) {
     const double value = i < 3 ? s.gyro[i] : s.acc[i - 3];
     const double least = i < 3 ? kLeastRate : kLeastAcceleration;
     auto& ends = ends_[static_cast<std::size_t>(i)];
-    add(&ends[value > 0 ? 1 : 0], value, least, s.t);
+    End& end = ends[value > 0 ? 1 : 0];
+    if (add(&end, value, least, s.t)) begin = std::min(begin.value_or(end.first), end.first);
     ends[value > 0 ? 0 : 1].run = 0;
   }
+  return begin;
 }
 
 long SaturationCounter::readings() const {

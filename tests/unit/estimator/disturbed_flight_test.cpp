@@ -93,6 +93,22 @@ TEST(DisturbedFlight, TwoSecondsWithoutReadingsAreBridgedByTheImages) {
 
 /// More in a row than are a spike, in the middle of the flight; what they say is left out where
 /// the sights contradict it, and nothing else is.
+/// Turns faster than the gyro's range: what it says there is too little, and was believed.
+TEST(DisturbedFlight, MotionBeyondTheSensorsRangeCostsLittle) {
+  simulation::FlightOptions o;
+  o.length_m = 120;
+  o.speed_mps = 10;
+  const auto motion = std::make_shared<simulation::Motion>(simulation::flight("eight", o));
+  for (int seed = 1; seed <= 2; ++seed) {
+    RunSettings s = lookingAhead();
+    s.imu.saturation_gyro_radps = 2.2;
+    const RunResult cut = simulateRun(motion, s, seed);
+    ASSERT_TRUE(cut.valid);
+    std::printf("ATE: %.3f m\n", cut.evaluation.ate_position_m.rmse);
+    EXPECT_LT(cut.evaluation.ate_position_m.rmse, 0.15) << "seed " << seed;
+  }
+}
+
 TEST(DisturbedFlight, FalseReadingsAreLeftOutWhereTheImagesContradictThem) {
   struct Case {
     const char* what;

@@ -40,6 +40,28 @@ TEST(ImuBuffer, AdjacentIntervalsMakeTheWhole) {
   EXPECT_NEAR(first.dt(), whole.dt(), 1e-12);
 }
 
+TEST(ImuBuffer, ReadingsAtTheEndOfTheRangeAreAsUncertainAsAGap) {
+  ImuBuffer b;
+  for (int k = 0; k < 200; ++k) {
+    const double t = 0.005 * k;
+    // Between 0.40 and 0.45 s the rate is beyond 4 rad/s.
+    const bool beyond = k >= 80 && k <= 90;
+    b.add(at(5 * kMs * k, Vec3(beyond ? 4.0 : 1 + 0.1 * std::sin(30 * t), 0.1 * std::sin(9 * t), 0),
+             Vec3(0, 0.3 * std::cos(7 * t), 9.81)));
+  }
+  const auto sigma = [&](TimeNs t0, TimeNs t1) {
+    bool gap = true;
+    const Preintegration p = b.integrate(t0, t1, ImuNoise(), kZero, kZero, &gap);
+    EXPECT_FALSE(gap) << "nothing is missing";
+    return std::sqrt(p.covariance()(kTheta, kTheta));
+  };
+  const double before = sigma(300 * kMs, 350 * kMs);
+  EXPECT_NEAR(sigma(600 * kMs, 650 * kMs), before, 1e-3 * before);
+  EXPECT_NEAR(sigma(400 * kMs, 450 * kMs), 150 * before, 1.5 * before);
+  b.dropBefore(500 * kMs);
+  EXPECT_NEAR(sigma(600 * kMs, 650 * kMs), before, 1e-3 * before) << "forgotten";
+}
+
 TEST(ImuBuffer, NoReadingBetweenTwoImages) {
   ImuBuffer b = ramp(0, 1000 * kMs);
   // Both times lie between the readings at 100 and 105 ms: v = 0.002 s * 0.102 m/s^2.

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "vir/imu/preintegration.h"
+#include "vir/imu/saturation.h"
 
 namespace vir::imu {
 
@@ -35,7 +36,8 @@ class ImuBuffer {
 
   /// Integrates from t0 to t1, with readings interpolated at both ends. Where readings are missing
   /// (before the first, after the last, or in a gap) the nearest is held and the noise inflated;
-  /// `gap` tells. Throws std::invalid_argument if t1 <= t0 or the buffer is empty.
+  /// `gap` tells. It is inflated as much where readings are at the end of the sensor's range.
+  /// Throws std::invalid_argument if t1 <= t0 or the buffer is empty.
   Preintegration integrate(TimeNs t0, TimeNs t1, const ImuNoise& noise, const Vec3& bias_gyro,
                            const Vec3& bias_acc, bool* gap = nullptr,
                            const ImuIntrinsics& intrinsics = ImuIntrinsics::Zero());
@@ -53,13 +55,24 @@ class ImuBuffer {
 
   /// Forgets what lies before t, except the last reading before it (needed to interpolate).
   void dropBefore(TimeNs t);
-  void clear() { samples_.clear(); }
+  void clear() {
+    samples_.clear();
+    saturated_.clear();
+  }
   const ImuBufferCounters& counters() const { return counters_; }
 
  private:
+  /// Readings at the end of the sensor's range, from the first to the last.
+  struct Stretch {
+    TimeNs first, last;
+  };
   ImuSample at(TimeNs t) const;
+  bool isSaturated(TimeNs t0, TimeNs t1) const;
+
   double max_gap_s_, max_bridge_s_;
   std::deque<ImuSample> samples_;
+  SaturationCounter saturation_;
+  std::deque<Stretch> saturated_;
   ImuBufferCounters counters_;
 };
 

@@ -2,6 +2,7 @@
 /// Readings at the end of the sensor's range: the motion went beyond it, and what is integrated is
 /// too little.
 #include <array>
+#include <optional>
 #include <string>
 
 #include "vir/types/imu_sample.h"
@@ -12,8 +13,9 @@ class SaturationCounter {
  public:
   /// A stretch is at least kFewest readings in a row in which one axis says the very same number,
   /// the largest that it ever said, while another axis goes on changing. Noise moves every reading
-  /// that is not at the end of the range; a sensor that repeats itself repeats all axes.
-  void add(const ImuSample& s);
+  /// that is not at the end of the range; a sensor that repeats itself repeats all axes. Returns
+  /// the stamp with which the stretch began that this reading belongs to, the earliest of several.
+  std::optional<TimeNs> add(const ImuSample& s);
 
   static constexpr int kFewest = 3;
 
@@ -30,7 +32,8 @@ class SaturationCounter {
     long readings = 0;
     TimeNs longest = 0;
   };
-  void add(End* end, double value, double least, TimeNs t) const;
+  /// True in a stretch.
+  bool add(End* end, double value, double least, TimeNs t) const;
   const End* worst() const;
 
   std::array<std::array<End, 2>, 6> ends_;  ///< gyro x y z, accelerometer x y z; below, above 0
