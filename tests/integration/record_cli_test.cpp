@@ -234,7 +234,22 @@ TEST(RecordCli, SettingsOfASensorAndOfTheEstimatorInOneSectionAreRefused) {
   EXPECT_FALSE(fs::exists(out));
   test::writeText(ini, sensor);
   const test::Outcome alone = test::virSlam(command);
-  EXPECT_EQ(alone.code, 0) << alone.text;
+  // Without images there is nothing to estimate, which is said; the recording is there.
+  EXPECT_EQ(alone.code, 1) << alone.text;
+  EXPECT_TRUE(contains(alone.text, "no pose was estimated")) << alone.text;
+  EXPECT_TRUE(fs::exists(out));
+}
+
+TEST(RecordCli, NothingAtAllIsNoRecording) {
+  const test::TempFolder folder;
+  test::writeText(folder / "a.ini",
+                  "[imu]\ndriver = SerialImu\nprocess_rate = 100\nprotocol = binary\nport = " +
+                      (folder / "nothing").string() + "\nsensorLabel = IMU0\noptional = true\n");
+  const test::Outcome outcome =
+      test::virSlam("record " + quoted((folder / "a.ini").string()) + " --duration-s 1 --out " +
+                    quoted((folder / "a.rawlog").string()));
+  EXPECT_EQ(outcome.code, 1) << outcome.text;
+  EXPECT_TRUE(contains(outcome.text, "nothing was recorded")) << outcome.text;
 }
 
 TEST(RecordCli, DevicesOnPortsAreRecordedWholeAndEstimatedWith) {

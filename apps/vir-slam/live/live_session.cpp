@@ -63,7 +63,8 @@ class LiveSession final : public results::RunObserver {
     pass(acquisition_.take(0));
     const bool sound = closeRecording();
     report();
-    return finishEstimation() && sound;
+    const bool any = anythingRecorded();
+    return finishEstimation() && sound && any;
   }
 
   /// In the thread of the estimation.
@@ -228,6 +229,14 @@ class LiveSession final : public results::RunObserver {
     for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
   }
 
+  /// Nothing at all is no recording.
+  bool anythingRecorded() const {
+    const live::LiveRecorder::Counts counts = recorder_->counts();
+    if (counts.written + counts.aside > 0) return true;
+    log_(LogLevel::error, "nothing was recorded: no sensor has said anything");
+    return false;
+  }
+
   void tellWhatTheCheckSaw() const {
     for (const std::string& line : briefLines(check_)) std::printf("%s\n", line.c_str());
   }
@@ -253,7 +262,8 @@ class LiveSession final : public results::RunObserver {
     if (summary.verdict == results::Verdict::good) tellWhatTheCheckSaw();
     if (summary.ate_posyaw_m) std::printf("ATE %.4f m\n", *summary.ate_posyaw_m);
     std::printf("Results in %s\n", folder_->path().c_str());
-    return summary.error.empty();
+    if (summary.poses == 0) log_(LogLevel::error, "no pose was estimated: the doubts say why");
+    return summary.error.empty() && summary.poses > 0;
   }
 
   LiveSessionPlan& plan_;
