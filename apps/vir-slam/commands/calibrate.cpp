@@ -26,7 +26,9 @@ constexpr const char* kUwbExamples =
     "  vir-slam calibrate uwb hall.rawlog --anchor 0,2.1,0.4,1.8 --out bias.csv\n"
     "  vir-slam calibrate uwb a.rawlog b.rawlog --anchors anchors.csv --out bias.csv \\\n"
     "      --plot bias.svg --json bias.json\n"
-    "Recordings hold ground truth (label GT) and ranges; anchors are in the ground truth's frame.";
+    "Recordings hold ground truth (label GT) and ranges; anchors are in the ground truth's frame. "
+    "One whose\n"
+    "position is not given is found from its ranges where they say it.";
 
 struct Arguments {
   std::vector<std::string> recordings, anchors;
@@ -48,7 +50,8 @@ UwbSamples readAll(const Arguments& args, const AnchorPositions& anchors) {
   for (const std::string& file : args.recordings) requireFile(file, "recording");
   catchInterrupt();
   UwbSamples data;
-  for (const std::string& file : args.recordings) addRecording(file, anchors, &data);
+  for (const std::string& file : args.recordings) addRecording(file, &data);
+  fillSamples(anchors, &data);
   for (const std::string& damage : data.damage) {
     std::fprintf(stderr, "vir-slam: %s\n", damage.c_str());
   }
@@ -68,9 +71,6 @@ int run(const Arguments& args, const Common& common) {
   AnchorPositions anchors;
   for (const std::string& text : args.anchors) addAnchor(text, &anchors);
   if (!args.anchor_file.empty()) addAnchorFile(args.anchor_file, &anchors);
-  if (anchors.empty()) {
-    throw UsageError("where are the anchors? give --anchor ID,X,Y,Z or --anchors FILE.csv");
-  }
   const UwbSamples data = readAll(args, anchors);
   ranging::RangeCalibration fit;
   try {
@@ -82,6 +82,7 @@ int run(const Arguments& args, const Common& common) {
                              " had no ground truth)");
   }
   printTable(calibrationTable(data, fit));
+  if (!fit.problem.empty()) throw std::runtime_error(fit.problem + "; nothing has been written");
   writeText(args.out, fit.model.text(), "the model");
   if (!args.json.empty()) {
     writeText(args.json, calibrationJson(data, fit).dump(2) + "\n", "JSON");

@@ -1,5 +1,6 @@
 #include "recordings/uwb_recording.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include "vir/core/parse_number.h"
 #include "vir/core/text_file.h"
 #include "vir/evaluation/leaps.h"
+#include "vir/ranging/anchor_initialization.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/rawlog_reader.h"
@@ -20,6 +22,12 @@
 namespace vir::app {
 namespace {
 
+/// An anchor is looked for in so many ranges, of a board as it comes [m] with such noise [m]; known
+/// so well it will do [m]; and so far off, in metres and in sigmas, it is not where it is said to
+/// be.
+constexpr int kFewest = 50;
+constexpr double kUncalibrated = 0.7, kRangeSigma = 0.1;
+constexpr double kKnown = 0.15, kElsewhere = 0.5, kElsewhereSigmas = 5;
 constexpr TimeNs kMaxGap = 100'000'000;  // the ground truth is not interpolated across more
 
 std::vector<std::string> split(const std::string& text) {
@@ -76,6 +84,28 @@ void addCounters(const ranging::RangeCheckCounters& from, ranging::RangeCheckCou
   to->clock_restarts += from.clock_restarts;
 }
 
+/// Where the ranges of one anchor put it, the path being true.
+std::optional<ranging::AnchorSolution> whereRangesPut(
+    const std::vector<ranging::AntennaRange>& ranges) {
+  ranging::AnchorInitOptions options;
+  options.min_ranges = kFewest;
+  options.bias_sigma_m = kUncalibrated;
+  options.drift_ratio = options.scale_sigma = options.floor_sigma_m = 0;
+  const ranging::AnchorInitialization found = ranging::initializeAnchor(ranges, options);
+  if (found.geometry != ranging::AnchorGeometry::good) return std::nullopt;
+  return found.solutions.front();
+}
+
+/// The longest axis [m].
+double sigmaOf(const ranging::AnchorSolution& s) {
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(s.covariance.topLeftCorner<3, 3>());
+  return std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
+}
+
+std::string text(const Vec3& p) {
+  return "(" + fixed(p.x(), 2) + " " + fixed(p.y(), 2) + " " + fixed(p.z(), 2) + ")";
+}
+
 }  // namespace
 
 void addAnchor(const std::string& text, AnchorPositions* anchors) {
@@ -106,7 +136,7 @@ void addAnchorFile(const std::string& path, AnchorPositions* anchors) {
   if (anchors->size() == before) throw UsageError(path + " holds no anchor (id,x,y,z)");
 }
 
-void addRecording(const std::string& rawlog, const AnchorPositions& anchors, UwbSamples* out) {
+void addRecording(const std::string& rawlog, UwbSamples* out) {
   rawlog::RawlogReader reader(rawlog);
   Trajectory truth;
   std::vector<Range> ranges;
@@ -122,16 +152,11 @@ void addRecording(const std::string& rawlog, const AnchorPositions& anchors, Uwb
   if (left_out > 0) out->notes.push_back(rawlog + ": " + evaluation::describeLeaps(left_out));
   ranging::RangeCheck check;
   std::map<int, int> series;  // of this recording
-  const int first_series = out->samples.empty() ? 0 : out->samples.back().series + 1000;
+  const int first_series = out->seen.empty() ? 0 : out->seen.back().series + 1000;
   for (const Range& r : ranges) {
     ++out->ranges;
     const int id = static_cast<int>(r.anchor);  // as the radio says it
     if (check.check(id, r.t, r.range_m) != RangeDecision::accepted) continue;
-    const auto anchor = anchors.find(id);
-    if (anchor == anchors.end()) {
-      ++out->unknown_anchor[id];
-      continue;
-    }
     const std::optional<Pose> pose = poseAt(truth, r.t, kMaxGap);
     if (!pose) {
       ++out->without_truth;
@@ -139,11 +164,43 @@ void addRecording(const std::string& rawlog, const AnchorPositions& anchors, Uwb
     }
     const int of_series =
         series.emplace(id, first_series + static_cast<int>(series.size())).first->second;
-    const double distance = (anchor->second - *pose * r.p_B_U).norm();
-    out->samples.push_back({r.t, of_series, distance, r.range_m - distance});
-    out->anchor.push_back(id);
+    out->seen.push_back({r.t, id, of_series, *pose * r.p_B_U, r.range_m});
   }
   addCounters(check.counters(), &out->checks);
+}
+
+void fillSamples(AnchorPositions anchors, UwbSamples* out) {
+  std::map<int, std::vector<ranging::AntennaRange>> of_anchor;
+  for (const TrueRange& s : out->seen) {
+    of_anchor[s.anchor].push_back({s.antenna, s.range_m, kRangeSigma});
+  }
+  for (const auto& [id, ranges] : of_anchor) {
+    const std::optional<ranging::AnchorSolution> found = whereRangesPut(ranges);
+    const auto given = anchors.find(id);
+    if (given == anchors.end() && found && sigmaOf(*found) < kKnown) {
+      anchors[id] = found->p_W;
+      out->notes.push_back("the position of anchor " + std::to_string(id) +
+                           " is not given: its ranges put it at " + text(found->p_W) + " m, +- " +
+                           fixed(sigmaOf(*found), 2) + " m");
+    } else if (given != anchors.end() && found) {
+      const double off = (found->p_W - given->second).norm();
+      if (off < kElsewhere || off < kElsewhereSigmas * sigmaOf(*found)) continue;
+      throw std::runtime_error("anchor " + std::to_string(id) + " is given at " +
+                               text(given->second) + " m, but its ranges put it at " +
+                               text(found->p_W) + " m, " + fixed(off, 2) +
+                               " m from there: a calibration would be wrong");
+    }
+  }
+  for (const TrueRange& s : out->seen) {
+    const auto anchor = anchors.find(s.anchor);
+    if (anchor == anchors.end()) {
+      ++out->unknown_anchor[s.anchor];
+      continue;
+    }
+    const double distance = (anchor->second - s.antenna).norm();
+    out->samples.push_back({s.t, s.series, distance, s.range_m - distance});
+    out->anchor.push_back(s.anchor);
+  }
 }
 
 }  // namespace vir::app

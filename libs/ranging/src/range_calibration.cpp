@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <map>
 #include <optional>
@@ -14,6 +15,12 @@ namespace {
 
 constexpr int kPasses = 4;
 constexpr std::size_t kStretches = 25;
+/// A device's bias changes slowly with the distance: between stretches by so much, and so much more
+/// per metre between them. What jumps is an obstacle that the robot passed behind [m], [m/m].
+constexpr double kMostJump = 0.12, kMostSlope = 0.08;
+/// A device that scatters more than this [m] about its curve is not told by one; nor is one from
+/// which fewer of the ranges come.
+constexpr double kMostSigma = 0.5, kFewestInliers = 0.5;
 /// A series is set apart from the next by more than any gap within it.
 constexpr TimeNs kApart = 1'000'000'000'000;
 
@@ -29,6 +36,36 @@ double shorthMean(std::vector<double> values) {
   double sum = 0;
   for (std::size_t i = best; i < best + half; ++i) sum += values[i];
   return sum / static_cast<double>(half);
+}
+
+/// The most stretches that one slowly changing curve goes through; where there are several such
+/// curves the lowest, since what is in the way makes ranges longer.
+std::vector<RangeBiasModel::Node> smoothChain(const std::vector<RangeBiasModel::Node>& nodes) {
+  const std::size_t n = nodes.size();
+  std::vector<std::size_t> length(n, 1), from(n, n);
+  std::vector<double> sum(n);
+  std::size_t best = 0;
+  const auto better = [&](std::size_t a, std::size_t b) {
+    return length[a] > length[b] || (length[a] == length[b] && sum[a] < sum[b]);
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    sum[i] = nodes[i].bias_m;
+    for (std::size_t k = 0; k < i; ++k) {
+      const double apart = nodes[i].distance_m - nodes[k].distance_m;
+      const double step = std::abs(nodes[i].bias_m - nodes[k].bias_m);
+      if (step > kMostJump + kMostSlope * apart) continue;
+      const double through = sum[k] + nodes[i].bias_m;
+      if (length[k] + 1 < length[i] || (length[k] + 1 == length[i] && through >= sum[i])) continue;
+      length[i] = length[k] + 1;
+      sum[i] = through;
+      from[i] = k;
+    }
+    if (better(i, best)) best = i;
+  }
+  std::vector<RangeBiasModel::Node> out;
+  for (std::size_t i = best; i < n; i = from[i]) out.push_back(nodes[i]);
+  std::reverse(out.begin(), out.end());
+  return out;
 }
 
 /// A first curve that outliers do not bend: robust means over stretches with as many samples each.
@@ -51,7 +88,29 @@ RangeBiasModel roughModel(const std::vector<CalibrationSample>& samples,
     if (!nodes.empty() && distance <= nodes.back().distance_m) continue;
     nodes.push_back({distance, shorthMean(residuals), 0});
   }
-  return RangeBiasModel(nodes);
+  return RangeBiasModel(smoothChain(nodes));
+}
+
+/// Why the curve says nothing of the device; empty if it may be believed.
+std::string problemOf(const RangeCalibration& fit, std::size_t samples) {
+  char text[200];
+  const double share = 1 - static_cast<double>(fit.too_long + fit.too_short) /
+                               static_cast<double>(std::max<std::size_t>(1, samples));
+  if (fit.sigma_m > kMostSigma) {
+    std::snprintf(text, sizeof text,
+                  "ranges scatter by %.2f m about the curve: is the anchor where it is said to be, "
+                  "and its number right?",
+                  fit.sigma_m);
+    return text;
+  }
+  if (share < kFewestInliers) {
+    std::snprintf(
+        text, sizeof text,
+        "only %.0f %% of the ranges lie about one curve: most came without a line of sight",
+        100 * share);
+    return text;
+  }
+  return {};
 }
 
 /// Marks samples too far from a curve; returns the scale of the others.
@@ -165,6 +224,7 @@ RangeCalibration calibrateRangeBias(const std::vector<CalibrationSample>& sample
   out.lowest_m = process->lowest();
   out.highest_m = process->highest();
   out.model = tableOf(*process, options.node_step_m);
+  out.problem = problemOf(out, finite.size());
   return out;
 }
 

@@ -32,10 +32,12 @@ struct RangeCalibration {
   double lowest_m = 0, highest_m = 0;  ///< distances that were there
   std::vector<char> outlier;           ///< per sample
   int too_long = 0, too_short = 0;     ///< outliers
+  std::string problem;                 ///< why the model must not be used; empty if it may be
 };
 
-/// Throws std::invalid_argument naming the numbers if there are too few samples. Samples that are
-/// not finite count as outliers of neither side.
+/// A robust curve first: what jumps from one stretch of distances to the next was measured past an
+/// obstacle. Throws std::invalid_argument naming the numbers if there are too few samples. Samples
+/// that are not finite count as outliers of neither side.
 RangeCalibration calibrateRangeBias(const std::vector<CalibrationSample>& samples,
                                     const RangeCalibrationOptions& options = {});
 
