@@ -1,5 +1,6 @@
 #include "vir/results/run_recorder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 

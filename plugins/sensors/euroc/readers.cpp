@@ -1,6 +1,7 @@
 #include "readers.h"
 
 #include <cctype>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <set>
