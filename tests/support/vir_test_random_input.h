@@ -63,7 +63,7 @@ class RandomInput {
     if (b == 1) return INT64_MAX;
     if (b == 2) return -1;
     if (b < 10) return TimeNs(1) << (50 + b);
-    return now_ + (b - 128) * 20'000'000;
+    return now_ + TimeNs{b - 128} * 20'000'000;
   }
 
   /// The flight, by its own equations.

@@ -259,6 +259,9 @@ class Finder {
     Vec4 d = toVector(s.T_A_B) - toVector(kept->T_A_B);
     d[0] = wrapAngle(d[0]);
     const double share = 1 / (1 + std::exp(0.5 * (s.cost - kept->cost)));
+    if (!kept->likelier_z_m) {
+      kept->likelier_z_m = (share > 0.5 ? s : *kept).T_A_B.t_m.z();
+    }
     kept->T_A_B = fromVector(toVector(kept->T_A_B) + share * d);
     kept->covariance += share * (1 - share) * d * d.transpose();
     const double farthest = std::max(share, 1 - share) * std::abs(d[3]);

@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace vir::team {
 namespace {
+
+/// A height whose sigma is larger [m] is tried out, in steps of it that are halved so often.
+constexpr double kOpenHeight = 0.1, kLargestStep = 2;
+constexpr int kHeightRounds = 5;
 
 /// Where there are images, odometry poses were not what the robot was estimated from.
 bool byOdometry(const RobotRecord& record) { return !record.sees && record.odometry.size() >= 2; }
@@ -24,6 +29,64 @@ JointRobot jointRobotOf(const RobotRecord& record, const WorldTransform& T_root)
   for (const KnownPose& p : record.poses) robot.estimate.push_back({p.t, p.T_W_B});
   robot.anchor_ranges = record.anchor_ranges;
   return robot;
+}
+
+using Worlds = std::map<std::string, WorldTransform>;
+
+/// Level robots keep the heights they begin with, which must be such as explain the ranges: not the
+/// mean of two.
+Worlds atLikelierHeights(const MergedMap& map, const std::vector<PairResult>& pairs) {
+  std::vector<TransformEdge> edges = edgesOf(pairs);
+  bool other = false;
+  for (TransformEdge& e : edges) {
+    for (const PairResult& p : pairs) {
+      if (p.transform.from != e.from || p.transform.to != e.to) continue;
+      const auto& z = p.transform.answer.solutions[0].likelier_z_m;
+      if (z) e.T_to_from.t_m.z() = *z;
+      other = other || z;
+    }
+  }
+  return other ? commonFrame(map.root, edges) : map.T_root;
+}
+
+/// Of the height of a robot against the root [m]; 0 where no pair says it.
+double heightSigma(const std::string& robot, const std::string& root,
+                   const std::vector<PairResult>& pairs) {
+  for (const PairResult& p : pairs) {
+    const bool theirs = (p.transform.from == robot && p.transform.to == root) ||
+                        (p.transform.from == root && p.transform.to == robot);
+    if (!theirs || p.transform.answer.solutions.empty()) continue;
+    return std::sqrt(std::max(0.0, p.transform.answer.solutions[0].covariance(3, 3)));
+  }
+  return 0;
+}
+
+/// Level robots keep the heights they begin with, since ranges know these by their squares only.
+/// Which of them explains all ranges best is tried out, from where `robots` begin.
+JointSolution solveAtBestHeights(std::vector<JointRobot> robots,
+                                 const std::vector<JointMutualRange>& mutual,
+                                 const std::vector<double>& sigmas, const JointOptions& options,
+                                 std::vector<double>* raised) {
+  JointSolution best = solveJointly(robots, mutual, options);
+  raised->assign(robots.size(), 0);
+  if (!best.solved || !best.heights_held) return best;
+  for (std::size_t i = 1; i < robots.size(); ++i) {
+    if (sigmas[i] < kOpenHeight) continue;
+    double step = std::min(sigmas[i], kLargestStep);
+    for (int round = 0; round < kHeightRounds; ++round, step *= 0.5) {
+      for (const double side : {step, -step}) {
+        std::vector<JointRobot> tried = robots;
+        tried[i].T_C_W.t_m.z() += side;
+        JointSolution solution = solveJointly(tried, mutual, options);
+        if (!solution.solved || !(solution.cost < best.cost)) continue;
+        best = std::move(solution);
+        robots = std::move(tried);
+        (*raised)[i] += side;
+        break;
+      }
+    }
+  }
+  return best;
 }
 
 const Member* find(const std::vector<Member>& members, const std::string& name) {
@@ -50,16 +113,21 @@ std::vector<JointMutualRange> mutualOf(const std::vector<PairResult>& pairs,
   return out;
 }
 
-void takeOver(const JointSolution& solution, const std::vector<Member>& members, MergedMap* map,
-              std::vector<PairResult>* pairs) {
+/// `start`: where the problem began; heights are told as they were in `map`.
+void takeOver(const JointSolution& solution, const std::vector<Member>& members,
+              const Worlds& start, MergedMap* map, std::vector<PairResult>* pairs) {
   // The root's own world is the common frame of the files, not that of the problem.
   const WorldTransform T_root_C = solution.T_C_W[0].inverse();
   for (const Member& m : members) {
-    map->T_root[m.record->name] = T_root_C * solution.T_C_W[m.place];
+    WorldTransform& T_root = map->T_root[m.record->name];
+    const Vec3 raised(0, 0, T_root.t_m.z() - start.at(m.record->name).t_m.z());
+    T_root = T_root_C * solution.T_C_W[m.place];
+    T_root.t_m += raised;
     Trajectory& out = map->trajectories[m.record->name];
     out.clear();
     for (const StampedPose& p : solution.trajectories[m.place]) {
       out.push_back({p.t, T_root_C.pose() * p.T_W_B});
+      out.back().T_W_B.p += raised;
     }
   }
   for (PairResult& pair : *pairs) {
@@ -68,12 +136,15 @@ void takeOver(const JointSolution& solution, const std::vector<Member>& members,
     if (a == nullptr || b == nullptr || pair.transform.answer.solutions.empty()) continue;
     if (pair.transform.answer.status != TransformStatus::unique) continue;
     TransformSolution& s = pair.transform.answer.solutions[0];
+    const double z = s.T_A_B.t_m.z();
     s.T_A_B = solution.between(a->place, b->place);
     s.T_A_B.yaw_rad = wrapAngle(s.T_A_B.yaw_rad);
+    // What the ranges are explained by is one of two heights; what is known is their mean.
+    if (solution.heights_held || s.likelier_z_m) s.T_A_B.t_m.z() = z;
     const double height = s.covariance(3, 3);
     s.covariance = solution.covarianceBetween(a->place, b->place);
     // Level robots kept the height that was found before.
-    if (solution.heights_held) s.covariance(3, 3) += height;
+    if (solution.heights_held || s.likelier_z_m) s.covariance(3, 3) += height;
     pair.transform.joint = true;
   }
 }
@@ -89,10 +160,11 @@ std::string mergeJointly(const std::vector<RobotRecord>& robots, const JointOpti
   for (const RobotRecord& record : robots) {
     ordered.insert(record.name == map->root ? ordered.begin() : ordered.end(), &record);
   }
+  Worlds start = atLikelierHeights(*map, *pairs);
   for (const RobotRecord* one : ordered) {
     const RobotRecord& record = *one;
-    const auto T = map->T_root.find(record.name);
-    if (T == map->T_root.end() || record.poses.size() < 2) continue;
+    const auto T = start.find(record.name);
+    if (T == start.end() || record.poses.size() < 2) continue;
     if (!byOdometry(record)) {
       return "no joint solution: robot " + record.name +
              " was not estimated from odometry poses; its path holds the anchors' ranges already";
@@ -106,9 +178,14 @@ std::string mergeJointly(const std::vector<RobotRecord>& robots, const JointOpti
   if (problem.size() < 2 || members[0].record->name != map->root) {
     return "no joint solution: it needs two robots with poses that are tied together";
   }
-  *solution = solveJointly(problem, mutualOf(*pairs, members), options);
+  std::vector<double> sigmas, raised;
+  for (const Member& m : members) {
+    sigmas.push_back(heightSigma(m.record->name, map->root, *pairs));
+  }
+  *solution = solveAtBestHeights(problem, mutualOf(*pairs, members), sigmas, options, &raised);
   if (!solution->solved) return "no joint solution: " + solution->problem;
-  takeOver(*solution, members, map, pairs);
+  for (const Member& m : members) start[m.record->name].t_m.z() += raised[m.place];
+  takeOver(*solution, members, start, map, pairs);
   return "";
 }
 

@@ -11,15 +11,16 @@ const Vec3 kAntenna[2] = {Vec3(0.2, 0, 0.1), Vec3(-0.3, 0.4, 0)};
 /// From B's world to A's.
 const WorldTransform kTruth{0.8, Vec3(3, -1, 0.5)};
 
-Pose trueIn(int robot, double s) {
+/// `level`: each on a floor of its own, which is that of its world.
+Pose trueIn(int robot, double s, bool level = false) {
   const double h = robot;
   const Vec3 p(2.5 * std::sin(0.21 * s + h) + 2 * h, 2 * std::sin(0.33 * s + 2 * h),
-               0.5 * std::sin(0.17 * s + h));
+               level ? h * kTruth.t_m.z() : 0.5 * std::sin(0.17 * s + h));
   return {Quat(rotZ(0.3 * std::sin(0.1 * s) + h)), p};
 }
 
 /// A's world is the true one, B's is `kTruth` away from it; both estimates are exact.
-std::vector<RobotRecord> robots() {
+std::vector<RobotRecord> robots(bool level = false) {
   std::vector<RobotRecord> out(2);
   out[0].name = "A";
   out[1].name = "B";
@@ -30,7 +31,7 @@ std::vector<RobotRecord> robots() {
     for (int k = 0; k <= 600; ++k) {
       const double s = 0.1 * k;
       const TimeNs t = fromSeconds(s);
-      const Pose T = T_own_W * trueIn(robot, s);
+      const Pose T = T_own_W * trueIn(robot, s, level);
       r.odometry.push_back({t, T});
       KnownPose known;
       known.t = t;
@@ -40,7 +41,7 @@ std::vector<RobotRecord> robots() {
   }
   for (int k = 3; k < 600; k += 2) {
     const double s = 0.1 * k;
-    const double d = (trueIn(0, s) * kAntenna[0] - trueIn(1, s) * kAntenna[1]).norm();
+    const double d = (trueIn(0, s, level) * kAntenna[0] - trueIn(1, s, level) * kAntenna[1]).norm();
     out[0].peer_ranges.push_back({fromSeconds(s), 1, d, 0.05, kAntenna[0]});
   }
   // B has never asked anybody but an anchor.
@@ -105,6 +106,28 @@ TEST(JointMerge, AnUnknownAntennaIsBorneByTheRanges) {
   };
   EXPECT_GT(variance(unknown), 1.5 * variance(known));
   EXPECT_LT((unknown.map.T_root.at("B").t_m - kTruth.t_m).norm(), 0.6);
+}
+
+/// The mean of two heights explains no range: paths were bent to suit it.
+TEST(JointMerge, OfOpenHeightsTheOneThatExplainsTheRangesIsSolvedWith) {
+  Merge m;
+  m.records = robots(true);
+  m.prepare();
+  TransformSolution& before = m.pairs[0].transform.answer.solutions[0];
+  before.T_A_B.t_m.z() = 0.1;
+  before.covariance = Eigen::Vector4d(0.01, 0.04, 0.04, 0.36).asDiagonal();
+  m.map = merge(m.records, edgesOf(m.pairs));
+  ASSERT_EQ(m.run(), "");
+  const TransformSolution& s = m.pairs[0].transform.answer.solutions[0];
+  EXPECT_NEAR(s.T_A_B.yaw_rad, kTruth.yaw_rad, 1e-2);
+  EXPECT_LT((s.T_A_B.t_m - kTruth.t_m).head<2>().norm(), 0.02) << s.T_A_B.t_m.transpose();
+  EXPECT_EQ(s.T_A_B.t_m.z(), 0.1) << "what is known of the height is what it was";
+  EXPECT_GE(s.covariance(3, 3), 0.36);
+  EXPECT_NEAR(m.map.T_root.at("B").t_m.z(), 0.1, 1e-6);
+  for (const StampedPose& p : m.map.trajectories.at("B")) {
+    ASSERT_LT((p.T_W_B.p - trueIn(1, toSeconds(p.t), true).p).head<2>().norm(), 0.03);
+    ASSERT_NEAR(p.T_W_B.p.z(), 0.1, 0.02);
+  }
 }
 
 TEST(JointMerge, LeavesAllAsItIsWhereItCannot) {

@@ -22,6 +22,8 @@ const char* name(TransformStatus status);
 
 struct TransformSolution {
   WorldTransform T_A_B;
+  /// Where the height is the mean of two: the likelier one, by which the ranges are explained.
+  std::optional<double> likelier_z_m;
   /// Of (yaw, x, y, z) [rad, m]. A direction that is left open has a variance of 1e4.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();
   double cost = 0;             ///< -2 log likelihood less a constant; differences count
