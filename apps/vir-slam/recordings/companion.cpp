@@ -29,9 +29,14 @@ std::string stemOfRawlog(const std::string& rawlog) {
 std::string companionOf(const std::string& rawlog) {
   const std::string path = stemOfRawlog(rawlog) + ".ini";
   std::ifstream in(path);
-  std::string first;
-  readLine(in, &first);
-  return first.rfind("// Written by vir-slam ", 0) == 0 ? path : "";
+  std::string line;
+  readLine(in, &line);
+  if (line.rfind("// Written by vir-slam ", 0) != 0) return "";
+  // It may hold remarks alone, e.g. which anchor has which number.
+  while (readLine(in, &line)) {
+    if (line.find('=') != std::string::npos && line.rfind("//", 0) != 0) return path;
+  }
+  return "";
 }
 
 AnchorTable anchorsTruthOf(const std::string& rawlog) {

@@ -153,11 +153,36 @@ std::string assumedOrder(const Layout& layout, const PoseColumns& columns) {
          "; name the columns if they are not";
 }
 
+namespace {
+
+/// A header for every column, and no remark that happens to have as many words: one of its names is
+/// that of a time.
+bool speaks(const Layout& layout) {
+  const auto named = static_cast<std::size_t>(
+      std::count_if(layout.names.begin(), layout.names.end(),
+                    [](const std::string& name) { return !name.empty(); }));
+  if (named < layout.columns) return false;
+  return layout.find({"timestamp", "time", "t", "stamp", "timestamp_ns", "time_ns", "time_s",
+                      "time_ms", "time_us", "secs", "sec", "seconds", "seconds_elapsed", "t_ns"}) >=
+         0;
+}
+
+std::string namesOf(const Layout& layout) {
+  std::string out;
+  for (const std::string& name : layout.names) out += (out.empty() ? "" : ", ") + name;
+  return out.substr(0, 200);
+}
+
+}  // namespace
+
 std::string whyNoPoses(const Layout& layout) {
   if (layout.find({"latitude", "lat"}) >= 0 &&
       layout.find({"longitude", "lon", "lng", "long"}) >= 0 && !poseColumns(layout).named) {
     return "its positions are latitude and longitude in degrees: convert them to metres (UTM, or "
            "axes of the place)";
+  }
+  if (speaks(layout) && !poseColumns(layout).named) {
+    return "its header names no x, y and z of a position, it has: " + namesOf(layout);
   }
   if (layout.columns != 12 || !layout.names.empty()) return {};
   for (const auto& row : layout.rows) {
@@ -176,10 +201,31 @@ RangeColumns rangeColumns(const Layout& layout) {
                                   "responder_id", "responder", "to_id",   "node_id",  "tag_id",
                                   "dest_id",      "source_id", "dest",    "node",     "beacon_id",
                                   "beacon",       "device",    "address", "addr",     "anc_id"});
-  const int range = layout.find(
-      {"range",  "distance", "dist",    "range_m",     "distance_m",   "r",           "d",
-       "dist_m", "range_mm", "dist_mm", "distance_mm", "range_cm",     "distance_cm", "measurement",
-       "tof_m",  "meas",     "value",   "range_meas",  "distance_est", "range_raw"});
+  const int range = layout.find({"range",
+                                 "distance",
+                                 "dist",
+                                 "range_m",
+                                 "distance_m",
+                                 "r",
+                                 "d",
+                                 "dist_m",
+                                 "range_mm",
+                                 "dist_mm",
+                                 "distance_mm",
+                                 "range_cm",
+                                 "distance_cm",
+                                 "measurement",
+                                 "tof_m",
+                                 "meas",
+                                 "value",
+                                 "range_meas",
+                                 "distance_est",
+                                 "range_raw",
+                                 "dist_cm",
+                                 "measured_range",
+                                 "measured_range_m",
+                                 "measured_distance",
+                                 "measured_distance_m"});
   out.named = anchor >= 0 && range >= 0;
   out.anchor = out.named ? anchor : out.stamp + 1;
   out.range = out.named ? range : out.stamp + 2;
@@ -195,6 +241,11 @@ RangeColumns rangeColumns(const Layout& layout) {
     if (layout.units[i] == "cm" || ends("_cm")) out.unit_m = 0.01;
   }
   return out;
+}
+
+std::string whyNoRanges(const Layout& layout) {
+  if (!speaks(layout) || rangeColumns(layout).named) return {};
+  return "its header names no anchor (anchor_id) or no range (range_m), it has: " + namesOf(layout);
 }
 
 namespace {

@@ -70,6 +70,7 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
                      (look.damage.empty() ? "" : "; " + look.damage.front()));
   }
   choice_ = chooseTopics(look, wishes, log);
+  for (const auto& [topic, info] : look.topics) looked_at_.insert(topic);
   for (const Stream& s : choice_.streams) {
     by_topic_[s.topic].push_back(static_cast<int>(&s - choice_.streams.data()));
     if (s.role != Role::camera) continue;
@@ -182,9 +183,20 @@ bool BagRecording::readOne() {
     return since <= options_.start_s + options_.max_duration_s + toSeconds(kDelay);
   }
   const auto streams = by_topic_.find(message.channel->topic);
-  if (streams == by_topic_.end()) return true;
+  if (streams == by_topic_.end()) {
+    noteLate(*message.channel);
+    return true;
+  }
   for (const int index : streams->second) take(message, index);
   return true;
+}
+
+/// What is not there in the beginning is not chosen from, which must not go unsaid.
+void BagRecording::noteLate(const bags::Channel& channel) {
+  if (!looked_at_.insert(channel.topic).second) return;
+  log_->note(channel.topic + " (" + channel.type + ") left out: it begins after the first " +
+             std::to_string(std::lround(options_.first_look_s)) +
+             " s, which are looked at; first_look_s = 0 looks at all");
 }
 
 void BagRecording::take(const BagMessage& message, int index) {

@@ -59,6 +59,7 @@ class BagRecording {
 
   void checkClocks(const Survey& survey) const;
   bool readOne();
+  void noteLate(const bags::Channel& channel);
   void take(const bags::BagMessage& message, int index);
   TimeNs stampOf(const bags::MessageView& m, const bags::BagMessage& message, const Stream& s);
   void takeImu(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received, int index);
@@ -80,6 +81,7 @@ class BagRecording {
   std::unique_ptr<bags::BagReader> reader_;
   Definitions definitions_;
   std::map<std::string, std::vector<int>> by_topic_;
+  std::set<std::string> looked_at_;  // topics that were there in the beginning, or have been named
   std::set<std::string> warned_;
   ImuPairing pairing_;
   tables::AnchorNames anchors_;

@@ -66,14 +66,15 @@ std::string anchorText(const MessageView& m, const std::string& path) {
 }
 
 void addCommon(const MessageView& m, const RangeFields& f, ReadRange* r) {
-  if (!f.stamp.empty() && m.has(f.stamp)) {
+  // What somebody asked for and is not there is an error that names what is.
+  if (!f.stamp.empty() && (f.asked || m.has(f.stamp))) {
     r->stamp = m.time(f.stamp);
     if (!r->stamp) {  // a number of seconds
       const double seconds = m.number(f.stamp);
       if (std::abs(seconds) < 9e9) r->stamp = fromSeconds(seconds);
     }
   }
-  if (!f.sigma.empty() && m.has(f.sigma)) {
+  if (!f.sigma.empty() && (f.asked || m.has(f.sigma))) {
     const double s = m.number(f.sigma);
     if (std::isfinite(s) && s > 0) r->sigma_m = f.sigma_squared ? std::sqrt(s) : s;
   }
@@ -114,7 +115,7 @@ void readList(const MessageView& m, const RangeFields& f, std::vector<ReadRange>
 }
 
 void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>* out) {
-  if (!f.valid.empty() && m.has(f.valid) && m.number(f.valid) == 0) return;
+  if (!f.valid.empty() && m.number(f.valid) == 0) return;
   const Field* field = MessageView::typeOf(m.type(), f.distance);
   if (field != nullptr && field->array) {
     readList(m, f, out);
@@ -204,7 +205,11 @@ std::vector<std::string> pairIn(const bags::MessageType& type, const std::string
 /// `unit=mm`, `stamp=field`, `sigma=field`, `valid=field`.
 void applyOption(const std::string& topic, const std::string& option, RangeFields* f) {
   const std::size_t equals = option.find('=');
-  const std::string key = option.substr(0, equals), value = option.substr(equals + 1);
+  const std::string key = option.substr(0, equals);
+  std::string value = option.substr(equals + 1);
+  // Within a list fields are those of its elements, however they are written.
+  if (!f->list.empty() && value.rfind(f->list + "[].", 0) == 0) value.erase(0, f->list.size() + 3);
+  f->asked = f->asked || key == "stamp" || key == "sigma";
   if (key == "stamp") {
     f->stamp = value;
   } else if (key == "sigma") {

@@ -17,6 +17,7 @@ struct RangeFields {
   std::string anchor, distance, stamp;
   std::string sigma;
   bool sigma_squared = false;
+  bool asked = false;   ///< stamp or sigma were named by the user: they must be there
   std::string valid;    ///< a number or a boolean; 0: no range
   std::string antenna;  ///< a Point: antenna in the body [m]
   std::optional<std::string> fixed_anchor;

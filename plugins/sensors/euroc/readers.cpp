@@ -311,7 +311,12 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
   sayUnit(path, "range", c.unit_m, "m", log);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kRangeStep, false, log);
   noteAntennas(path, layout, c.antenna, log);
+  const std::string why_not = tables::whyNoRanges(layout);
   const auto parse = [=](const Fields& f, RangeRow* row, RowFault* fault) {
+    if (!why_not.empty()) {
+      *fault = {"no_range", why_not};
+      return false;
+    }
     return parseRange(f, c, stamps, names, row, fault);
   };
   // Several anchors may answer at one time, and to several antennas.

@@ -102,11 +102,12 @@ TableKind byNumbers(const Layout& layout, const std::string& name) {
       numeric(layout, 0) > 0.9 && numeric(layout, 2) > 0.9) {
     return TableKind::range;
   }
-  if (allNumeric(layout, 8) && (unitQuaternions(layout, 4) || isPoseName(name))) {
+  const bool poses = tables::whyNoPoses(layout).empty();
+  if (poses && allNumeric(layout, 8) && (unitQuaternions(layout, 4) || isPoseName(name))) {
     return TableKind::poses;
   }
   if (allNumeric(layout, 7) && holdsForce(layout)) return TableKind::imu;
-  if (isPoseName(name) && allNumeric(layout, 4)) return TableKind::poses;
+  if (poses && isPoseName(name) && allNumeric(layout, 4)) return TableKind::poses;
   return TableKind::none;
 }
 

@@ -110,5 +110,44 @@ TEST_F(Recording, RangesOfPackagesNamedUwbMsgsAreFoundByTheNamesOfTheirFields) {
   EXPECT_TRUE(noted("/tdoa_data (cf_msgs/Tdoa) left out: differences of ranges"));
 }
 
+TEST_F(Recording, FieldsThatAreAskedForAndNotThereAreSaid) {
+  {
+    test::Ros1Writer bag(path());
+    bag.define("my/Scan", "my/One[] ranges\n===\nMSG: my/One\nuint8 id\nfloat32 d\nbool ok\n");
+    test::WireBytes m = bag.message();
+    m.put(2u);
+    for (const bool ok : {true, false}) {
+      m.put(std::uint8_t{4}).put(1.5f).put(static_cast<std::uint8_t>(ok));
+    }
+    bag.write("/r", "my/Scan", m.bytes(), kStart);
+  }
+  const std::string fields = "range=/r:ranges[].id,ranges[].d";
+  EXPECT_EQ(only<Range>(readAll(fields)).size(), 2u);
+  EXPECT_EQ(only<Range>(readAll(fields + ",valid=ok")).size(), 1u);
+  EXPECT_EQ(only<Range>(readAll(fields + ",valid=ranges[].ok")).size(), 1u);
+  for (const char* wrong : {",valid=nonsense", ",stamp=nonsense", ",sigma=nonsense"}) {
+    EXPECT_EQ(only<Range>(readAll(fields + wrong)).size(), 0u) << wrong;
+    EXPECT_EQ(log.get("undecodable_UWB0"), 1) << wrong;
+    EXPECT_TRUE(noted("nonsense")) << wrong;
+  }
+}
+
+TEST_F(Recording, ATopicThatBeginsLateIsSaid) {
+  {
+    test::Ros1Writer bag(path());
+    bag.define("my/Range", "uint8 anchor_id\nfloat32 range\n");
+    for (int k = 0; k < 200; ++k) {
+      const TimeNs t = kStart + 100 * k * kMs;
+      test::writeImu(bag, "/imu", t, t, {0, 0, 0}, {0, 0, 9.81});
+      if (k < 150) continue;
+      bag.write("/uwb", "my/Range", bag.message().put(std::uint8_t{4}).put(1.5f).bytes(), t);
+    }
+  }
+  EXPECT_EQ(only<Range>(readAll()).size(), 0u);
+  EXPECT_TRUE(noted("/uwb (my/Range) left out: it begins after the first 10 s"));
+  options.first_look_s = 0;
+  EXPECT_EQ(only<Range>(readAll()).size(), 50u);
+}
+
 }  // namespace
 }  // namespace vir::bag

@@ -228,6 +228,26 @@ TEST(ReadTrajectory, SaysWhyATableHoldsNoPoses) {
   EXPECT_NE(report.messages[0].find("is not a"), std::string::npos) << report.messages[0];
 }
 
+/// Columns are not taken by their place where a header says what they are.
+TEST(ReadTrajectory, AHeaderThatNamesNoPositionIsNotGuessedAt) {
+  for (const char* header : {"timestamp,x,y,yaw", "time,seconds_elapsed,qz,qy,qx,qw,roll,pitch"}) {
+    std::string text = std::string(header) + "\n";
+    for (int k = 0; k < 20; ++k) {
+      text += std::to_string(1.4e9 + 0.1 * k) + ",1,2,0.3" +
+              (std::string(header).size() > 20 ? ",0,0,0,1" : "") + "\n";
+    }
+    std::istringstream in(text);
+    ReadReport report;
+    EXPECT_TRUE(readTrajectory(in, &report).empty()) << header;
+    ASSERT_FALSE(report.notes.empty());
+    bool said = false;
+    for (const std::string& n : report.notes) {
+      said = said || n.find("its header names no x, y and z") != std::string::npos;
+    }
+    EXPECT_TRUE(said) << header;
+  }
+}
+
 TEST(ReadTrajectory, PositionsAlone) {
   ReadReport report;
   const Trajectory t =

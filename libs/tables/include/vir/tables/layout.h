@@ -63,6 +63,8 @@ std::string assumedOrder(const Layout& layout, const PoseColumns& columns);
 /// Why a table that looks like one of poses holds none that can be used (latitude and longitude,
 /// KITTI's matrices without stamps), and what to do; else empty.
 std::string whyNoPoses(const Layout& layout);
+/// Likewise of a table of ranges: a header that names only one of the two, or neither.
+std::string whyNoRanges(const Layout& layout);
 
 struct ImuColumns {
   int stamp = 0;
