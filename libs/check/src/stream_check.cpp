@@ -9,6 +9,8 @@
 namespace vir::check {
 namespace {
 
+/// Of images, whose rate may vary with the light [s].
+constexpr double kImageJitter = 0.005;
 constexpr std::size_t kPeriods = 20000;
 constexpr TimeNs kUnixSince = 1'000'000'000'000'000'000;  // 2001, in ns
 
@@ -100,6 +102,12 @@ void checkOrder(const StreamSummary& s, std::vector<Finding>* out) {
                     "period " + num(1e3 * period) + " ms, off by " + num(1e3 * s.jitter_s) +
                         " ms in the median",
                     "use the sensor's own stamps, not those of arrival"});
+  }
+  if (s.kind == StreamKind::images && s.jitter_s > std::max(kImageJitter, 0.15 * period)) {
+    out->push_back({Severity::doubtful, "jitter", s.label, "stamps jitter",
+                    "period " + num(1e3 * period) + " ms, off by " + num(1e3 * s.jitter_s) +
+                        " ms in the median",
+                    "use the camera's own stamps (exposure), not those of arrival"});
   }
   if (s.kind == StreamKind::imu && s.count > 2 && s.rate_hz < 50) {
     out->push_back({Severity::note, "slow_imu", s.label, "is slow for an IMU",

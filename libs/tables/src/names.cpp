@@ -153,11 +153,7 @@ std::string assumedOrder(const Layout& layout, const PoseColumns& columns) {
          "; name the columns if they are not";
 }
 
-namespace {
-
-/// A header for every column, and no remark that happens to have as many words: one of its names is
-/// that of a time.
-bool speaks(const Layout& layout) {
+bool namesAll(const Layout& layout) {
   const auto named = static_cast<std::size_t>(
       std::count_if(layout.names.begin(), layout.names.end(),
                     [](const std::string& name) { return !name.empty(); }));
@@ -166,6 +162,8 @@ bool speaks(const Layout& layout) {
                       "time_ms", "time_us", "secs", "sec", "seconds", "seconds_elapsed", "t_ns"}) >=
          0;
 }
+
+namespace {
 
 std::string namesOf(const Layout& layout) {
   std::string out;
@@ -181,7 +179,7 @@ std::string whyNoPoses(const Layout& layout) {
     return "its positions are latitude and longitude in degrees: convert them to metres (UTM, or "
            "axes of the place)";
   }
-  if (speaks(layout) && !poseColumns(layout).named) {
+  if (namesAll(layout) && !poseColumns(layout).named) {
     return "its header names no x, y and z of a position, it has: " + namesOf(layout);
   }
   if (layout.columns != 12 || !layout.names.empty()) return {};
@@ -244,7 +242,7 @@ RangeColumns rangeColumns(const Layout& layout) {
 }
 
 std::string whyNoRanges(const Layout& layout) {
-  if (!speaks(layout) || rangeColumns(layout).named) return {};
+  if (!namesAll(layout) || rangeColumns(layout).named) return {};
   return "its header names no anchor (anchor_id) or no range (range_m), it has: " + namesOf(layout);
 }
 

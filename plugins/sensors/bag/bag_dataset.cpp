@@ -1,6 +1,8 @@
 #include "bag_dataset.h"
 
 #include <Eigen/Core>
+
+#include "companion_ini.h"
 //
 #include <mrpt/config/CConfigFileBase.h>
 #include <mrpt/img/CImage.h>
@@ -195,11 +197,7 @@ std::vector<std::pair<std::string, long>> BagSource::counters() const {
 
 std::string BagSource::companionIni() const {
   if (!recording_) return {};
-  std::string text = recording_->extras().ini;
-  for (const auto& [name, number] : recording_->anchors().mapped()) {
-    text += "// anchor " + std::to_string(number) + " is '" + name + "'\n";
-  }
-  return text;
+  return recording_->extras().ini + anchorRemarks(recording_->anchors().mapped());
 }
 
 }  // namespace vir

@@ -200,7 +200,7 @@ std::string FolderSource::companionIni() const {
     out = "// Noise of the IMU, taken from " + from + "\n" + imuSection(imu);
   }
   if (const auto offset = recording_->timeOffset()) out += cameraSection(*offset);
-  return out;
+  return out + anchorRemarks(recording_->anchorNames().mapped());
 }
 
 std::vector<roles::TrueAnchor> FolderSource::trueAnchors() const {

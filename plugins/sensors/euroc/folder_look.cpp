@@ -45,16 +45,18 @@ void listFiles(const fs::path& dir, int depth, std::vector<std::string>* files, 
   for (const fs::path& d : below) listFiles(d, depth + 1, files, found);
 }
 
-/// Three rows of three numbers or more.
+/// Three rows or more of two columns, one of which is of numbers.
 bool holdsNumbers(const tables::Layout& layout) {
-  if (layout.rows.size() < 3 || layout.columns < 3) return false;
-  for (std::size_t r = 0; r < 3; ++r) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      double v = 0;
-      if (c >= layout.rows[r].size() || !parseNumber(layout.rows[r][c], &v)) return false;
-    }
+  if (layout.rows.size() < 3 || layout.columns < 2) return false;
+  for (std::size_t c = 0; c < layout.columns; ++c) {
+    const bool numbers = std::all_of(layout.rows.begin(), layout.rows.begin() + 3,
+                                     [&](const std::vector<std::string>& row) {
+                                       double v = 0;
+                                       return c < row.size() && parseNumber(row[c], &v);
+                                     });
+    if (numbers) return true;
   }
-  return true;
+  return false;
 }
 
 }  // namespace

@@ -56,6 +56,7 @@ class Recording {
   const Folder& folder() const { return folder_; }
   const std::vector<CameraStream>& cameras() const { return cameras_; }
   const std::vector<RangeStream>& rangeStreams() const { return ranges_; }
+  const tables::AnchorNames& anchorNames() const { return anchor_names_; }
   const ImuYaml& imu() const { return imu_calibration_; }
   /// Stamp of an image of the first camera + this = its time on the IMU's clock [s]; empty: not
   /// known.

@@ -106,7 +106,10 @@ TableKind byNumbers(const Layout& layout, const std::string& name) {
   if (poses && allNumeric(layout, 8) && (unitQuaternions(layout, 4) || isPoseName(name))) {
     return TableKind::poses;
   }
-  if (allNumeric(layout, 7) && holdsForce(layout)) return TableKind::imu;
+  // The numbers of an attitude may look like a force in g.
+  if (!tables::namesAll(layout) && allNumeric(layout, 7) && holdsForce(layout)) {
+    return TableKind::imu;
+  }
   if (poses && isPoseName(name) && allNumeric(layout, 4)) return TableKind::poses;
   return TableKind::none;
 }

@@ -130,6 +130,25 @@ TEST_F(CsvFolder, APhonesTwoFilesInG) {
   EXPECT_NE(c.notes.find("taken to be in g"), std::string::npos) << c.notes;
 }
 
+/// The numbers of an attitude look like a force in g, and like a quaternion in a table of poses.
+TEST_F(CsvFolder, AnAttitudeWithAHeaderIsNeitherAnImuNorPoses) {
+  calibration();
+  images("cam", [](int i, TimeNs) { return std::to_string(i) + ".png"; });
+  std::string list = "# timestamp filename\n";
+  for (int i = 0; i < kImages; ++i) {
+    list += seconds(imageTime(i)) + " cam/" + std::to_string(i) + ".png\n";
+  }
+  test::writeText(root() / "cam.txt", list);
+  table("inertial.txt", "# timestamp ax ay az gx gy gz\n",
+        [](TimeNs t) { return seconds(t) + " 0.1 0.2 9.8 0.01 0.02 0.03"; });
+  table("orientation.csv", "time,seconds_elapsed,qz,qy,qx,qw,roll,pitch,yaw\n",
+        [](TimeNs t) { return seconds(t) + ",1,0,0,0,1,0.1,0.2,0.3"; });
+  const Content c = read();
+  EXPECT_EQ(c.imu.size(), static_cast<std::size_t>(kReadings)) << c.notes;
+  EXPECT_TRUE(c.truth.empty());
+  EXPECT_NE(c.notes.find("orientation.csv: not read"), std::string::npos) << c.notes;
+}
+
 TEST_F(CsvFolder, CountedImagesWithAListOfStampsAndNoHeaderAtAll) {
   calibration();
   images("image_0", [](int i, TimeNs) {

@@ -65,6 +65,9 @@ std::string assumedOrder(const Layout& layout, const PoseColumns& columns);
 std::string whyNoPoses(const Layout& layout);
 /// Likewise of a table of ranges: a header that names only one of the two, or neither.
 std::string whyNoRanges(const Layout& layout);
+/// A header for every column, and no remark that happens to have as many words: one of its names is
+/// that of a time. Columns of such a table are not taken by their place.
+bool namesAll(const Layout& layout);
 
 struct ImuColumns {
   int stamp = 0;
