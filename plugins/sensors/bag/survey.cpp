@@ -153,6 +153,7 @@ Survey survey(const std::string& source, double seconds, const std::vector<std::
       info.topic = message.channel->topic;
       info.type = message.channel->type;
       info.first = message.received;
+      info.speaks_of_ranges = mayHoldRanges(info);
       definitions.of(*message.channel, &info.problem);
     }
     ++info.count;
@@ -163,7 +164,7 @@ Survey survey(const std::string& source, double seconds, const std::vector<std::
     const bags::Definition* definition = definitions.of(*message.channel);
     if (definition == nullptr) continue;
     if (info.count == 1) info.bare_vector = hasBareVector(definition->root());
-    if (info.count == 1 && mayHoldRanges(info)) {
+    if (info.count == 1 && info.speaks_of_ranges) {
       info.range_guess = guessRangeFields(definition->root());
     }
     try {

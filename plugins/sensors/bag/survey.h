@@ -41,6 +41,7 @@ struct TopicInfo {
   std::string topic, type;
   /// Anchor and distance by the names of fields, of a type that is not known; else empty.
   std::vector<std::string> range_guess;
+  bool speaks_of_ranges = false;  ///< its type or its own name, which nobody knows
   long count = 0;
   TimeNs first = 0, last = 0;  ///< received
   std::string frame;           ///< of the first message that has one

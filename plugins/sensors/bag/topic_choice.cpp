@@ -89,7 +89,15 @@ class Chooser {
     choosePoses();
     for (const auto& [topic, info] : survey_.topics) {
       if (knownRangeFields(info.type)) add({Role::range, topic, {}}, info);
-      if (!info.range_guess.empty()) addGuess(info);
+      if (!info.range_guess.empty()) {
+        addGuess(info);
+      } else if (info.speaks_of_ranges) {
+        log_->note(topic + " (" + info.type + ") left out: it speaks of ranges, but " +
+                   (info.problem.empty() ? "which of its fields are anchor and distance its names "
+                                           "do not tell: --topic range=" +
+                                               topic + ":ANCHOR,DISTANCE,unit=m|mm says it"
+                                         : info.problem));
+      }
       if (contains(lowerCase(info.type), {"tdoa"})) {
         log_->note(topic + " (" + info.type +
                    ") left out: differences of ranges, which no estimator of ours takes");

@@ -132,6 +132,17 @@ TEST_F(Recording, FieldsThatAreAskedForAndNotThereAreSaid) {
   }
 }
 
+TEST_F(Recording, ATopicThatSpeaksOfRangesAndIsNotUnderstoodIsSaid) {
+  {
+    test::Ros1Writer bag(path());
+    bag.define("acme/UwbScan", "acme/One[] found\n===\nMSG: acme/One\nuint8 who\nfloat32 how\n");
+    bag.write("/scan", "acme/UwbScan", bag.message().put(0u).bytes(), kStart);
+    test::writeImu(bag, "/imu", kStart, kStart, {0, 0, 0}, {0, 0, 9.81});
+  }
+  readAll();
+  EXPECT_TRUE(noted("/scan (acme/UwbScan) left out: it speaks of ranges"));
+}
+
 TEST_F(Recording, ATopicThatBeginsLateIsSaid) {
   {
     test::Ros1Writer bag(path());
