@@ -64,6 +64,17 @@ bool checkRate(const StreamSummary& s, std::vector<Finding>* out) {
   Finding f{Severity::unusable, "rate", s.label, "", num(s.rate_hz, 6) + " Hz", ""};
   f.what = "cannot come at this rate: the stamps are in another unit, or not what they should be";
   f.remedy = "stamps must be nanoseconds, microseconds, milliseconds or seconds of one clock";
+  // Over the whole span the rate is what it should be: it is the stamps that come in bursts.
+  const double mean_hz =
+      static_cast<double>(s.count - 1) / std::max(1e-9, toSeconds(s.last - s.first));
+  if (s.rate_hz > rates.most && mean_hz >= rates.least && mean_hz <= rates.most) {
+    f.kind = "bursts";
+    f.what = "stamps come in bursts";
+    f.evidence = num(mean_hz) + " Hz in the mean, " + num(s.rate_hz, 6) + " Hz within a burst";
+    f.remedy = "stamp each when it is measured, not when a batch is read";
+    out->push_back(f);
+    return false;
+  }
   // Typical of a camera and an IMU, to tell the unit by.
   const double typical = s.kind == StreamKind::imu ? 200 : 20;
   for (const WrongUnit& u : kWrongUnits) {

@@ -47,6 +47,20 @@ TEST(StreamCheck, NamesTheUnitOfStamps) {
   EXPECT_EQ(seriousKinds(checkStreams({imu(7, 200)})), Kinds{"rate"});
 }
 
+TEST(StreamCheck, NamesBurstsAndJitter) {
+  StreamCheck bursts("IMU0", StreamKind::imu);
+  for (int i = 0; i < 2000; ++i) bursts.add(kDate + (i / 10) * 50000000LL + (i % 10) * 1000LL);
+  EXPECT_EQ(seriousKinds(checkStreams({images(), bursts.summary()})), Kinds{"bursts"});
+  StreamCheck jitter("CAM0", StreamKind::images);
+  for (int i = 0; i < 200; ++i)
+    jitter.add(kDate + i * 50000000LL + (i * i * 37 % 11 - 5) * 4000000LL);
+  EXPECT_EQ(seriousKinds(checkStreams({jitter.summary(), imu()})), Kinds{"jitter"});
+  StreamCheck exposure("CAM0", StreamKind::images);
+  for (int i = 0; i < 200; ++i)
+    exposure.add(kDate + i * 50000000LL + (i * i * 37 % 11 - 5) * 400000LL);
+  EXPECT_TRUE(checkStreams({exposure.summary(), imu()}).empty());
+}
+
 TEST(StreamCheck, NamesClocksThatDoNotMeet) {
   const auto findings = checkStreams({images(), imu(43847434001234)});
   ASSERT_EQ(seriousKinds(findings), Kinds{"no_overlap"});
