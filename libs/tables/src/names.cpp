@@ -228,6 +228,10 @@ RangeColumns rangeColumns(const Layout& layout) {
   out.anchor = out.named ? anchor : out.stamp + 1;
   out.range = out.named ? range : out.stamp + 2;
   out.antenna = layout.find({"antenna", "antenna_id", "ant", "rx_antenna"});
+  if (out.antenna < 0) {  // the robot's own radios
+    const int tag = layout.find({"tag", "tag_id", "tag_name", "initiator", "initiator_id"});
+    if (tag != out.anchor) out.antenna = tag;
+  }
   const auto i = static_cast<std::size_t>(out.range);
   if (out.named) {
     const std::string& name = layout.names[i];

@@ -70,6 +70,11 @@ bool isPoseName(const std::string& name) {
 
 TableKind byHeader(const Layout& layout, const std::string& name) {
   if (tables::imuColumns(layout).named) return TableKind::imu;
+  const tables::PoseColumns pose = tables::poseColumns(layout);
+  const bool no_time =
+      layout.find({"timestamp", "time", "t", "stamp", "timestamp_ns", "time_s", "secs", "sec"}) < 0;
+  const int id = layout.find({"id", "anchor", "anchor_id", "name", "label"});
+  if (pose.named && no_time && id >= 0) return TableKind::anchors;
   if (tables::imageColumns(layout).named && tables::imageColumns(layout).file >= 0) {
     return TableKind::images;
   }
@@ -78,12 +83,7 @@ TableKind byHeader(const Layout& layout, const std::string& name) {
   const bool gyro = tables::gyroColumns(layout, false).named;
   const bool acc = tables::accelerometerColumns(layout, false).named;
   if (gyro != acc) return gyro ? TableKind::gyro : TableKind::accelerometer;
-  const tables::PoseColumns pose = tables::poseColumns(layout);
   if (!pose.named) return TableKind::none;
-  const bool no_time =
-      layout.find({"timestamp", "time", "t", "stamp", "timestamp_ns", "time_s", "secs", "sec"}) < 0;
-  const int id = layout.find({"id", "anchor", "anchor_id", "name", "label"});
-  if (no_time && id >= 0) return TableKind::anchors;
   if (!pose.hasAttitude() && holdsAny(name, {"acc"})) return TableKind::accelerometer;
   if (!pose.hasAttitude() && holdsAny(name, {"gyr"})) return TableKind::gyro;
   return TableKind::poses;
