@@ -153,45 +153,6 @@ std::string assumedOrder(const Layout& layout, const PoseColumns& columns) {
          "; name the columns if they are not";
 }
 
-bool namesAll(const Layout& layout) {
-  const auto named = static_cast<std::size_t>(
-      std::count_if(layout.names.begin(), layout.names.end(),
-                    [](const std::string& name) { return !name.empty(); }));
-  if (named < layout.columns) return false;
-  return layout.find({"timestamp", "time", "t", "stamp", "timestamp_ns", "time_ns", "time_s",
-                      "time_ms", "time_us", "secs", "sec", "seconds", "seconds_elapsed", "t_ns"}) >=
-         0;
-}
-
-namespace {
-
-std::string namesOf(const Layout& layout) {
-  std::string out;
-  for (const std::string& name : layout.names) out += (out.empty() ? "" : ", ") + name;
-  return out.substr(0, 200);
-}
-
-}  // namespace
-
-std::string whyNoPoses(const Layout& layout) {
-  if (layout.find({"latitude", "lat"}) >= 0 &&
-      layout.find({"longitude", "lon", "lng", "long"}) >= 0 && !poseColumns(layout).named) {
-    return "its positions are latitude and longitude in degrees: convert them to metres (UTM, or "
-           "axes of the place)";
-  }
-  if (namesAll(layout) && !poseColumns(layout).named) {
-    return "its header names no x, y and z of a position, it has: " + namesOf(layout);
-  }
-  if (layout.columns != 12 || !layout.names.empty()) return {};
-  for (const auto& row : layout.rows) {
-    for (const std::size_t c : {0u, 1u, 2u, 4u, 5u, 6u, 8u, 9u, 10u}) {
-      double v = 0;
-      if (c >= row.size() || !parseNumber(row[c], &v) || !(std::abs(v) < 1.001)) return {};
-    }
-  }
-  return "its lines are 12 numbers without a stamp, KITTI's poses: write t x y z qx qy qz qw";
-}
-
 RangeColumns rangeColumns(const Layout& layout) {
   RangeColumns out;
   out.stamp = stampColumn(layout);
@@ -243,11 +204,6 @@ RangeColumns rangeColumns(const Layout& layout) {
     if (layout.units[i] == "cm" || ends("_cm")) out.unit_m = 0.01;
   }
   return out;
-}
-
-std::string whyNoRanges(const Layout& layout) {
-  if (!namesAll(layout) || rangeColumns(layout).named) return {};
-  return "its header names no anchor (anchor_id) or no range (range_m), it has: " + namesOf(layout);
 }
 
 namespace {
