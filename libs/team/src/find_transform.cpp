@@ -24,6 +24,19 @@ constexpr int kMinForScatter = 20;
 constexpr int kMinForSlowShare = 60;
 constexpr double kLessLikely = 4;  // cost by which a share of slow errors is worse than another
 
+/// What leads from one solution to another, the shorter way round.
+Vec4 between(const TransformSolution& from, const TransformSolution& to) {
+  Vec4 d = toVector(to.T_A_B) - toVector(from.T_A_B);
+  d[0] = wrapAngle(d[0]);
+  return d;
+}
+
+/// How likely one of two solutions is, as their costs say.
+double shareOf(const TransformSolution& one, const TransformSolution& other) {
+  const double odds = std::exp(-0.5 * (one.cost - other.cost));
+  return odds / (1 + odds);
+}
+
 class Finder {
  public:
   Finder(const std::vector<MutualRange>& ranges, const std::vector<SharedAnchor>& anchors,
@@ -212,9 +225,8 @@ class Finder {
   }
 
   void mergeInto(const TransformSolution& s, bool move, TransformSolution* kept) const {
-    Vec4 d = toVector(s.T_A_B) - toVector(kept->T_A_B);
-    d[0] = wrapAngle(d[0]);
-    const double odds = std::exp(-0.5 * (s.cost - kept->cost)), share = odds / (1 + odds);
+    const Vec4 d = between(*kept, s);
+    const double share = shareOf(s, *kept);
     if (move) {
       kept->T_A_B = fromVector(toVector(kept->T_A_B) + share * d);
       // The walks that explored the covariance started from one end of the ridge.
@@ -228,8 +240,7 @@ class Finder {
   /// Apart in height only, and the cost in the middle is hardly higher.
   bool oneRidge(const EvidenceCost& cost, const TransformSolution& a,
                 const TransformSolution& b) const {
-    Vec4 d = toVector(b.T_A_B) - toVector(a.T_A_B);
-    d[0] = wrapAngle(d[0]);
+    Vec4 d = between(a, b);
     const double height = std::abs(d[3]);
     d[3] = 0;
     const Vec4 level = toVector(a.T_A_B);
@@ -256,9 +267,8 @@ class Finder {
   /// `kept` becomes the mean of both, each as likely as its cost says, and its covariance is theirs
   /// together: at least so wide that neither lies farther off than two standard deviations.
   void spanHeights(const TransformSolution& s, TransformSolution* kept) {
-    Vec4 d = toVector(s.T_A_B) - toVector(kept->T_A_B);
-    d[0] = wrapAngle(d[0]);
-    const double share = 1 / (1 + std::exp(0.5 * (s.cost - kept->cost)));
+    const Vec4 d = between(*kept, s);
+    const double share = shareOf(s, *kept);
     if (!kept->likelier_z_m) {
       kept->likelier_z_m = (share > 0.5 ? s : *kept).T_A_B.t_m.z();
     }

@@ -50,8 +50,8 @@ struct AnchorInitialization {
   std::vector<AnchorSolution> solutions;
   /// `max_sigma_m` that these solutions would just pass; infinite without a solution [m].
   double needed_sigma_m = std::numeric_limits<double>::infinity();
-  /// What motion on a floor says of the anchor beforehand: its height, within `floor_sigma_m` of
-  /// the floor. Part of the solutions; empty without such motion, or with a prior.
+  /// What the solutions rest on besides where motion on a floor would else leave the position poor:
+  /// a height within `floor_sigma_m` of the floor. Empty otherwise, and with a prior.
   std::optional<AnchorPrior> floor;
   int used = 0;                ///< ranges the solution rests on
   int outliers = 0;            ///< valid ranges that do not fit
@@ -69,8 +69,8 @@ struct AnchorInitOptions {
                               ///< alike for a scale and for a distance beside the path; 0: none
   double max_sigma_m = 0.5;   ///< the second-largest axis of the position's ellipsoid may be so
                               ///< long; the largest as long as the curvature of the range allows
-  double floor_sigma_m = 5;   ///< height of an anchor against a level path, mean 0: ranges from a
-                              ///< floor tell it by its square only; 0: not assumed
+  double floor_sigma_m = 5;   ///< height of an anchor against a level path, mean 0, where ranges,
+                              ///< which tell it by its square only, do not; 0: not assumed
   double mirror_chi2 = 12;    ///< a second solution worse by more than this is rejected
   double max_rms_ratio = 6;   ///< residuals above so many claimed sigmas do not fit one position
   double min_inlier_share = 0.5;
