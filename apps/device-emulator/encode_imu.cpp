@@ -1,5 +1,5 @@
-#include "crc.h"
 #include "messages.h"
+#include "vir/core/crc.h"
 #include "wire.h"
 
 namespace vir::emulator {

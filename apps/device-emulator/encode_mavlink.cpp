@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "crc.h"
 #include "messages.h"
+#include "vir/core/crc.h"
 #include "wire.h"
 
 namespace vir::emulator {

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "live/autopilot_link.h"
 #include "live/live_view.h"
 #include "live/pose_stream.h"
 #include "output/console.h"
@@ -48,6 +49,9 @@ class LiveSession final : public results::RunObserver {
   bool run() {
     rawlog::LiveRecording::requireNew(
         options_.out);  // before the sensors: what can fail at once, should
+    if (options_.estimate && !options_.mavlink.port.empty()) {
+      autopilot_ = std::make_unique<AutopilotLink>(options_.mavlink, log_);
+    }
     live::LiveMergerOptions merging;
     merging.delay = fromSeconds(options_.delay_s);
     const std::size_t sensors = acquisition_.sensors().size();
@@ -92,8 +96,11 @@ class LiveSession final : public results::RunObserver {
     plan_.peers.follow(log_, &hooks.observers);
     hooks.observers.push_back(this);
     hooks.observers.push_back(&check_observer_);
-    if (server_) {
-      hooks.on_pose = [this](const State& state) { server_->send(poseLine(state)); };
+    if (server_ || autopilot_) {
+      hooks.on_pose = [this](const State& state, const Vec3& rate_B) {
+        if (server_) server_->send(poseLine(state));
+        if (autopilot_) autopilot_->send(state, rate_B);
+      };
     }
     live::LiveEstimationOptions live;
     live.pipelined = options_.pipelined;
@@ -113,6 +120,7 @@ class LiveSession final : public results::RunObserver {
 
   void publish(const StateEstimate& estimate, const roles::Estimator& estimator) {
     drawn([&] { view_->setEstimate(estimate, estimator); });
+    if (autopilot_) autopilot_->setEstimate(estimate);
     if (!server_) return;
     server_->send(estimateLine(estimate));
     if (!estimate.keyframe) return;
@@ -226,6 +234,7 @@ class LiveSession final : public results::RunObserver {
       std::printf("the stream had %zu clients at the end; %ld were sent away\n", server_->clients(),
                   server_->refused());
     }
+    if (autopilot_) std::printf("%s\n", autopilot_->report().c_str());
     for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
   }
 
@@ -274,6 +283,7 @@ class LiveSession final : public results::RunObserver {
   live::Acquisition acquisition_;
   std::optional<results::ResultsFolder> folder_;
   std::unique_ptr<live::LineServer> server_;
+  std::unique_ptr<AutopilotLink> autopilot_;
   std::unique_ptr<LiveView> view_;
   std::atomic<bool> view_failed_{false};  // asked by the thread of the estimation, so before that
   std::unique_ptr<live::LiveEstimation> estimation_;

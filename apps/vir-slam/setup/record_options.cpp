@@ -21,6 +21,7 @@ void describe(OptionVisitor& v, RecordOptions& o) {
           "others can reach");
   v.value("view", o.view, "a window with path, anchors and tracks, where there is a display");
   describe(v, o.file);
+  describe(v, o.mavlink);
 }
 
 std::vector<std::string> sectionsOfSensors(const Settings& settings) {

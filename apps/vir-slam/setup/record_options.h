@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "live/autopilot_link.h"
 #include "vir/core/options.h"
 #include "vir/core/settings.h"
 #include "vir/rawlog/live_recording.h"
@@ -22,6 +23,7 @@ struct RecordOptions {
   std::string stream_token;  ///< empty: none
   bool view = false;         ///< a window, where there is a display
   rawlog::LiveRecordingOptions file;
+  MavlinkOptions mavlink;
 };
 
 void describe(OptionVisitor& v, RecordOptions& o);

@@ -82,7 +82,7 @@ void LiveEstimation::propagate(const Arrival& arrival) {
   if (!hooks_.on_pose || !roles::takes(inputs_, *arrival.observation)) return;
   const auto sample = rawlog::imuSampleOf(*arrival.observation);
   if (!sample || !sample->acc.allFinite() || !sample->gyro.allFinite()) return;
-  if (const auto pose = propagator_.add(*sample)) hooks_.on_pose(*pose);
+  if (const auto pose = propagator_.add(*sample)) hooks_.on_pose(*pose, sample->gyro - pose->bg);
 }
 
 void LiveEstimation::work() {

@@ -32,32 +32,47 @@ void splitAddress(const std::string& port, const std::string& address, std::stri
   throw DeviceError("port = " + port + ": expected tcp://host:number or udp://:number");
 }
 
-std::unique_ptr<ChannelOpener> makeOpener(const ByteSourceOptions& o) {
-  const std::string& port = o.port;
-  std::string host;
-  int number = 0;
+/// Of a serial port or a TCP address; null for one of UDP, which listeners and peers open
+/// differently.
+std::unique_ptr<ChannelOpener> streamOpener(const std::string& port, int baud) {
   if (port.empty()) {
     throw DeviceError("port is not set: give a device file, tcp://host:number or udp://:number");
   }
+  if (port.rfind("udp://", 0) == 0) return nullptr;
   if (port.rfind("tcp://", 0) == 0) {
+    std::string host;
+    int number = 0;
     splitAddress(port, port.substr(6), &host, &number);
     if (host.empty()) throw DeviceError("port = " + port + ": the host is missing");
     return tcpOpener(host, number);
   }
-  if (port.rfind("udp://", 0) == 0) {
-    static const std::string kFrom = "?from=";
-    const std::size_t from = port.find(kFrom);
-    splitAddress(port, port.substr(6, from == std::string::npos ? from : from - 6), &host, &number);
-    return udpOpener(host, number,
-                     from == std::string::npos ? "" : port.substr(from + kFrom.size()));
-  }
   if (port.find("://") != std::string::npos) {
     throw DeviceError("port = " + port + ": only tcp:// and udp:// are known, or a device file");
   }
-  return serialOpener(port, o.baud);
+  return serialOpener(port, baud);
+}
+
+std::unique_ptr<ChannelOpener> makeOpener(const ByteSourceOptions& o) {
+  const std::string& port = o.port;
+  if (auto stream = streamOpener(port, o.baud)) return stream;
+  static const std::string kFrom = "?from=";
+  const std::size_t from = port.find(kFrom);
+  std::string host;
+  int number = 0;
+  splitAddress(port, port.substr(6, from == std::string::npos ? from : from - 6), &host, &number);
+  return udpOpener(host, number, from == std::string::npos ? "" : port.substr(from + kFrom.size()));
 }
 
 }  // namespace
+
+std::unique_ptr<ChannelOpener> peerOpener(const std::string& port, int baud) {
+  if (auto stream = streamOpener(port, baud)) return stream;
+  std::string host;
+  int number = 0;
+  splitAddress(port, port.substr(6), &host, &number);
+  if (host.empty()) throw DeviceError("port = " + port + ": the host is missing");
+  return udpPeerOpener(host, number);
+}
 
 ByteSource::ByteSource(const ByteSourceOptions& options)
     : options_(options), opener_(makeOpener(options)) {}

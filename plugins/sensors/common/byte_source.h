@@ -49,6 +49,12 @@ std::unique_ptr<ChannelOpener> tcpOpener(const std::string& host, int port);
 std::unique_ptr<ChannelOpener> udpOpener(const std::string& address, int port,
                                          const std::string& from);
 
+/// Datagrams to `host`:`port` and its answers; nobody else is listened to.
+std::unique_ptr<ChannelOpener> udpPeerOpener(const std::string& host, int port);
+/// To talk to one peer: `/dev/ttyUSB0` (any path), `tcp://host:port` or `udp://host:port`. Throws
+/// DeviceError if `port` is of no such form.
+std::unique_ptr<ChannelOpener> peerOpener(const std::string& port, int baud);
+
 struct ByteSourceOptions {
   /// `/dev/ttyUSB0` (any path), `tcp://host:port`, `udp://:port` (datagrams of this machine) or
   /// `udp://address:port` (the interface to listen on, `0.0.0.0` = all), the latter two also with

@@ -124,6 +124,13 @@ class TcpOpener : public ChannelOpener {
 class UdpChannel : public ByteChannel {
  public:
   UdpChannel(ByteFd fd, const std::optional<Address>& only) : fd_(std::move(fd)), only_(only) {}
+  /// To one peer, whatever port it answers from.
+  UdpChannel(ByteFd fd, const Address& peer)
+      : fd_(std::move(fd)),
+        only_(peer),
+        peer_is_fixed_(true),
+        sender_(peer.bytes),
+        sender_size_(peer.size) {}
 
   long read(std::uint8_t* buffer, std::size_t size, std::string* why) override {
     if (size == 0) return 0;
@@ -155,13 +162,16 @@ class UdpChannel : public ByteChannel {
     }
     if (only_ && !sameHost(from, only_->bytes)) return false;
     filled_ = static_cast<std::size_t>(n);
-    sender_ = from;
-    sender_size_ = from_size;
+    if (!peer_is_fixed_) {
+      sender_ = from;
+      sender_size_ = from_size;
+    }
     return filled_ > 0;
   }
 
   ByteFd fd_;
   std::optional<Address> only_;
+  bool peer_is_fixed_ = false;
   std::uint8_t datagram_[65536];
   std::size_t at_ = 0, filled_ = 0;
   sockaddr_storage sender_{};
@@ -191,7 +201,25 @@ class UdpOpener : public ChannelOpener {
   std::optional<Address> only_;
 };
 
+class UdpPeerOpener : public ChannelOpener {
+ public:
+  UdpPeerOpener(const std::string& host, int port) : peer_(resolve(host, port, SOCK_DGRAM, 0)) {}
+
+  std::unique_ptr<ByteChannel> open() override {
+    ByteFd fd(::socket(peer_.family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    if (fd.get() < 0) throw DeviceError(std::string("udp: no socket: ") + std::strerror(errno));
+    return std::make_unique<UdpChannel>(std::move(fd), peer_);
+  }
+
+ private:
+  Address peer_;
+};
+
 }  // namespace
+
+std::unique_ptr<ChannelOpener> udpPeerOpener(const std::string& host, int port) {
+  return std::make_unique<UdpPeerOpener>(host, port);
+}
 
 std::unique_ptr<ChannelOpener> tcpOpener(const std::string& host, int port) {
   return std::make_unique<TcpOpener>(host, port);

@@ -1,7 +1,7 @@
 #include "binary_parser.h"
 
-#include "crc.h"
-#include "little_endian.h"
+#include "vir/core/crc.h"
+#include "vir/core/little_endian.h"
 
 namespace vir::serial_imu {
 namespace {

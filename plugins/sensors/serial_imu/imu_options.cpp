@@ -1,8 +1,5 @@
 #include "imu_options.h"
 
-#include <sstream>
-#include <stdexcept>
-
 namespace vir::serial_imu {
 
 void describe(OptionVisitor& v, ImuOptions& o) {
@@ -25,29 +22,6 @@ void describe(OptionVisitor& v, ImuOptions& o) {
           "larger readings are counted and dropped");
   v.value("silence_s", o.source.silence_s, {0, 3600},
           "report when nothing comes for so long (TCP: connect again); 0 = never");
-}
-
-Axes parseAxes(const std::string& text) {
-  const std::invalid_argument bad("`" + text +
-                                  "` is no rotation; write three axes, e.g. x y z or x -y -z");
-  std::istringstream words(text);
-  std::array<std::array<int, 3>, 3> R{};
-  Axes axes;
-  std::string word;
-  for (std::size_t row = 0; row < 3; ++row) {
-    if (!(words >> word)) throw bad;
-    const bool minus = word.front() == '-';
-    if (minus || word.front() == '+') word.erase(0, 1);
-    if (word.size() != 1 || word[0] < 'x' || word[0] > 'z') throw bad;
-    axes.from[row] = word[0] - 'x';
-    axes.sign[row] = minus ? -1 : 1;
-    R[row][static_cast<std::size_t>(axes.from[row])] = minus ? -1 : 1;
-  }
-  const int determinant = R[0][0] * (R[1][1] * R[2][2] - R[1][2] * R[2][1]) -
-                          R[0][1] * (R[1][0] * R[2][2] - R[1][2] * R[2][0]) +
-                          R[0][2] * (R[1][0] * R[2][1] - R[1][1] * R[2][0]);
-  if (determinant != 1 || (words >> word)) throw bad;
-  return axes;
 }
 
 }  // namespace vir::serial_imu

@@ -2,8 +2,8 @@
 
 #include <cstring>
 
-#include "crc.h"
-#include "little_endian.h"
+#include "vir/core/crc.h"
+#include "vir/core/little_endian.h"
 
 namespace vir::serial_imu {
 namespace {

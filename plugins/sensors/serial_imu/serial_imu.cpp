@@ -30,7 +30,7 @@ void SerialImu::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& c
                                           const std::string& section) {
   DeviceSensor::loadConfig_sensorSpecific(config, section);
   try {
-    axes_ = serial_imu::parseAxes(options_.axes);
+    R_B_S_ = axesRotation(options_.axes);
   } catch (const std::invalid_argument& e) {
     throw SettingsError({"ini", 0}, section, "axes", e.what());
   }
@@ -88,10 +88,8 @@ TimeNs SerialImu::stampOf(const serial_imu::ImuReading& reading, TimeNs arrival)
 }
 
 void SerialImu::emit(const serial_imu::ImuReading& reading, TimeNs arrival) {
-  const auto acc = axes_.toBody(reading.acc_m_s2);
-  const auto gyro = axes_.toBody(reading.gyro_rad_s);
-  const ImuSample sample{stampOf(reading, arrival), Vec3(gyro[0], gyro[1], gyro[2]),
-                         Vec3(acc[0], acc[1], acc[2])};
+  const ImuSample sample{stampOf(reading, arrival), R_B_S_ * Vec3(reading.gyro_rad_s.data()),
+                         R_B_S_ * Vec3(reading.acc_m_s2.data())};
   ++given_;
   appendObservation(rawlog::toObservation(sample, m_sensorLabel));
 }

@@ -8,6 +8,7 @@
 #include "device_sensor.h"
 #include "imu_options.h"
 #include "imu_parser.h"
+#include "vir/geometry/axes.h"
 
 namespace vir {
 
@@ -38,7 +39,7 @@ class SerialImu : public DeviceSensor {
   TimeNs stampOf(const serial_imu::ImuReading& reading, TimeNs arrival);
 
   serial_imu::ImuOptions options_;
-  serial_imu::Axes axes_;
+  Mat3 R_B_S_ = Mat3::Identity();  ///< S: the sensor's axes
   std::unique_ptr<serial_imu::ImuParser> parser_;
   TimeNs clock_wrap_ = 0;
   std::vector<serial_imu::ImuReading> readings_;

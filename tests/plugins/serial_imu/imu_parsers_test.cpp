@@ -262,17 +262,5 @@ TEST(Mavlink, OneSourceOfReadings) {
   EXPECT_EQ(other.counters.ignored, 1);
 }
 
-TEST(Axes, RotationsOnly) {
-  const Axes flu = parseAxes("x -y -z");
-  const std::array<double, 3> turned = {1, -2, -3};
-  EXPECT_EQ(flu.toBody({1, 2, 3}), turned);
-  const std::array<double, 3> cycled = {2, 3, 1};
-  EXPECT_EQ(parseAxes("y z x").toBody({1, 2, 3}), cycled);
-  for (const char* text :
-       {"", "x y", "x y -z", "x x z", "y x z", "x y z z", "a b c", "xy z", "-"}) {
-    EXPECT_THROW(parseAxes(text), std::invalid_argument) << text;
-  }
-}
-
 }  // namespace
 }  // namespace vir::serial_imu

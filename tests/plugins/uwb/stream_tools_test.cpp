@@ -1,9 +1,9 @@
 /// What the parsers share.
 #include <gtest/gtest.h>
 
-#include "crc.h"
 #include "line_assembler.h"
 #include "text_scanner.h"
+#include "vir/core/crc.h"
 
 namespace vir {
 namespace {

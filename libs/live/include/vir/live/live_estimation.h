@@ -27,8 +27,9 @@ struct LiveEstimationOptions {
 
 struct LiveEstimationHooks {
   LogSink log;
-  /// Per reading of the IMU, in the thread that calls add().
-  std::function<void(const State&)> on_pose;
+  /// Per reading of the IMU, in the thread that calls add(); with the rate of turning about the
+  /// body's axes [rad/s], its bias taken off.
+  std::function<void(const State&, const Vec3& rate_B)> on_pose;
   /// Not owned. onOutput() comes from the thread that made the estimates; no two calls at a time.
   std::vector<results::RunObserver*> observers;
 };

@@ -1,6 +1,7 @@
-#include "crc.h"
+#include "vir/core/crc.h"
 
 namespace vir {
+inline namespace core {
 
 std::uint16_t crc16Ccitt(const std::uint8_t* bytes, std::size_t size) {
   unsigned crc = 0xFFFF;
@@ -23,4 +24,5 @@ std::uint16_t crc16Mavlink(const std::uint8_t* bytes, std::size_t size, std::uin
   return static_cast<std::uint16_t>(crc);
 }
 
+}  // namespace core
 }  // namespace vir

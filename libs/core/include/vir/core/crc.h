@@ -3,6 +3,7 @@
 #include <cstdint>
 
 namespace vir {
+inline namespace core {
 
 /// CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF, not reflected; "123456789" -> 0x29B1.
 std::uint16_t crc16Ccitt(const std::uint8_t* bytes, std::size_t size);
@@ -11,4 +12,5 @@ std::uint16_t crc16Ccitt(const std::uint8_t* bytes, std::size_t size);
 /// inversion; "123456789" -> 0x6F91. `crc` continues an earlier one.
 std::uint16_t crc16Mavlink(const std::uint8_t* bytes, std::size_t size, std::uint16_t crc = 0xFFFF);
 
+}  // namespace core
 }  // namespace vir
