@@ -16,6 +16,7 @@ packages=(
   mrpt-apps                             # RawLogViewer and rawlog-edit
   libcli11-dev nlohmann-json3-dev libyaml-cpp-dev
   libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev  # bags of ROS and MCAP
+  libwebsocketpp-dev                    # Foxglove; headers only
   libgtest-dev
 )
 dev_packages=(clang clang-format clang-tidy libbenchmark-dev ccache debootstrap gcovr doxygen)

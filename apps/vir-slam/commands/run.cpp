@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "commands/commands.h"
+#include "live/foxglove_stream.h"
 #include "output/console.h"
 #include "output/overwrite.h"
 #include "output/run_table.h"
@@ -18,6 +19,8 @@
 namespace vir::app {
 namespace {
 
+constexpr int kFoxglovePort = 8765;  // where Foxglove looks first
+
 constexpr const char* kHelp =
     R"(Estimate the trajectory of a recording
 Examples:
@@ -27,16 +30,34 @@ Examples:
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog --calibration camchain-imucam.yaml
   vir-slam run ini/euroc.ini --rawlog mh01.rawlog --out results/mh01 --set Estimator.start_offset_s=10
+  vir-slam run mh01.rawlog --foxglove                 watch it in Foxglove, at ws://localhost:8765
 Exit code 1 also where the results are there but end early: interrupted, or the recording is damaged.)";
+
+/// Null if it was not asked for. Waits for somebody to look.
+std::unique_ptr<FoxgloveStream> openFoxglove(const RunArguments& arguments,
+                                             const PreparedRun& prepared) {
+  if (!arguments.foxglove) return nullptr;
+  FoxgloveOptions options = prepared.foxglove;
+  if (options.port == 0) options.port = kFoxglovePort;
+  auto stream = std::make_unique<FoxgloveStream>(options, prepared.used_ini);
+  stream->pace(options.speed);
+  std::fprintf(stderr,
+               "waiting for Foxglove: open the connection ws://localhost:%d (Ctrl-C ends)\n",
+               stream->port());
+  if (!stream->waitForClient(interrupted)) std::fprintf(stderr, "nobody came\n");
+  return stream;
+}
 
 void run(const RunArguments& arguments, Common& common) {
   PreparedRun prepared = prepareRun(arguments, common);
   const results::ResultsFolder folder(arguments.out);
   results::writeTextFile(folder.file("used.ini"), prepared.used_ini);
   results::OutputFile log_file(folder.file("run.log"), results::OutputFile::Named::at_once);
+  const auto foxglove = openFoxglove(arguments, prepared);
   ProgressBar bar;
   runs::OfflineRunHooks hooks;
   hooks.log = [&](LogLevel level, const std::string& text) {
+    if (foxglove) foxglove->onLog(level, text);
     log_file.line(std::string(levelName(level)) + ": " + text);
     const bool shown = level == LogLevel::warning || level == LogLevel::error;
     if (!shown && !arguments.verbose) return;
@@ -62,6 +83,7 @@ void run(const RunArguments& arguments, Common& common) {
     return causesIn(prepared.options.rawlog, Settings::fromFile(folder.file("used.ini")),
                     prepared.calibration);
   };
+  if (foxglove) hooks.observers.push_back(foxglove.get());
   if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
 
   runs::OfflineRunOptions options = offlineOptions(prepared.options, prepared.inputs, hooks.log);
@@ -114,6 +136,8 @@ void addRun(CLI::App& app, Common& common) {
       ->add_option("--topic", source->topics,
                    "ROLE=/topic, for a recording that is imported (`vir-slam import --help`)")
       ->allow_extra_args(false);
+  command->add_flag("--foxglove", arguments->foxglove,
+                    "Show the run in Foxglove while it goes on ([Foxglove] port, speed)");
   command->add_flag("--verbose,-v", arguments->verbose, "Show the whole log, not only warnings");
   command->callback([arguments, source, &common] {
     catchInterrupt();

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "live/autopilot_link.h"
+#include "live/foxglove_stream.h"
 #include "live/live_view.h"
 #include "live/pose_stream.h"
 #include "output/console.h"
@@ -85,21 +86,27 @@ class LiveSession final : public results::RunObserver {
       server_ = std::make_unique<live::LineServer>(
           options_.stream_address, options_.stream_port,
           live::LineServerOptions{options_.stream_clients, options_.stream_token});
-      if (options_.stream_token.empty() && options_.stream_address.rfind("127.", 0) != 0) {
-        log_(LogLevel::warning, "anybody who reaches " + options_.stream_address +
-                                    " can read the poses: set Recording.stream_token");
-      }
+      warnOfStrangers(options_.stream_address, options_.stream_token, "Recording.stream_token");
+    }
+    if (options_.foxglove.port > 0) {
+      foxglove_ = std::make_unique<FoxgloveStream>(options_.foxglove, plan_.usedIni());
+      warnOfStrangers(options_.foxglove.address, options_.foxglove.token, "Foxglove.token");
     }
     openView();
     live::LiveEstimationHooks hooks;
-    hooks.log = log_;
+    hooks.log = [this](LogLevel level, const std::string& text) {
+      log_(level, text);
+      if (foxglove_) foxglove_->onLog(level, text);
+    };
     plan_.peers.follow(log_, &hooks.observers);
     hooks.observers.push_back(this);
     hooks.observers.push_back(&check_observer_);
-    if (server_ || autopilot_) {
+    if (foxglove_) hooks.observers.push_back(foxglove_.get());
+    if (server_ || autopilot_ || foxglove_) {
       hooks.on_pose = [this](const State& state, const Vec3& rate_B) {
         if (server_) server_->send(poseLine(state));
         if (autopilot_) autopilot_->send(state, rate_B);
+        if (foxglove_) foxglove_->onPose(state);
       };
     }
     live::LiveEstimationOptions live;
@@ -107,6 +114,11 @@ class LiveSession final : public results::RunObserver {
     estimation_ =
         std::make_unique<live::LiveEstimation>(*plan_.estimator, *folder_, live, std::move(hooks));
     results::writeTextFile(folder_->file("used.ini"), plan_.usedIni());
+  }
+
+  void warnOfStrangers(const std::string& address, const std::string& token, const char* key) {
+    if (!token.empty() || address.rfind("127.", 0) == 0) return;
+    log_(LogLevel::warning, "anybody who reaches " + address + " can read the poses: set " + key);
   }
 
   void openView() {
@@ -235,6 +247,7 @@ class LiveSession final : public results::RunObserver {
                   server_->refused());
     }
     if (autopilot_) std::printf("%s\n", autopilot_->report().c_str());
+    if (foxglove_) std::printf("%s\n", foxglove_->report().c_str());
     for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
   }
 
@@ -284,6 +297,7 @@ class LiveSession final : public results::RunObserver {
   std::optional<results::ResultsFolder> folder_;
   std::unique_ptr<live::LineServer> server_;
   std::unique_ptr<AutopilotLink> autopilot_;
+  std::unique_ptr<FoxgloveStream> foxglove_;
   std::unique_ptr<LiveView> view_;
   std::atomic<bool> view_failed_{false};  // asked by the thread of the estimation, so before that
   std::unique_ptr<live::LiveEstimation> estimation_;

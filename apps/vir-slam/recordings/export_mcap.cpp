@@ -44,7 +44,7 @@ std::string contentOf(const std::string& path) {
 
 class McapExporter : public Exporter {
  public:
-  explicit McapExporter(const std::string& file) : out_(file) {}
+  explicit McapExporter(const std::string& file) : file_(file) {}
 
   Added add(CObservation& o) override {
     const std::string topic = "/" + topicWord(o.sensorLabel);
@@ -67,7 +67,7 @@ class McapExporter : public Exporter {
     }
     return Added::written;
   }
-  void finish() override { out_.finish(); }
+  void finish() override { file_.finish(); }
 
  private:
   bool addImage(CObservationImage* o, const std::string& topic, TimeNs t) {
@@ -100,7 +100,8 @@ class McapExporter : public Exporter {
     return true;
   }
 
-  RosMessages out_;
+  bags::McapWriter file_;
+  RosMessages out_{&file_};
   std::set<std::string> seen_;
 };
 
@@ -152,7 +153,8 @@ std::unique_ptr<Exporter> makeMcapExporter(const std::string& file) {
 
 void exportRunToMcap(const std::string& run_folder, const std::string& file) {
   const fs::path run(run_folder);
-  RosMessages out(file);
+  bags::McapWriter writer(file);
+  RosMessages out(&writer);
   TimeNs last = 0;
   const auto trajectory = [&](const char* name, const char* topic, bool moving) {
     evaluation::ReadReport report;
@@ -168,7 +170,7 @@ void exportRunToMcap(const std::string& run_folder, const std::string& file) {
   trajectory("trajectory_smoothed.tum", "/odometry_smoothed", false);
   out.ellipsoids("/anchors", kWorld, last, anchorsOf((run / "anchors.csv").string()));
   out.points("/landmarks", kWorld, last, pointsOf((run / "landmarks.ply").string()));
-  out.finish();
+  writer.finish();
 }
 
 }  // namespace vir::app

@@ -15,6 +15,7 @@ const std::map<std::string, std::string>& ownTypes() {
       {"vir_slam/Range",
        "std_msgs/Header header\nint64 anchor\nfloat64 range_m\nfloat64 sigma_m\n"
        "geometry_msgs/Point antenna\n"},
+      {"nav_msgs/Path", "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n"},
       {"std_msgs/ColorRGBA", "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n"},
       {"sensor_msgs/PointField", "string name\nuint32 offset\nuint8 datatype\nuint32 count\n"},
       {"sensor_msgs/PointCloud2",
@@ -53,8 +54,17 @@ void zeros(CdrWriter* w, int n) {
 
 void RosMessages::write(const std::string& topic, const std::string& type, TimeNs t,
                         const CdrWriter& message) {
-  file_.write(file_.channel(topic, type, bags::fullDefinition(type, ownTypes())), t,
-              message.bytes());
+  sink_.write(channel(topic, type), t, message.bytes());
+}
+
+std::uint16_t RosMessages::channel(const std::string& topic, const std::string& type) {
+  const auto known = channels_.find(topic);
+  if (known != channels_.end()) return known->second;
+  return channels_[topic] = sink_.channel(topic, type, bags::fullDefinition(type, ownTypes()));
+}
+
+std::uint16_t RosMessages::advertiseCompressedImage(const std::string& topic) {
+  return channel(topic, "sensor_msgs/CompressedImage");
 }
 
 void RosMessages::imu(const std::string& topic, const std::string& frame, const ImuSample& s) {
@@ -125,6 +135,34 @@ void RosMessages::odometry(const std::string& topic, const std::string& frame,
   add(&w, pose.T_W_B);
   zeros(&w, 36 + 6 + 36);
   write(topic, "nav_msgs/Odometry", pose.t, w);
+}
+
+void RosMessages::odometry(const std::string& topic, const std::string& frame,
+                           const std::string& child, const StateEstimate& estimate) {
+  const State& s = estimate.state;
+  CdrWriter w = header(s.t, frame);
+  w.text(child);
+  add(&w, s.T_W_B);
+  // Rotations about the axes of the frame, as ROS has them; ours are about those of the body.
+  const Mat3 R_W_B = s.T_W_B.q.toRotationMatrix();
+  Eigen::Matrix<double, 6, 6> turned = Eigen::Matrix<double, 6, 6>::Identity();
+  turned.bottomRightCorner<3, 3>() = R_W_B;
+  const Eigen::Matrix<double, 6, 6> covariance = turned * estimate.covariance * turned.transpose();
+  for (int i = 0; i < 36; ++i) w.f64(covariance(i / 6, i % 6));
+  add(&w, Vec3(R_W_B.transpose() * s.v));
+  zeros(&w, 3 + 36);
+  write(topic, "nav_msgs/Odometry", s.t, w);
+}
+
+void RosMessages::path(const std::string& topic, const std::string& frame, TimeNs t,
+                       const std::vector<StampedPose>& poses) {
+  CdrWriter w = header(t, frame);
+  w.u32(static_cast<std::uint32_t>(poses.size()));
+  for (const StampedPose& p : poses) {
+    w.time(p.t).text(frame);
+    add(&w, p.T_W_B);
+  }
+  write(topic, "nav_msgs/Path", t, w);
 }
 
 void RosMessages::transform(const std::string& topic, const std::string& frame,

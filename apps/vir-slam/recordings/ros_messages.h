@@ -1,9 +1,11 @@
 #pragma once
-/// Our observations and results as standard messages of ROS 2 in an MCAP file.
+/// Our observations and results as standard messages of ROS 2.
+#include <map>
 #include <string>
 #include <vector>
 
 #include "vir/bags/mcap_writer.h"
+#include "vir/bags/message_sink.h"
 #include "vir/types/calibration.h"
 #include "vir/types/imu_sample.h"
 #include "vir/types/range.h"
@@ -11,11 +13,11 @@
 
 namespace vir::app {
 
-/// Topics are made when they are first written to. Throws bags::BagError when the file cannot be
-/// written.
+/// Topics are made when they are first written to. Throws what the sink throws.
 class RosMessages {
  public:
-  explicit RosMessages(const std::string& path) : file_(path) {}
+  /// `sink` outlives this.
+  explicit RosMessages(bags::MessageSink* sink) : sink_(*sink) {}
 
   void imu(const std::string& topic, const std::string& frame, const ImuSample& s);
   /// `encoding`: mono8 or bgr8.
@@ -24,12 +26,19 @@ class RosMessages {
   /// `format`: jpeg or png.
   void compressedImage(const std::string& topic, const std::string& frame, TimeNs t,
                        const std::string& format, const std::string& bytes);
+  /// Makes the topic before there is an image, for clients to ask for; the sink's number of it.
+  std::uint16_t advertiseCompressedImage(const std::string& topic);
   /// False for a lens that CameraInfo has no words for; nothing is written then.
   bool cameraInfo(const std::string& topic, const std::string& frame, TimeNs t,
                   const CameraCalibration& c);
   void pose(const std::string& topic, const std::string& frame, const StampedPose& pose);
   void odometry(const std::string& topic, const std::string& frame, const std::string& child,
                 const StampedPose& pose);
+  /// With its covariance and the velocity in `child`.
+  void odometry(const std::string& topic, const std::string& frame, const std::string& child,
+                const StateEstimate& estimate);
+  void path(const std::string& topic, const std::string& frame, TimeNs t,
+            const std::vector<StampedPose>& poses);
   void transform(const std::string& topic, const std::string& frame, const std::string& child,
                  const StampedPose& pose);
   /// vir_slam/Range: anchor, distance, sigma, antenna in the body.
@@ -44,12 +53,14 @@ class RosMessages {
   };
   void ellipsoids(const std::string& topic, const std::string& frame, TimeNs t,
                   const std::vector<Ellipsoid>& all);
-  void finish() { file_.finish(); }
 
  private:
   void write(const std::string& topic, const std::string& type, TimeNs t,
              const bags::CdrWriter& message);
-  bags::McapWriter file_;
+  std::uint16_t channel(const std::string& topic, const std::string& type);
+
+  bags::MessageSink& sink_;
+  std::map<std::string, std::uint16_t> channels_;  // by topic
 };
 
 }  // namespace vir::app

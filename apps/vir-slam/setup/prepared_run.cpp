@@ -91,6 +91,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   for (const std::string& section : of_sensors) reader.ignoreSection(section);
   RunOptions again;
   describe(reader, again);
+  describe(reader, run.foxglove);
   estimator->describe(reader);
   acceptOtherDrivers(asked, run.options.driver, &reader);
   run.peers.describe(reader);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "commands/commands.h"
+#include "live/foxglove_stream.h"
 #include "robots/peer_run.h"
 #include "setup/given_calibration.h"
 #include "setup/run_options.h"
@@ -17,7 +18,7 @@ namespace vir::app {
 struct RunArguments {
   std::string ini, rawlog, out, calibration;
   std::vector<std::string> assignments;
-  bool verbose = false;
+  bool verbose = false, foxglove = false;
 };
 
 /// Everything a run needs, read and checked before any file is written.
@@ -29,6 +30,7 @@ struct PreparedRun {
   std::vector<roles::EstimatorInput> inputs;  ///< of the estimator
   PeerRun peers;
   GivenCalibration calibration;
+  FoxgloveOptions foxglove;
   std::string used_ini, note;
 };
 

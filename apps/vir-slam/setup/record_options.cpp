@@ -22,6 +22,7 @@ void describe(OptionVisitor& v, RecordOptions& o) {
   v.value("view", o.view, "a window with path, anchors and tracks, where there is a display");
   describe(v, o.file);
   describe(v, o.mavlink);
+  describe(v, o.foxglove);
 }
 
 std::vector<std::string> sectionsOfSensors(const Settings& settings) {

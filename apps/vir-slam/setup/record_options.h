@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "live/autopilot_link.h"
+#include "live/foxglove_stream.h"
 #include "vir/core/options.h"
 #include "vir/core/settings.h"
 #include "vir/rawlog/live_recording.h"
@@ -24,6 +25,7 @@ struct RecordOptions {
   bool view = false;         ///< a window, where there is a display
   rawlog::LiveRecordingOptions file;
   MavlinkOptions mavlink;
+  FoxgloveOptions foxglove;
 };
 
 void describe(OptionVisitor& v, RecordOptions& o);

@@ -49,11 +49,6 @@ std::string record(Op op, const std::string& body) {
   return out + body;
 }
 
-std::string longName(const std::string& type) {
-  const std::size_t slash = type.find('/');
-  return slash == std::string::npos ? type : type.substr(0, slash) + "/msg" + type.substr(slash);
-}
-
 void collect(const std::string& type, const std::map<std::string, std::string>& own,
              std::vector<std::string>* known, std::string* out) {
   if (std::find(known->begin(), known->end(), type) != known->end()) return;
@@ -98,6 +93,11 @@ CdrWriter& CdrWriter::raw(const void* data, std::size_t size) {
   const auto* first = static_cast<const std::uint8_t*>(data);
   bytes_.insert(bytes_.end(), first, first + size);
   return *this;
+}
+
+std::string longName(const std::string& type) {
+  const std::size_t slash = type.find('/');
+  return slash == std::string::npos ? type : type.substr(0, slash) + "/msg" + type.substr(slash);
 }
 
 std::string fullDefinition(const std::string& type, const std::map<std::string, std::string>& own) {

@@ -1,19 +1,13 @@
 #include "vir/live/line_server.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <stdexcept>
 #include <utility>
 
 #include "vir/core/resource_usage.h"
@@ -22,12 +16,11 @@ namespace vir::live {
 namespace {
 
 constexpr std::size_t kMostPending = 1 << 20;  // [byte]; about ten seconds of poses
-constexpr int kBacklog = 128, kAtOnce = 64;
+constexpr int kAtOnce = 64;
 constexpr int kLookEveryMs = 1000, kHearEveryMs = 20;
 constexpr double kTokenWithinS = 5;
 constexpr std::size_t kLongestToken = 1024;  // [byte]
 constexpr std::chrono::milliseconds kPause{100};
-constexpr rlim_t kSpareDescriptors = 32;  // that the rest of the program can still open
 
 /// In a time that does not tell where they differ.
 bool same(const std::string& a, const std::string& b) {
@@ -38,40 +31,10 @@ bool same(const std::string& a, const std::string& b) {
   return differ == 0;
 }
 
-/// The lowest free number is taken, so that a high one tells that few are left.
-bool isAmongTheLast(int handle) {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return false;
-  return static_cast<rlim_t>(handle) + kSpareDescriptors >= limit.rlim_cur;
-}
-
-std::runtime_error cannotListen(const std::string& address, int port, const std::string& why) {
-  return std::runtime_error("cannot listen on " + address + ":" + std::to_string(port) + ": " +
-                            why);
-}
-
 }  // namespace
 
 LineServer::LineServer(const std::string& address, int port, LineServerOptions options)
-    : options_(std::move(options)) {
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_port = htons(static_cast<std::uint16_t>(port));
-  if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1) {
-    throw cannotListen(address, port, "not an IPv4 address, e.g. 127.0.0.1");
-  }
-  listening_ = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  const int yes = 1;
-  setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  auto* raw = reinterpret_cast<sockaddr*>(&at);
-  socklen_t size = sizeof at;
-  if (listening_ < 0 || bind(listening_, raw, size) != 0 || listen(listening_, kBacklog) != 0 ||
-      getsockname(listening_, raw, &size) != 0) {
-    const std::string why = std::strerror(errno);
-    if (listening_ >= 0) close(listening_);
-    throw cannotListen(address, port, why);
-  }
-  port_ = ntohs(at.sin_port);
+    : options_(std::move(options)), listener_(address, port) {
   wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   thread_ = std::thread([this] { serve(); });
 }
@@ -83,7 +46,6 @@ LineServer::~LineServer() {
   thread_.join();
   for (const auto& [handle, client] : clients_) close(handle);
   close(wake_);
-  close(listening_);
 }
 
 void LineServer::serve() {
@@ -93,7 +55,7 @@ void LineServer::serve() {
       const std::lock_guard<std::mutex> lock(mutex_);
       for (const auto& [handle, client] : clients_) expecting = expecting || !client.admitted;
     }
-    pollfd ready[] = {{listening_, POLLIN, 0}, {wake_, POLLIN, 0}};
+    pollfd ready[] = {{listener_.handle(), POLLIN, 0}, {wake_, POLLIN, 0}};
     poll(ready, 2, expecting ? kHearEveryMs : kLookEveryMs);
     if (stop_) return;
     bool room = true;
@@ -117,20 +79,18 @@ void LineServer::refuse(int handle, const char* why) {
 /// False if there is no descriptor left for another one.
 bool LineServer::acceptWaiting() {
   for (int i = 0; i < kAtOnce; ++i) {
-    const int handle = accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (handle < 0) {
-      return errno != EMFILE && errno != ENFILE;
-    }
+    int handle = -1;
+    const TcpListener::Accepted accepted = listener_.accept(&handle);
+    if (accepted == TcpListener::Accepted::no_room) return false;
+    if (accepted == TcpListener::Accepted::nobody) return true;
     if (clients_.size() >= static_cast<std::size_t>(options_.max_clients)) {
       refuse(handle, "too many clients (Recording.stream_clients)");
       continue;
     }
-    if (isAmongTheLast(handle)) {
+    if (accepted == TcpListener::Accepted::few_left) {
       refuse(handle, "the program has few descriptors left (ulimit -n)");
       continue;
     }
-    const int yes = 1;
-    setsockopt(handle, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
     Client& client = clients_[handle];
     client.admitted = options_.token.empty();
     client.since_s = wallSeconds();

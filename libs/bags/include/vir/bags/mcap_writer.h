@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "vir/bags/bytes.h"
+#include "vir/bags/message_sink.h"
 #include "vir/core/time.h"
 
 namespace vir::bags {
@@ -37,22 +38,24 @@ class CdrWriter {
   Bytes bytes_;
 };
 
+/// package/Type as ROS 2 has it: package/msg/Type.
+std::string longName(const std::string& type);
+
 /// The text of a standard type of ROS 2 with all types in it, as recordings carry it. `own`: types
 /// that are no standard ones, with their text. Throws BagError for a type that is not known.
 std::string fullDefinition(const std::string& type, const std::map<std::string, std::string>& own);
 
 /// In chunks with an index, so that readers can jump to a time; `PATH.part` until finish(), and
 /// gone without it. Throws BagError when the file cannot be written.
-class McapWriter {
+class McapWriter : public MessageSink {
  public:
   explicit McapWriter(const std::string& path);
-  ~McapWriter();
+  ~McapWriter() override;
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
-  /// `type` is package/Type; one topic has one type.
   std::uint16_t channel(const std::string& topic, const std::string& type,
-                        const std::string& definition);
-  void write(std::uint16_t channel, TimeNs t, const Bytes& cdr);
+                        const std::string& definition) override;
+  void write(std::uint16_t channel, TimeNs t, const Bytes& cdr) override;
   /// Index and end of the file, and its name.
   void finish();
 

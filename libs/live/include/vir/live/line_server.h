@@ -6,6 +6,8 @@
 #include <string>
 #include <thread>
 
+#include "vir/live/tcp_listener.h"
+
 namespace vir::live {
 
 struct LineServerOptions {
@@ -26,7 +28,7 @@ class LineServer {
 
   /// To all clients, those that have just connected included. `line` without its end.
   void send(const std::string& line);
-  int port() const { return port_; }
+  int port() const { return listener_.port(); }
   /// Those that are sent lines.
   std::size_t clients() const;
   /// Connections not taken: too many, or without the token.
@@ -50,8 +52,9 @@ class LineServer {
   bool push(int client, std::string* pending);
 
   const LineServerOptions options_;
+  const TcpListener listener_;
   mutable std::mutex mutex_;
-  int listening_ = -1, port_ = 0, wake_ = -1;
+  int wake_ = -1;
   std::map<int, Client> clients_;
   long refused_ = 0;
   std::atomic<bool> stop_{false};
