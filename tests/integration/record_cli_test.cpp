@@ -68,7 +68,13 @@ TEST(RecordCli, LosesNothing) {
                                               " --set Recording.estimate=false" + faster(8));
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   const Content source = contentOf(kSample), copy = contentOf(out);
-  EXPECT_EQ(copy.count, source.count);
+  // On a machine that does much else, a player can be later than the order of time waits.
+  std::map<std::string, long> count = copy.count;
+  const std::string late = (folder / "a_late.rawlog").string();
+  if (fs::exists(late)) {
+    for (const auto& [label, n] : contentOf(late).count) count[label] += n;
+  }
+  EXPECT_EQ(count, source.count);
   EXPECT_TRUE(copy.sorted);
   EXPECT_EQ(copy.first, source.first);
   EXPECT_EQ(copy.last, source.last);
