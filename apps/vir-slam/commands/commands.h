@@ -48,5 +48,6 @@ void addRecord(CLI::App& app, Common& common);
 void addRendezvous(CLI::App& app, Common& common);
 void addRun(CLI::App& app, Common& common);
 void addSimulate(CLI::App& app, Common& common);
+void addView(CLI::App& app, Common& common);
 
 }  // namespace vir::app

@@ -1,4 +1,4 @@
-/// What `record --view` draws; see openLiveView().
+/// What `record --view` and `view` draw; see openLiveView().
 
 #include <mrpt/gui/CDisplayWindow3D.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
@@ -12,6 +12,7 @@
 #include <mrpt/opengl/stock_objects.h>
 
 #include <atomic>
+#include <cctype>
 #include <chrono>
 #include <map>
 #include <mutex>
@@ -184,6 +185,13 @@ class LiveViewWindow final : public LiveView {
   void setObservation(const mrpt::obs::CObservation::Ptr& observation) override;
   void draw() override;
   bool closed() const override { return !scene_.window.isOpen(); }
+  char typed() override {
+    if (!scene_.window.keyHit()) return 0;
+    const int key = scene_.window.getPushedKey();
+    if (key <= 0 || key >= 128) return 0;
+    if (key == '=') return '+';                   // the key without shift
+    return static_cast<char>(std::tolower(key));  // letters come as their key's capital
+  }
 
  private:
   mutable Scene scene_;

@@ -10,15 +10,20 @@
 namespace vir::app {
 namespace {
 
-/// Beside the folder of the plugins.
-std::string fileOfView() {
-  const std::filesystem::path plugins = roles::defaultPluginFolder();
-  return (plugins.parent_path() / "libvir_live_view.so").string();
-}
-
 std::string reasonOfLinker() {
   const char* reason = dlerror();
   return reason != nullptr ? reason : "unknown reason";
+}
+
+/// The function `name` of a shared object beside the folder of the plugins, which is never closed.
+void* functionOf(const char* object, const char* name) {
+  const std::filesystem::path plugins = roles::defaultPluginFolder();
+  const std::string file = (plugins.parent_path() / object).string();
+  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) throw std::runtime_error(reasonOfLinker());
+  void* function = dlsym(library, name);
+  if (function == nullptr) throw std::runtime_error(reasonOfLinker());
+  return function;
 }
 
 }  // namespace
@@ -27,11 +32,15 @@ std::unique_ptr<LiveView> openLiveView() {
   // MRPT would wait for seconds and then go on with a window that is none.
   const char* display = std::getenv("DISPLAY");
   if (display == nullptr || *display == '\0') throw std::runtime_error("there is no display");
-  void* library = dlopen(fileOfView().c_str(), RTLD_NOW | RTLD_LOCAL);  // never closed
-  if (library == nullptr) throw std::runtime_error(reasonOfLinker());
-  auto* open = reinterpret_cast<LiveView* (*)()>(dlsym(library, "virOpenLiveView"));
-  if (open == nullptr) throw std::runtime_error(reasonOfLinker());
+  auto* open =
+      reinterpret_cast<LiveView* (*)()>(functionOf("libvir_live_view.so", "virOpenLiveView"));
   return std::unique_ptr<LiveView>(open());
+}
+
+std::unique_ptr<LiveView> openVideoView(const std::string& file, double speed) {
+  auto* open = reinterpret_cast<LiveView* (*)(const std::string&, double)>(
+      functionOf("libvir_video_view.so", "virOpenVideoView"));
+  return std::unique_ptr<LiveView>(open(file, speed));
 }
 
 }  // namespace vir::app
