@@ -1,10 +1,11 @@
 #!/bin/bash
 # Installs the Debian packages that building and testing need; installs only what is missing, so a
 # second run does nothing and needs no network. Debian 12 and 13.
-#   scripts/install_dependencies.sh [--dev] [--browser] [--list]
+#   scripts/install_dependencies.sh [--dev] [--browser] [--slurm] [--list]
 #     --dev      also the tools of .ci/run (clang, clang-format, clang-tidy, doxygen), Google
 #                Benchmark and gcovr
 #     --browser  Chromium as well, in which tests look at the pages of results
+#     --slurm    a Slurm, of which a test starts one node
 #     --list     print the packages and stop
 set -euo pipefail
 
@@ -22,6 +23,7 @@ packages=(
 dev_packages=(clang clang-format clang-tidy libbenchmark-dev ccache debootstrap gcovr doxygen)
 
 browser_packages=(chromium)
+slurm_packages=(slurmctld slurmd slurm-client munge)
 
 say() { printf '%s\n' "install_dependencies: $*"; }
 
@@ -30,13 +32,14 @@ for argument in "$@"; do
   case "$argument" in
     --dev) packages+=("${dev_packages[@]}") ;;
     --browser) packages+=("${browser_packages[@]}") ;;
+    --slurm) packages+=("${slurm_packages[@]}") ;;
     --list) list_only=true ;;
     -h | --help)
-      sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit 0
       ;;
     *)
-      say "unknown argument '$argument' (known: --dev --browser --list --help)" >&2
+      say "unknown argument '$argument' (known: --dev --browser --slurm --list --help)" >&2
       exit 2
       ;;
   esac

@@ -77,6 +77,21 @@ std::string programKey(const std::string& plugin_dir) {
   return hash.text();
 }
 
+std::string simulatorKey(const std::string& plugin_dir) {
+  constexpr const char* kRecordings = "1";  // as the program writes them
+  const fs::path folder = plugin_dir.empty() ? roles::defaultPluginFolder() : plugin_dir;
+  Hash hash;
+  hash.add(kRecordings);
+  hash.addFile((folder / "libvir_plugin_simulator.so").string());
+  // What it is linked to where libraries are shared objects.
+  const fs::path libraries = folder.parent_path().parent_path();
+  for (const char* name :
+       {"core", "geometry", "types", "camera", "imu", "rendering", "simulation", "rawlog"}) {
+    hash.addFile((libraries / ("libvir_" + std::string(name) + ".so")).string());
+  }
+  return hash.text();
+}
+
 std::string keyOf(const std::string& before, const std::vector<std::string>& files,
                   const std::vector<std::string>& arguments) {
   Hash hash;

@@ -9,6 +9,10 @@ namespace vir::app {
 /// the program.
 std::string programKey(const std::string& plugin_dir);
 
+/// Of what makes simulated recordings: the simulator's plugin. A change of the estimator does not
+/// change them; one of how rawlogs are written is to count up a number in this function.
+std::string simulatorKey(const std::string& plugin_dir);
+
 /// Of a command: `before` (another key), the content of files, and arguments. A file that cannot be
 /// read counts as empty.
 std::string keyOf(const std::string& before, const std::vector<std::string>& files,

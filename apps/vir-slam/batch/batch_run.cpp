@@ -4,14 +4,11 @@
 #include <cstdio>
 #include <deque>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <thread>
 
-#include "batch/batch_key.h"
+#include "batch/batch_jobs.h"
 #include "batch/child_process.h"
 #include "commands/commands.h"
 #include "output/console.h"
@@ -21,48 +18,13 @@ namespace vir::app {
 namespace fs = std::filesystem;
 namespace {
 
-/// One process to come: simulate a recording, or run a setting on one.
-struct Job {
-  std::size_t recording = 0;
-  const BatchSetting* setting = nullptr;  ///< null: simulate
-  std::string name, marker, log, key;
-  std::vector<std::string> arguments;
-};
-
-std::vector<std::string> setArguments(const Assignments& set) {
-  std::vector<std::string> arguments;
-  for (const auto& [key, value] : set) {
-    arguments.push_back("--set");
-    arguments.push_back(key + "=" + value);
-  }
-  return arguments;
-}
-
-/// True if the marker says that the job with this key ended well.
-bool isDone(const Job& job) {
-  std::ifstream in(job.marker);
-  if (!in) return false;
-  const auto json = nlohmann::json::parse(in, nullptr, false);
-  return json.is_object() && json.value("key", "") == job.key && json.value("ok", false);
-}
-
-void mark(const Job& job, const ChildExit& exit, double seconds) {
-  nlohmann::ordered_json json;
-  json["key"] = job.key;
-  json["ok"] = exit.ok;
-  if (!exit.ok) json["problem"] = exit.problem;
-  json["seconds"] = seconds;
-  // Complete or not there at all, even if this process is killed.
-  results::writeTextFile(job.marker, json.dump(2) + "\n");
-}
-
 class BatchRunner {
  public:
   BatchRunner(const BatchPlan& plan, const BatchRunOptions& options)
       : plan_(plan),
         options_(options),
-        recordings_(recordingsOf(plan)),
-        key_base_(programKey(options.plugin_dir)),
+        jobs_(plan, options),
+        recordings_(jobs_.recordings()),
         program_(ownProgram()) {}
 
   BatchCounts run() {
@@ -87,68 +49,18 @@ class BatchRunner {
 
  private:
   struct Active {
-    Job job;
+    BatchJob job;
     std::unique_ptr<ChildProcess> process;
   };
-
-  std::string rawlogOf(const BatchRecording& r) const {
-    if (!r.sequence->rawlog.empty()) return r.sequence->rawlog;
-    return options_.out + "/recordings/" + r.name() + ".rawlog";
-  }
-
-  Job simulationOf(std::size_t i) const {
-    const BatchRecording& r = recordings_[i];
-    Job job;
-    job.recording = i;
-    job.name = r.name();
-    const std::string stem = options_.out + "/recordings/" + r.name();
-    job.marker = stem + ".done.json";
-    job.log = stem + ".log";
-    Assignments set = r.sequence->set;
-    set.insert(set.end(), r.condition->set.begin(), r.condition->set.end());
-    set.emplace_back("simulator.seed", std::to_string(r.seed));
-    const std::vector<std::string> arguments = setArguments(set);
-    job.key = keyOf(key_base_, {r.sequence->world}, arguments);
-    job.arguments = {"simulate", r.sequence->world, "--out", rawlogOf(r)};
-    complete(&job, arguments);
-    return job;
-  }
-
-  Job runOf(std::size_t i, const BatchSetting& setting, const std::string& recording_key) const {
-    const BatchRecording& r = recordings_[i];
-    Job job;
-    job.recording = i;
-    job.setting = &setting;
-    job.name = r.name() + "/" + setting.name;
-    const std::string folder = batchRunFolder(options_.out, r, setting);
-    job.marker = folder + "/batch.json";
-    job.log = folder + "/batch.log";
-    job.arguments = {"run", setting.ini, "--rawlog", rawlogOf(r), "--out", folder};
-    const std::vector<std::string> arguments = setArguments(setting.set);
-    job.key = keyOf(recording_key, {setting.ini}, arguments);
-    complete(&job, arguments);
-    return job;
-  }
-
-  void complete(Job* job, const std::vector<std::string>& arguments) const {
-    job->arguments.insert(job->arguments.end(), arguments.begin(), arguments.end());
-    if (options_.plugin_dir.empty()) return;
-    job->arguments.insert(job->arguments.end(), {"--plugin-dir", options_.plugin_dir});
-  }
 
   /// What is left to do of one recording and its runs.
   void queueRecording(std::size_t i) {
     const BatchRecording& r = recordings_[i];
-    if (i % options_.shard.count != options_.shard.index - 1) return;
+    if (!jobs_.isOurs(i, options_.shard)) return;
     const bool real = r.condition == nullptr;
-    const Job simulation = real ? Job() : simulationOf(i);
-    const std::string key =
-        real ? keyOf(key_base_, {}, {rawlogOf(r), sizeText(rawlogOf(r))}) : simulation.key;
-    std::deque<Job> runs;
-    for (const BatchSetting& setting : plan_.settings) {
-      Job job = runOf(i, setting, key);
-      if (!options_.only.empty() && job.name.find(options_.only) == std::string::npos) continue;
-      if (!options_.fresh && isDone(job)) {
+    std::deque<BatchJob> runs;
+    for (BatchJob& job : jobs_.runs(i)) {
+      if (!options_.fresh && BatchJobs::isDone(job)) {
         ++counts_.found_done;
       } else {
         runs.push_back(std::move(job));
@@ -156,7 +68,12 @@ class BatchRunner {
     }
     if (runs.empty()) return;
     open_runs_[i] = runs.size();
-    if (real || (!options_.fresh && isDone(simulation) && fs::exists(rawlogOf(r)))) {
+    if (real) {
+      pending_.insert(pending_.end(), runs.begin(), runs.end());
+      return;
+    }
+    const BatchJob simulation = jobs_.simulation(i);
+    if (!options_.fresh && BatchJobs::isDone(simulation) && fs::exists(jobs_.rawlogOf(r))) {
       pending_.insert(pending_.end(), runs.begin(), runs.end());
     } else {
       waiting_[i] = std::move(runs);
@@ -172,7 +89,7 @@ class BatchRunner {
 
   void startJobs() {
     while (active_.size() < static_cast<std::size_t>(options_.jobs) && !pending_.empty()) {
-      Job job = std::move(pending_.front());
+      BatchJob job = std::move(pending_.front());
       pending_.pop_front();
       fs::create_directories(fs::path(job.log).parent_path());
       fs::remove(job.marker);
@@ -201,21 +118,21 @@ class BatchRunner {
   }
 
   void finish(const Active& ended) {
-    const Job& job = ended.job;
+    const BatchJob& job = ended.job;
     const ChildExit& exit = ended.process->exit();
-    mark(job, exit, ended.process->seconds());
+    BatchJobs::mark(job, exit, ended.process->seconds());
     report(job, exit, ended.process->seconds());
     if (job.setting == nullptr) {
-      std::deque<Job> runs = std::move(waiting_[job.recording]);
+      std::deque<BatchJob> runs = std::move(waiting_[job.recording]);
       waiting_.erase(job.recording);
       if (exit.ok) {
         // Before further recordings, so that those of a full disk can be removed soon.
         pending_.insert(pending_.begin(), runs.begin(), runs.end());
       } else {
         counts_.failed += runs.size();
-        for (const Job& run : runs) {
+        for (const BatchJob& run : runs) {
           fs::create_directories(fs::path(run.marker).parent_path());
-          mark(run, {false, "no recording: " + exit.problem}, 0);
+          BatchJobs::mark(run, {false, "no recording: " + exit.problem}, 0);
         }
       }
       return;
@@ -224,7 +141,7 @@ class BatchRunner {
     if (--open_runs_[job.recording] == 0 && !plan_.keep_recordings) removeRecording(job.recording);
   }
 
-  void report(const Job& job, const ChildExit& exit, double seconds) {
+  void report(const BatchJob& job, const ChildExit& exit, double seconds) {
     bar_.clear();
     if (exit.ok) {
       std::printf("%-40s %7.1f s\n", job.name.c_str(), seconds);
@@ -246,11 +163,12 @@ class BatchRunner {
 
   const BatchPlan& plan_;
   const BatchRunOptions& options_;
-  const std::vector<BatchRecording> recordings_;
-  const std::string key_base_, program_;
-  std::deque<Job> pending_;
-  std::map<std::size_t, std::deque<Job>> waiting_;  // runs whose recording is not there yet
-  std::map<std::size_t, std::size_t> open_runs_;    // by recording
+  const BatchJobs jobs_;
+  const std::vector<BatchRecording>& recordings_;
+  const std::string program_;
+  std::deque<BatchJob> pending_;
+  std::map<std::size_t, std::deque<BatchJob>> waiting_;  // runs whose recording is not there yet
+  std::map<std::size_t, std::size_t> open_runs_;         // by recording
   std::vector<Active> active_;
   std::size_t total_ = 0;
   BatchCounts counts_;

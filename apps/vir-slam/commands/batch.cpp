@@ -9,6 +9,7 @@
 #include "batch/batch_plan.h"
 #include "batch/batch_run.h"
 #include "batch/batch_table.h"
+#include "batch/slurm_engine.h"
 #include "commands/commands.h"
 #include "output/console.h"
 #include "vir/core/parse_number.h"
@@ -25,12 +26,13 @@ Examples:
   vir-slam batch ini/benchmark.ini --only eight         what has "eight" in its name
   vir-slam batch ini/benchmark.ini --shard 3/8          the third of eight machines
   vir-slam batch ini/benchmark.ini --merge              the table of what all of them did
+  vir-slam batch ini/benchmark.ini --engine slurm --jobs 8   on the nodes of a cluster
   seq 4 | parallel vir-slam batch ini/benchmark.ini --jobs 1 --shard {}/4
 Started again it goes on where it was interrupted; what was computed with other settings or by
 another build of the program is computed again.)";
 
 struct Arguments {
-  std::string ini, out, shard = "1/1", only;
+  std::string ini, out, shard = "1/1", only, engine = "local", slurm_options;
   std::vector<std::string> set, from;
   int jobs = 0;
   bool merge = false, list = false, fresh = false;
@@ -89,7 +91,13 @@ void run(const Arguments& a, Common& common) {
     for (const std::string& name : work) std::printf("%s\n", name.c_str());
     return;
   }
-  const BatchCounts counts = runBatch(plan, options);
+  BatchCounts counts;
+  if (a.engine == "slurm") {
+    counts =
+        runOnSlurm(plan, options, {fs::absolute(a.ini).string(), a.set, a.slurm_options, a.jobs});
+  } else {
+    counts = runBatch(plan, options);
+  }
   std::printf("%zu runs done, %zu were done before, %zu failed%s\n", counts.done, counts.found_done,
               counts.failed, counts.interrupted ? "; interrupted: the same command goes on" : "");
   writeTable(plan, a, out);
@@ -103,7 +111,15 @@ void addBatch(CLI::App& app, Common& common) {
   CLI::App* command = app.add_subcommand("batch", kHelp);
   command->add_option("INI", a->ini, "The benchmark; ini/benchmark.ini is one")->required();
   command->add_option("--out", a->out, "Results folder (default: results/batch-<name of the ini>)");
-  command->add_option("--jobs,-j", a->jobs, "Processes at the same time (default: one per core)")
+  command->add_option("--engine", a->engine, "Where: `local`, or `slurm` as a job array")
+      ->check(CLI::IsMember({"local", "slurm"}))
+      ->capture_default_str();
+  command->add_option("--slurm-options", a->slurm_options,
+                      "For sbatch, e.g. \"--partition=long --time=02:00:00\"");
+  command
+      ->add_option("--jobs,-j", a->jobs,
+                   "Processes at the same time (default: one per core; slurm: tasks of the "
+                   "array, default one per recording)")
       ->check(CLI::Range(1, 1024));
   command->add_option("--shard", a->shard, "I/N: only part I of N, for several machines")
       ->capture_default_str();
