@@ -78,7 +78,10 @@ TEST_F(BatchCli, RunsEverythingOnceAndTellsTheNumbersOfTheRuns) {
   EXPECT_TRUE(contains(row[4], "2")) << row[4];
   const std::size_t digits = row[5].find_first_of("0123456789");
   EXPECT_NEAR(std::stod(row[5].substr(digits)), both, 6e-4);
-  EXPECT_TRUE(contains(test::readText(folder_ / "out/table.html"), "<svg"));
+  const std::string page = test::readText(folder_ / "out/table.html");
+  EXPECT_TRUE(contains(page, "<circle"));
+  EXPECT_TRUE(contains(page, "href=\"runs/eight-dark-1/on/report.html\""));
+  EXPECT_TRUE(fs::exists(folder_ / "out/runs/eight-dark-1/on/report.html"));
   EXPECT_TRUE(contains(test::readText(folder_ / "out/table.md"), "with ranges"));
 
   const test::Outcome second = batch("");

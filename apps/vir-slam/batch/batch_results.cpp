@@ -67,6 +67,7 @@ BatchResult readRun(const BatchRecording& recording, const BatchSetting& setting
     const json marker = readJson(run + "/batch.json");
     if (!marker.is_object()) continue;
     out.problem = marker.value("problem", "");
+    out.run = run;
     if (!marker.value("ok", false)) continue;  // another folder may have it
     const json summary = readJson(run + "/summary.json");
     if (!summary.is_object()) {
@@ -74,6 +75,7 @@ BatchResult readRun(const BatchRecording& recording, const BatchSetting& setting
       continue;
     }
     out.problem.clear();
+    out.verdict = summary.value("verdict", "");
     readSummary(summary, &out);
     break;
   }

@@ -13,6 +13,8 @@ struct BatchResult {
   std::string recording, row, setting;
   int seed = 0;
   std::string problem;  ///< why there is nothing; "not run" if nobody tried
+  std::string run;      ///< its folder; empty if there is none
+  std::string verdict;
   std::optional<double> ate_m, smoothed_m, rpe_1s_m, rpe_10m_m, rotation_deg;
   std::optional<double> coverage;  ///< poses per image
   std::optional<double> init_s, cpu_ms, nees;
@@ -45,8 +47,9 @@ std::vector<BatchRow> batchRows(const BatchPlan& plan, const std::vector<BatchRe
 std::string batchMarkdown(const BatchPlan& plan, const std::vector<BatchRow>& rows);
 /// A line per run.
 std::string batchCsv(const std::vector<BatchResult>& results);
-/// The table with pictures: the error of every run, and the CPU time.
+/// The table as a page: a dot for the error of every run, with a link to its report. `folder` is
+/// where the page will be.
 std::string batchHtml(const BatchPlan& plan, const std::vector<BatchRow>& rows,
-                      const std::vector<BatchResult>& results);
+                      const std::vector<BatchResult>& results, const std::string& folder);
 
 }  // namespace vir::app

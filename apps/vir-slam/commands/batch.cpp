@@ -60,7 +60,7 @@ void writeTable(const BatchPlan& plan, const Arguments& a, const std::string& ou
   fs::create_directories(out);
   results::writeTextFile(out + "/table.md", markdown);
   results::writeTextFile(out + "/table.csv", batchCsv(results));
-  results::writeTextFile(out + "/table.html", batchHtml(plan, rows, results));
+  results::writeTextFile(out + "/table.html", batchHtml(plan, rows, results, out));
   std::printf("\n%s\nTables in %s: table.md, table.csv, table.html\n", markdown.c_str(),
               out.c_str());
 }
