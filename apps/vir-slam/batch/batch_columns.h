@@ -12,7 +12,8 @@ namespace vir::app {
 struct BatchColumn {
   const char* head;
   std::function<std::string(const BatchCell&)> text;
-  bool ate = false;  ///< the one that the best setting is found by
+  bool ate = false;       ///< the one that the best setting is found by
+  bool terminal = false;  ///< shown there, where there is no room for all
 };
 const std::vector<BatchColumn>& batchColumns();
 

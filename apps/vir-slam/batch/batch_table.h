@@ -45,6 +45,8 @@ std::vector<BatchResult> readBatchResults(const BatchPlan& plan,
 std::vector<BatchRow> batchRows(const BatchPlan& plan, const std::vector<BatchResult>& results);
 
 std::string batchMarkdown(const BatchPlan& plan, const std::vector<BatchRow>& rows);
+/// The columns that most look for, in lines that fit a terminal.
+std::string batchText(const BatchPlan& plan, const std::vector<BatchRow>& rows);
 /// A line per run.
 std::string batchCsv(const std::vector<BatchResult>& results);
 /// The table as a page: a dot for the error of every run, with a link to its report. `folder` is

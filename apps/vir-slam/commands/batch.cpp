@@ -56,13 +56,12 @@ void writeTable(const BatchPlan& plan, const Arguments& a, const std::string& ou
   folders.insert(folders.end(), a.from.begin(), a.from.end());
   const std::vector<BatchResult> results = readBatchResults(plan, folders);
   const std::vector<BatchRow> rows = batchRows(plan, results);
-  const std::string markdown = batchMarkdown(plan, rows);
   fs::create_directories(out);
-  results::writeTextFile(out + "/table.md", markdown);
+  results::writeTextFile(out + "/table.md", batchMarkdown(plan, rows));
   results::writeTextFile(out + "/table.csv", batchCsv(results));
   results::writeTextFile(out + "/table.html", batchHtml(plan, rows, results, out));
-  std::printf("\n%s\nTables in %s: table.md, table.csv, table.html\n", markdown.c_str(),
-              out.c_str());
+  std::printf("\n%s\nAll columns in %s: table.html, table.md, table.csv\n",
+              batchText(plan, rows).c_str(), out.c_str());
 }
 
 void run(const Arguments& a, Common& common) {

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <mutex>
 #include <optional>
 
 #include "live/autopilot_link.h"
@@ -19,6 +20,7 @@
 #include "vir/live/line_server.h"
 #include "vir/live/live_estimation.h"
 #include "vir/live/live_recorder.h"
+#include "vir/results/advice.h"
 
 namespace vir::app {
 namespace {
@@ -130,8 +132,22 @@ class LiveSession final : public results::RunObserver {
     }
   }
 
+  /// For the line of the terminal.
+  void noteState(const StateEstimate& estimate, const roles::Estimator& estimator) {
+    std::string words = healthText(estimate);
+    std::string advice = results::adviceFor(estimate);
+    if (advice.empty() && estimate.valid && estimate.keyframe) {
+      const std::vector<Anchor> anchors = estimator.anchors();
+      if (!anchors.empty()) advice = results::adviceFor(anchors);
+    }
+    const std::lock_guard<std::mutex> lock(state_mutex_);
+    if (estimate.keyframe || !estimate.valid) advice_ = advice;
+    state_ = words;
+  }
+
   void publish(const StateEstimate& estimate, const roles::Estimator& estimator) {
     drawn([&] { view_->setEstimate(estimate, estimator); });
+    noteState(estimate, estimator);
     if (autopilot_) autopilot_->setEstimate(estimate);
     if (!server_) return;
     server_->send(estimateLine(estimate));
@@ -210,6 +226,11 @@ class LiveSession final : public results::RunObserver {
       line += std::string(" (") + name(s.state) + ")";
     }
     if (estimation_) line += "  latency " + fixed(estimation_->latency().median_ms, 0) + " ms";
+    {
+      const std::lock_guard<std::mutex> lock(state_mutex_);
+      if (!state_.empty()) line += "  " + state_;
+      if (!advice_.empty()) line += "  (" + advice_ + ")";
+    }
     std::fprintf(stderr, "\r\033[K%s", line.c_str());
   }
 
@@ -296,6 +317,8 @@ class LiveSession final : public results::RunObserver {
   live::Acquisition acquisition_;
   std::optional<results::ResultsFolder> folder_;
   std::unique_ptr<live::LineServer> server_;
+  mutable std::mutex state_mutex_;  // of what follows
+  std::string state_, advice_;
   std::unique_ptr<AutopilotLink> autopilot_;
   std::unique_ptr<FoxgloveStream> foxglove_;
   std::unique_ptr<LiveView> view_;

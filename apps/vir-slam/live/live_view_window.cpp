@@ -22,6 +22,7 @@
 #include "live/live_view.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
+#include "vir/results/advice.h"
 
 namespace vir::app {
 namespace {
@@ -35,6 +36,14 @@ constexpr int kMapEvery = 10;  // keyframes between two looks at the map points 
 mrpt::img::TColorf blue() { return {0.35f, 0.7f, 0.9f, 1.f}; }
 mrpt::img::TColorf green() { return {0.f, 0.62f, 0.45f, 1.f}; }
 mrpt::img::TColorf orange() { return {0.9f, 0.6f, 0.f, 1.f}; }
+
+mrpt::opengl::TFontParams font() {
+  mrpt::opengl::TFontParams out;
+  out.vfont_name = "sans";
+  out.vfont_scale = 11;
+  out.draw_shadow = true;
+  return out;
+}
 
 /// The last range of each anchor.
 struct RangeNow {
@@ -60,6 +69,7 @@ struct Scene {
   std::map<std::uint64_t, RangeNow> ranges;
   std::map<TimeNs, Vec3> keyframe_positions;  // in W, as they were last told of
   bool new_map = false, new_keyframes = false;
+  StateEstimate newest;
   std::atomic<bool> closed{false};
   int keyframes = 0, segment = 0;
   SteadyClock::time_point last_draw;
@@ -68,6 +78,10 @@ struct Scene {
   Scene() {
     auto scene = COpenGLScene::Create();
     scene->insert(mrpt::opengl::CGridPlaneXY::Create(-50, 50, -50, 50, 0, 1));
+    auto origin = mrpt::opengl::stock_objects::CornerXYZSimple(0.6f, 3);
+    origin->setName("W");
+    origin->enableShowName();
+    scene->insert(origin);
     path->setColor(blue());
     path->setLineWidth(2.5f);
     keyframe_path->setColor(green());
@@ -104,6 +118,20 @@ struct Scene {
                                       static_cast<float>(last_p->y()),
                                       static_cast<float>(last_p->z()));
     }
+  }
+
+  /// What the colours and lengths are, and in words how it goes and what would help.
+  void drawWords() {
+    window.addTextMessage(8, -20, "grid 1 m; W: world, z up, where it started", 0, font());
+    window.addTextMessage(8, -36, "blue: path as known at the time; green: keyframes as known now",
+                          1, font());
+    window.addTextMessage(8, -52, "orange: anchors, two standard deviations, and the last range", 2,
+                          font());
+    const std::string advice = results::adviceFor(newest);
+    window.addTextMessage(0.38, 24, healthText(newest) + (advice.empty() ? "" : ": " + advice), 3,
+                          font());
+    const bool ranging = !anchor_estimates.empty() || !ranges.empty();
+    window.addTextMessage(0.38, 8, ranging ? results::adviceFor(anchor_estimates) : "", 4, font());
   }
 
   /// The states of before move when the window slides on, a loop closes or an anchor is found.
@@ -201,6 +229,7 @@ void LiveViewWindow::setEstimate(const StateEstimate& estimate, const roles::Est
   if (scene_.closed) return;
   const std::lock_guard<std::mutex> lock(scene_.mutex);
   scene_.estimates.push_back(estimate);
+  scene_.newest = estimate;
   scene_.anchor_estimates = estimator.anchors();
   scene_.pixels = estimator.trackedPixels();
   if (!estimate.keyframe || ++scene_.keyframes % kMapEvery != 0) return;
@@ -241,6 +270,7 @@ void LiveViewWindow::draw() {
     scene_.drawAnchors();
     scene_.drawMap();
     scene_.drawImage();
+    scene_.drawWords();
   }
   scene_.window.unlockAccess3DScene();
   scene_.window.forceRepaint();

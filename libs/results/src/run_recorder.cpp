@@ -349,8 +349,18 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   evaluateInto(summary);
   writePictures(anchors, landmarks, *summary);
   if (trajectory_.empty()) return;
-  writeScene(folder_.file("scene.3Dscene"),
-             {{"", evaluation::figureColor(0), Pose(), trajectory_, anchors, landmarks}});
+  SceneRobot robot{"", evaluation::figureColor(0), Pose(), trajectory_, anchors, landmarks};
+  robot.truth = truthInWorld();
+  robot.camera = summary->calibration;
+  writeScene(folder_.file("scene.3Dscene"), {robot});
+}
+
+Trajectory RunRecorder::truthInWorld() const {
+  if (!evaluation_) return {};
+  const Pose T_W_R = evaluation_->transform.apply(Pose()).inverse();
+  Trajectory out = truth_;
+  for (StampedPose& p : out) p.T_W_B = T_W_R * p.T_W_B;
+  return out;
 }
 
 void RunRecorder::writePictures(const std::vector<Anchor>& anchors,

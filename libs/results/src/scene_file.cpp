@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 //
 #include <mrpt/opengl/CEllipsoid3D.h>
+#include <mrpt/opengl/CFrustum.h>
 #include <mrpt/opengl/CGridPlaneXY.h>
 #include <mrpt/opengl/COpenGLScene.h>
 #include <mrpt/opengl/CPointCloud.h>
@@ -17,6 +18,9 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "vir/core/angles.h"
+#include "vir/rawlog/mrpt_pose.h"
+
 namespace vir::results {
 namespace {
 
@@ -24,6 +28,8 @@ using namespace mrpt::opengl;
 
 constexpr double kSmallest = 0.01, kLargest = 5;  // [m], half axes of an ellipsoid
 constexpr double kSigmas = 2;
+constexpr std::size_t kCameras = 30;
+constexpr evaluation::Color kTruth{110, 110, 110};
 constexpr std::size_t kMostPoints = 20000;  // of a path
 
 /// Limits of what is shown.
@@ -44,15 +50,16 @@ void paint(Shape* shape, const evaluation::Color& c, std::uint8_t opacity = 255)
                      static_cast<std::uint8_t>(c.b), opacity);
 }
 
-CSetOfLines::Ptr pathOf(const SceneRobot& robot, Extent* extent) {
+CSetOfLines::Ptr linesOf(const Trajectory& path, const Pose& T, const evaluation::Color& color,
+                         Extent* extent) {
   auto lines = CSetOfLines::Create();
-  paint(lines.get(), robot.color);
+  paint(lines.get(), color);
   lines->setLineWidth(2.0F);
-  const std::size_t every = robot.path.size() / kMostPoints + 1;
+  const std::size_t every = path.size() / kMostPoints + 1;
   bool begun = false;
   Vec3 before = Vec3::Zero();
-  for (std::size_t i = 0; i < robot.path.size(); i += every) {
-    const Vec3 p = robot.T * robot.path[i].T_W_B.p;
+  for (std::size_t i = 0; i < path.size(); i += every) {
+    const Vec3 p = T * path[i].T_W_B.p;
     if (!p.allFinite()) continue;
     if (begun) {
       lines->appendLine(f(before.x()), f(before.y()), f(before.z()), f(p.x()), f(p.y()), f(p.z()));
@@ -64,10 +71,32 @@ CSetOfLines::Ptr pathOf(const SceneRobot& robot, Extent* extent) {
   return lines;
 }
 
+/// Where the camera looked, now and then.
+void insertCameras(const SceneRobot& robot, CSetOfObjects* group) {
+  const CameraCalibration& c = robot.camera->camera;
+  if (c.fx <= 0 || c.fy <= 0 || c.width <= 0) return;
+  const double across = 2 * std::atan(c.width / (2 * c.fx)),
+               up = 2 * std::atan(c.height / (2 * c.fy));
+  Mat3 R_C_F;  // a frustum looks along its x
+  R_C_F << 0, -1, 0, 0, 0, -1, 1, 0, 0;
+  const Pose T_B_F = robot.camera->T_B_C * Pose(Quat(R_C_F), Vec3::Zero());
+  for (std::size_t i = 0; i < robot.path.size(); i += robot.path.size() / kCameras + 1) {
+    const Pose& T_W_B = robot.path[i].T_W_B;
+    if (!T_W_B.p.allFinite() || !T_W_B.q.coeffs().allFinite()) continue;
+    auto frustum = std::make_shared<CFrustum>(0.02F, 0.25F, f(kDegPerRad * across),
+                                              f(kDegPerRad * up), 1.0F, true, false);
+    frustum->setColor_u8(static_cast<std::uint8_t>(robot.color.r),
+                         static_cast<std::uint8_t>(robot.color.g),
+                         static_cast<std::uint8_t>(robot.color.b), 160);
+    frustum->setPose(rawlog::toMrptPose(robot.T * T_W_B * T_B_F));
+    group->insert(frustum);
+  }
+}
+
 CPointCloud::Ptr pointsOf(const SceneRobot& robot) {
   auto points = CPointCloud::Create();
   paint(points.get(), robot.color, 150);
-  points->setPointSize(2.0F);
+  points->setPointSize(4.0F);
   for (const Landmark& l : robot.landmarks) {
     const Vec3 p = robot.T * l.p_W;
     if (p.allFinite()) points->insertPoint(f(p.x()), f(p.y()), f(p.z()));
@@ -106,7 +135,9 @@ CEllipsoid3D::Ptr ellipsoidOf(const Anchor& anchor, const SceneRobot& robot) {
 
 CSetOfObjects::Ptr groupOf(const SceneRobot& robot, Extent* extent) {
   auto group = CSetOfObjects::Create();
-  group->insert(pathOf(robot, extent));
+  group->insert(linesOf(robot.path, robot.T, robot.color, extent));
+  if (!robot.truth.empty()) group->insert(linesOf(robot.truth, robot.T, kTruth, extent));
+  if (robot.camera) insertCameras(robot, group.get());
   group->insert(pointsOf(robot));
   auto origin = stock_objects::CornerXYZSimple(0.5F, 2.0F);
   const Vec3& p = robot.T.p;

@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 #include <mrpt/opengl/CEllipsoid3D.h>
+#include <mrpt/opengl/CFrustum.h>
 #include <mrpt/opengl/COpenGLScene.h>
 #include <mrpt/opengl/CPointCloud.h>
 #include <mrpt/opengl/CSetOfLines.h>
 
 #include <limits>
 
+#include "vir/rawlog/mrpt_pose.h"
 #include "vir_test_temp_folder.h"
 
 namespace vir::results {
@@ -47,6 +49,32 @@ TEST(SceneFile, HoldsWhatIsFinite) {
   EXPECT_EQ(ellipsoid->getName(), "anchor 7");
   EXPECT_NEAR(ellipsoid->getPoseX(), 101, 1e-6);
   EXPECT_TRUE(scene.getByName("robot A"));
+}
+
+TEST(SceneFile, TruthAndCameras) {
+  const test::TempFolder folder;
+  const std::string file = (folder / "scene.3Dscene").string();
+  SceneRobot r = robot();
+  r.truth = {{0, Pose()}, {1, Pose(Quat::Identity(), Vec3(0, 1, 0))}};
+  r.camera.emplace();
+  r.camera->camera.fx = r.camera->camera.fy = 320;
+  r.camera->camera.width = 640;
+  r.camera->camera.height = 480;
+  r.camera->T_B_C.p = Vec3(0, 0, 0.1);  // looks up: its z is the body's
+  writeScene(file, {r});
+  mrpt::opengl::COpenGLScene scene;
+  ASSERT_TRUE(scene.loadFromFile(file));
+  const auto truth = scene.getByClass<mrpt::opengl::CSetOfLines>(1);
+  ASSERT_TRUE(truth);
+  EXPECT_EQ(truth->size(), 1u);
+  const auto frustum = scene.getByClass<mrpt::opengl::CFrustum>();
+  ASSERT_TRUE(frustum);
+  EXPECT_NEAR(frustum->getHorzFOV(), 90, 1e-3);
+  const Vec3 ahead =
+      rawlog::fromMrptPose(mrpt::poses::CPose3D(frustum->getPose())).q * Vec3::UnitX();
+  EXPECT_NEAR((ahead - Vec3::UnitZ()).norm(), 0, 1e-6);
+  EXPECT_FALSE(scene.getByClass<mrpt::opengl::CFrustum>(4)) << "one per finite pose";
+  EXPECT_TRUE(scene.getByClass<mrpt::opengl::CFrustum>(3));
 }
 
 TEST(SceneFile, TheSameBytesAgain) {

@@ -1,5 +1,6 @@
 #pragma once
 /// Paths, anchors and map points as a 3-D scene that MRPT's SceneViewer3D shows.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct SceneRobot {
   Trajectory path;
   std::vector<Anchor> anchors;  ///< with ellipsoids of two standard deviations
   std::vector<Landmark> landmarks;
+  Trajectory truth = {};                   ///< in the robot's world; gray
+  std::optional<Calibration> camera = {};  ///< shown at some 30 places of the path
 };
 
 /// Writes a .3Dscene file (MRPT's serialised COpenGLScene, compressed). What is not finite is left
