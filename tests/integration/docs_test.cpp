@@ -127,7 +127,10 @@ void checkSetting(const std::string& word, const std::string& where) {
 }
 
 void checkCommand(const std::string& command, const std::string& where) {
-  const std::vector<std::string> words = wordsIn(command);
+  // What is handed on to another program is not ours.
+  static const std::regex handed_on("(--slurm-options) *\"[^\"]*\"");
+  const std::vector<std::string> words =
+      wordsIn(std::regex_replace(command, handed_on, "$1 OPTIONS"));
   const std::string name = nameOf(words);
   if (!std::regex_match(name, std::regex("[a-z]+( [a-z]+)?")) || name == "help" ||
       name == "version") {
