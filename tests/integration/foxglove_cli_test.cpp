@@ -107,6 +107,36 @@ TEST(FoxgloveCli, ARunIsSeenWhileItGoesOn) {
   EXPECT_TRUE(contains(viewer.last["/cam0/image_raw/compressed"], "\xff\xd8\xff")) << "a JPEG";
 }
 
+TEST(FoxgloveCli, TheAuthorsOfTheProtocolReadOurs) {
+  const std::string needed =
+      "require('@foxglove/ws-protocol');require('@foxglove/rosmsg');require('ws');"
+      "require('@foxglove/rosmsg2-serialization')";
+  const bool there = test::shell("node -e \"" + needed + "\"").code == 0;
+  if (!there) {
+    GTEST_SKIP() << "node with @foxglove/ws-protocol, @foxglove/rosmsg, "
+                    "@foxglove/rosmsg2-serialization and ws is not here (npm install, NODE_PATH)";
+  }
+  const test::TempFolder folder;
+  const std::string port = std::to_string(freePort()), log = (folder / "log").string();
+  const test::Outcome outcome =
+      test::shell("node " + quoted(test::sourceDir() + "/tests/fixtures/foxglove/look.cjs") +
+                  " ws://127.0.0.1:" + port + " & " + quoted(test::buildDir() + "/bin/vir-slam") +
+                  " run " + quoted(test::sourceDir() + "/rawlog/two_A.rawlog") + " --out " +
+                  quoted((folder / "run").string()) +
+                  " --foxglove --set Foxglove.speed=8 --set Foxglove.port=" + port + " >" +
+                  quoted(log) + " 2>&1; wait");
+  const Json counts = Json::parse(outcome.text, nullptr, false);
+  ASSERT_TRUE(counts.is_object()) << outcome.text;
+  EXPECT_GE(counts.value("parameters", 0), 50);
+  EXPECT_EQ(counts.value("complaints", 0), 0);
+  EXPECT_GE(counts.value("/odometry", 0), 400);
+  EXPECT_GE(counts.value("/imu0", 0), 4000);
+  for (const char* topic : {"/health", "/cam0/tracks", "/anchors", "/landmarks", "/path", "/tf",
+                            "/range_residuals", "/cam0/image_raw/compressed"}) {
+    EXPECT_GE(counts.value(topic, 0), 1) << topic;
+  }
+}
+
 TEST(FoxgloveCli, APortThatIsTakenIsSaid) {
   const test::TempFolder folder;
   const int port = freePort();
