@@ -85,9 +85,10 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
     if (levels.known()) {
       char text[160];
       std::snprintf(text, sizeof text,
-                    ": 16-bit images stretched the same all through: %.0f is black, %.0f white "
+                    ": %s images stretched the same all through: %.6g is black, %.6g white "
                     "(levels_16_bit sets others)",
-                    levels.black, levels.white);
+                    look.find(s.topic)->real_numbers ? "float" : "16-bit", levels.black,
+                    levels.white);
       log->note(s.topic + text);
     }
     levels_.push_back(levels);

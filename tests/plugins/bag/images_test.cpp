@@ -140,8 +140,8 @@ TEST_F(Images, WhatIsNoImageIsCounted) {
   EXPECT_TRUE(one("mono8", 4, 4, 3, Pixels(16)).empty());
   EXPECT_TRUE(one("mono8", 0, 4, 4, Pixels(16)).empty());
   EXPECT_TRUE(one("mono8", 4'000'000'000u, 1, 4'000'000'000u, Pixels(16)).empty());
-  EXPECT_TRUE(one("32FC1", 2, 2, 8, Pixels(16)).empty());
-  EXPECT_NE(log.first("undecodable_CAM0").find("32FC1"), std::string::npos);
+  EXPECT_TRUE(one("32SC2", 2, 2, 16, Pixels(32)).empty());
+  EXPECT_NE(log.first("undecodable_CAM0").find("32SC2"), std::string::npos);
 }
 
 TEST_F(Images, CompressedOnesKeepTheirBytes) {
