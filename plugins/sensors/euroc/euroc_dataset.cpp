@@ -97,7 +97,7 @@ void FolderSource::openCamera(const euroc::CameraStream& stream, euroc::ImageMod
   camera.store = std::make_unique<euroc::ImageStore>(mode, m_path_for_external_images, stream.label,
                                                      stream.file_width, stream.file_height, &log_);
   camera.store->setTarget(c.width, c.height);
-  camera.store->setStretch(stream.stretch.black, stream.stretch.white);
+  camera.store->setStretch(stream.stretch.black, stream.stretch.white, stream.stretch.eight_bit);
   auto obs = std::make_shared<mrpt::obs::CObservationImage>();
   obs->sensorLabel = stream.label;
   obs->cameraParams = rawlog::toMrptCamera(c, stream.files.name);

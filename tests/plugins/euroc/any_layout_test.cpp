@@ -181,13 +181,15 @@ TEST(AnyLayout, PositionsAloneAreTaken) {
 }
 
 /// What becomes of `pixels`, of which all images are made.
-std::vector<int> storedPixels(const std::vector<int>& pixels, std::string* said) {
+std::vector<int> storedPixels(const std::vector<int>& pixels, std::string* said,
+                              int depth = CV_16U) {
   const EurocFolder f;
   cv::Mat m(48, 64, CV_16UC1);
   for (int i = 0; i < m.rows * m.cols; ++i) {
     m.at<std::uint16_t>(i / m.cols, i % m.cols) =
         static_cast<std::uint16_t>(pixels[static_cast<std::size_t>(i) % pixels.size()]);
   }
+  m.convertTo(m, depth);
   for (int i = 0; i < 10; ++i) cv::imwrite(f.imageFile(i).string(), m);
   EurocOptions o;
   o.source = f.root().string();
@@ -195,7 +197,8 @@ std::vector<int> storedPixels(const std::vector<int>& pixels, std::string* said)
   const Recording recording(o, &log);
   *said = recording.cameras()[0].stretch.said;
   ImageStore store(ImageMode::embed, "", "CAM0", 64, 48, &log);
-  store.setStretch(recording.cameras()[0].stretch.black, recording.cameras()[0].stretch.white);
+  const Stretch& stretch = recording.cameras()[0].stretch;
+  store.setStretch(stretch.black, stretch.white, stretch.eight_bit);
   StoredImage out;
   EXPECT_TRUE(store.store(1, f.imageFile(0).string(), "", &out));
   std::vector<int> values;
@@ -219,6 +222,32 @@ TEST(AnyLayout, SixteenBitsAreStretchedByWhatTheRecordingHolds) {
   EXPECT_NEAR(thermal[1], 128, 3);
   EXPECT_NEAR(thermal[2], 234, 3);
   EXPECT_TRUE(contains(said, "stretched")) << said;
+}
+
+TEST(AnyLayout, EightBitsAreStretchedOnlyWhereTheWholeRecordingIsDark) {
+  std::string said;
+  const std::vector<int> dark = storedPixels({0, 8, 15}, &said, CV_8U);
+  EXPECT_EQ(dark, (std::vector<int>{0, 120, 225}));
+  EXPECT_TRUE(contains(said, "images that hold 0 to 15 of 255 were stretched")) << said;
+  EXPECT_EQ(storedPixels({0, 8, 32}, &said, CV_8U), (std::vector<int>{0, 8, 32}));
+  EXPECT_EQ(said, "");
+  // A lens cap: noise stays noise.
+  EXPECT_EQ(storedPixels({0, 1, 5}, &said, CV_8U), (std::vector<int>{0, 1, 5}));
+  EXPECT_EQ(said, "");
+}
+
+TEST(AnyLayout, OneBrightImageIsEnoughForImagesToStayAsTheyAre) {
+  const EurocFolder f;
+  for (int i = 0; i < 10; ++i) {
+    cv::Mat m(48, 64, CV_8UC1, cv::Scalar(i == 6 ? 200 : 0));
+    m.colRange(0, 20) = cv::Scalar(15);
+    cv::imwrite(f.imageFile(i).string(), m);
+  }
+  EurocOptions o;
+  o.source = f.root().string();
+  ProblemLog log;
+  const Recording recording(o, &log);
+  EXPECT_FALSE(recording.cameras()[0].stretch.eight_bit);
 }
 
 TEST(AnyLayout, ImagesOfHalfTheSizeScaleTheIntrinsics) {
