@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "input_error.h"
+#include "lever_arms.h"
 
 namespace vir::bag {
 namespace {
@@ -63,6 +64,7 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
       (options.levels_16_bit.size() != 2 || options.levels_16_bit[1] <= options.levels_16_bit[0])) {
     throw InputError("levels_16_bit: give two numbers, black and the larger white");
   }
+  checkLeverArms(options.lever_arm_m);
   const std::vector<TopicWish> wishes = parseTopics(options.topics);
   const Survey look = survey(options.source, options.first_look_s, topicsOf(wishes));
   if (look.topics.empty()) {
@@ -323,8 +325,7 @@ void BagRecording::takeRanges(const MessageView& m, const Stream& s, TimeNs t, T
     range.anchor = static_cast<std::uint64_t>(anchors_.numberOfAny(r.anchor));
     range.range_m = r.range_m;
     range.sigma_m = r.sigma_m > 0 ? r.sigma_m : options_.range_sigma_m;
-    range.p_B_U = r.antenna.value_or(
-        Vec3(options_.lever_arm_m[0], options_.lever_arm_m[1], options_.lever_arm_m[2]));
+    range.p_B_U = r.antenna.value_or(leverArm(options_.lever_arm_m, s.antenna));
     hold({range.t, index, range}, received, 0);
   }
 }

@@ -236,6 +236,7 @@ class Chooser {
           s.label = rawlog::kImuLabel;
           break;
         case Role::range:
+          s.antenna = static_cast<std::size_t>(ranges);
           s.label = numbered(rawlog::kRangeLabel, ranges++);
           break;
         case Role::peer:

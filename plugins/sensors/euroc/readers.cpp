@@ -247,22 +247,6 @@ double accUnit(const std::string& path, const Units& units, double header, doubl
   return g ? kGravity : kGravity / 1000;
 }
 
-/// Says so when ranges are of several antennas, which nothing here can place.
-void noteAntennas(const std::string& path, const tables::Layout& layout, int column,
-                  ProblemLog* log) {
-  if (column < 0) return;
-  std::set<std::string> antennas;
-  for (const std::string& a : layout.column(static_cast<std::size_t>(column))) antennas.insert(a);
-  if (antennas.size() < 2) return;
-  std::string names;
-  for (const std::string& a : antennas) names += (names.empty() ? "" : ", ") + a;
-  log->note(
-      path + ": ranges of " + std::to_string(antennas.size()) + " antennas (" + names +
-      ") of which only one position is known: they are all taken to be there, which no anchor "
-      "survives unless they are close together; import one with euroc.antenna = NAME and its "
-      "position in uwb0/sensor.yaml");
-}
-
 }  // namespace
 
 std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Units& units,
@@ -328,7 +312,6 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
   if (units.range > 0) c.unit_m = units.range;
   sayUnit(path, "range", c.unit_m, "m", log);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kRangeStep, false, log);
-  noteAntennas(path, layout, c.antenna, log);
   const std::string why_not = tables::whyNoRanges(layout);
   const auto parse = [=](const Fields& f, RangeRow* row, RowFault* fault) {
     if (!why_not.empty()) {
@@ -343,6 +326,19 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
   };
   RowCursor<RangeRow>::Spec spec{path, "range", parse, same, false, layout};
   return std::make_unique<RowCursor<RangeRow>>(std::move(spec), log);
+}
+
+std::vector<std::string> antennasIn(const std::string& path) {
+  const tables::Layout layout = tables::layoutOf(path);
+  const int column = tables::rangeColumns(layout).antenna;
+  std::set<std::string> names;
+  for (const auto* rows : {&layout.rows, &layout.later}) {
+    for (const auto& row : *rows) {
+      const auto c = static_cast<std::size_t>(column);
+      if (column >= 0 && c < row.size() && !row[c].empty()) names.insert(row[c]);
+    }
+  }
+  return {names.begin(), names.end()};
 }
 
 std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log) {

@@ -17,13 +17,17 @@ using test::EurocFolder;
 struct Content {
   std::vector<ImuSample> imu;
   std::vector<RangeRow> ranges;
+  std::vector<std::string> labels;  ///< of the ranges
+  std::vector<Vec3> antennas;       ///< of the ranges
   std::vector<PoseRow> truth;
   std::vector<std::string> images;  ///< where they are
   std::string notes;
 };
 
-Content read(const EurocFolder& f, const std::string& antenna = "") {
+Content read(const EurocFolder& f, const std::string& antenna = "",
+             const std::vector<double>& lever_arm_m = {0, 0, 0}) {
   EurocOptions o;
+  o.lever_arm_m = lever_arm_m;
   o.source = f.root().string();
   o.antenna = antenna;
   Content c;
@@ -32,7 +36,11 @@ Content read(const EurocFolder& f, const std::string& antenna = "") {
   Event e;
   while (recording.next(&e)) {
     if (auto* imu = std::get_if<ImuSample>(&e.what)) c.imu.push_back(*imu);
-    if (auto* range = std::get_if<RangeRow>(&e.what)) c.ranges.push_back(*range);
+    if (auto* range = std::get_if<RangeRow>(&e.what)) {
+      c.ranges.push_back(*range);
+      c.labels.push_back(recording.rangeStreams()[e.stream].label);
+      c.antennas.push_back(recording.rangeStreams()[e.stream].antenna);
+    }
     if (auto* pose = std::get_if<PoseRow>(&e.what)) c.truth.push_back(*pose);
     if (auto* image = std::get_if<ImageRow>(&e.what)) {
       c.images.push_back(imageFile(recording.folder().cameras[0].dir, image->file));
@@ -134,11 +142,49 @@ TEST(AnyLayout, AntennasAreToldApart) {
             return v[0] + ",0," + v[2] + "," + (i % 2 == 0 ? "200A" : "200B");
           });
   const Content all = read(f);
-  EXPECT_EQ(all.ranges.size(), 10u);
-  EXPECT_TRUE(contains(all.notes, "2 antennas (200A, 200B)")) << all.notes;
+  ASSERT_EQ(all.ranges.size(), 10u);
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(all.ranges[i].antenna, i % 2 == 0 ? "200A" : "200B");
+    EXPECT_EQ(all.labels[i], i % 2 == 0 ? "UWB0" : "UWB1");
+  }
+  EXPECT_TRUE(contains(all.notes, "2 antennas (200A is UWB0, 200B is UWB1)")) << all.notes;
+  EXPECT_TRUE(contains(all.notes, "only one position is known")) << all.notes;
   const Content one = read(f, "200B");
   ASSERT_EQ(one.ranges.size(), 5u);
   EXPECT_EQ(one.ranges[0].antenna, "200B");
+  EXPECT_EQ(one.labels[0], "UWB0");
+}
+
+TEST(AnyLayout, EachAntennaMayHaveItsPlace) {
+  const EurocFolder f;
+  rewrite(f, "uwb0/data.csv", "#timestamp [ns],anchor_id,range [m],tag",
+          [](int i, const Fields& v) {
+            return v[0] + ",0," + v[2] + "," + (i % 2 == 0 ? "left" : "right");
+          });
+  const Content c = read(f, "", {0.1, 0.2, 0.3, -0.1, -0.2, 0.4});
+  ASSERT_EQ(c.ranges.size(), 10u);
+  EXPECT_EQ(c.antennas[0], Vec3(0.1, 0.2, 0.3));
+  EXPECT_EQ(c.antennas[1], Vec3(-0.1, -0.2, 0.4));
+  EXPECT_FALSE(contains(c.notes, "only one position is known")) << c.notes;
+  EXPECT_THROW(read(f, "", {0.1, 0.2}), InputError);
+}
+
+TEST(AnyLayout, AnAntennaThatComesLateIsCounted) {
+  const EurocFolder f;
+  std::string text = "#timestamp [ns],anchor_id,range [m],antenna\n";
+  for (int i = 0; i < 500; ++i) {
+    const std::string name = i == 450 ? "C" : i % 2 == 0 ? "A" : "B";
+    text += std::to_string(f.imageStamp(0) + i * 1000) + ",0,2," + name + "\n";
+  }
+  f.write("uwb0/data.csv", text);
+  EurocOptions o;
+  o.source = f.root().string();
+  ProblemLog log;
+  Recording recording(o, &log);
+  long ranges = 0;
+  for (Event e; recording.next(&e);) ranges += std::holds_alternative<RangeRow>(e.what) ? 1 : 0;
+  EXPECT_EQ(ranges, 499);
+  EXPECT_EQ(log.get("range_of_another_antenna"), 1);
 }
 
 TEST(AnyLayout, GroundTruthInAnyOrderAndNotation) {
