@@ -68,7 +68,7 @@ void readAll(const EurocOptions& options) {
     store = std::make_unique<ImageStore>(ImageMode::embed, "", "CAM0", c.file_width, c.file_height,
                                          &log);
     store->setTarget(c.calibration.camera.width, c.calibration.camera.height);
-    store->setStretch(c.stretch.black, c.stretch.white);
+    store->setStretch(c.stretch.black, c.stretch.white, c.stretch.eight_bit);
   }
   Event event;
   vir::TimeNs last = 0;

@@ -6,6 +6,7 @@
 
 #include "input_error.h"
 #include "lever_arms.h"
+#include "whole_png.h"
 
 namespace vir::bag {
 namespace {
@@ -270,9 +271,31 @@ void BagRecording::takeImu(const MessageView& m, const Stream& s, TimeNs t, Time
   for (const ImuSample& sample : pairing_.take()) hold({sample.t, index, sample}, received, 0);
 }
 
+/// A whole PNG of the right size becomes a file as it is, and need not be decoded for that.
+bool BagRecording::takeFile(const MessageView& m, const Stream& s, TimeNs t, TimeNs received,
+                            int index) {
+  const CameraSetup& camera = cameras_[s.camera];
+  const bool same = !camera.has_intrinsics || camera.intrinsics.width == camera.recorded_width;
+  if (options_.images == "embed" || !same || m.has("encoding")) return false;
+  const bags::ByteView data = m.bytes("data");
+  const auto size = wholePlainPng(data.data, data.size);
+  if (!size) return false;
+  if (camera.has_intrinsics &&
+      (size->width != camera.recorded_width || size->height != camera.recorded_height)) {
+    return false;  // which is then said
+  }
+  ImageReading image;
+  image.camera = s.camera;
+  image.extension = ".png";
+  image.file.assign(data.data, data.data + data.size);
+  hold({t, index, std::move(image)}, received, data.size);
+  return true;
+}
+
 void BagRecording::takeImage(const MessageView& m, const Stream& s, TimeNs t, TimeNs received,
                              int index) {
   const CameraSetup& camera = cameras_[s.camera];
+  if (takeFile(m, s, t, received, index)) return;
   const RawPicture raw = decodePicture(m);
   const int width = camera.recorded_width, height = camera.recorded_height;
   if (camera.has_intrinsics && (raw.pixels.cols != width || raw.pixels.rows != height)) {
