@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <system_error>
 
 #include "units.h"
 #include "vir/core/text.h"
@@ -167,7 +170,10 @@ Layout layoutOfText(std::string_view text) {
 
 Layout layoutOf(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  std::string text(kSampledBytes, '\0');
+  std::error_code ec;
+  const std::uintmax_t whole = std::filesystem::file_size(path, ec);
+  // What is no file of a known size is read all the same.
+  std::string text(ec ? kSampledBytes : std::min<std::uintmax_t>(whole, kSampledBytes), '\0');
   const auto read = [&](std::string* into) {
     in.read(into->data(), static_cast<std::streamsize>(into->size()));
     into->resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));

@@ -31,18 +31,17 @@ bool hasDecimalComma(std::string_view field) {
          field.find_first_not_of("+-0123456789,eE:TZ ") == field.npos;
 }
 
-/// Most rows: a few may be broken.
-bool most(long good, std::size_t rows) {
-  return rows > 0 && good * 10 >= static_cast<long>(rows) * 9;
-}
-
 using Rows = std::vector<std::vector<std::string_view>>;
 
+/// A few may be broken.
 template <typename Test>
 bool mostFields(const Rows& rows, std::size_t column, Test test) {
-  long good = 0;
-  for (const auto& row : rows) good += column < row.size() && test(row[column]) ? 1 : 0;
-  return most(good, rows.size());
+  std::size_t bad = 0;
+  for (const auto& row : rows) {
+    if (column < row.size() && test(row[column])) continue;
+    if (++bad * 10 > rows.size()) return false;
+  }
+  return !rows.empty();
 }
 
 bool isDateTime(std::string_view text) {

@@ -70,7 +70,7 @@ ImageSurvey surveyImages(const std::vector<std::string>& files) {
       survey.height = image.rows;
       survey.sixteen_bit = image.depth() == CV_16U;
       if (!survey.sixteen_bit && image.depth() != CV_8U) return survey;
-      histogram.resize(65536);
+      histogram.resize(survey.sixteen_bit ? 65536 : 256);
     }
     if (survey.sixteen_bit && image.depth() == CV_16U) {
       addHistogram<std::uint16_t>(image, &histogram);
