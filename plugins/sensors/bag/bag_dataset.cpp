@@ -19,6 +19,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "input_error.h"
+#include "lever_arms.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
@@ -68,6 +69,7 @@ void BagSource::describe(OptionVisitor& v) { bag::describe(v, section_, options_
 void BagSource::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                           const std::string& section) {
   roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  checkLeverArms(options_.lever_arm_m);
 }
 
 void BagSource::setPathForExternalImages(const std::string& directory) {

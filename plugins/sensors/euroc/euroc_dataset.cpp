@@ -10,6 +10,7 @@
 #include "companion_ini.h"
 #include "euroc_dataset.h"
 #include "input_error.h"
+#include "lever_arms.h"
 #include "table_folder.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
@@ -65,6 +66,7 @@ void FolderSource::describe(OptionVisitor& v) { euroc::describe(v, options_); }
 void FolderSource::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
   roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  checkLeverArms(options_.lever_arm_m);
 }
 
 void FolderSource::setPathForExternalImages(const std::string& directory) {
