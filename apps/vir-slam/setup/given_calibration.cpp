@@ -20,6 +20,25 @@ std::string absolutePath(const std::string& path) {
   return std::filesystem::absolute(path).lexically_normal().string();
 }
 
+void sizeFrom(int width, int height, const std::string& path, CameraCalibration* c) {
+  try {
+    formats::takeSizeOfImages(width, height, c);
+  } catch (const formats::CalibrationError& e) {
+    throw std::runtime_error(path + ": " + e.what());
+  }
+}
+
+/// With the size that the recording, or else the pixels, say, where the file says none.
+CameraCalibration withSize(const mrpt::obs::CObservationImage& image, CameraCalibration c,
+                           const std::string& path) {
+  if (c.width > 0) return c;
+  const bool said = image.cameraParams.ncols > 0 && image.cameraParams.nrows > 0;
+  const auto width = said ? image.cameraParams.ncols : image.image.getWidth();
+  const auto height = said ? image.cameraParams.nrows : image.image.getHeight();
+  sizeFrom(static_cast<int>(width), static_cast<int>(height), path, &c);
+  return c;
+}
+
 /// Throws when the pixels at hand do not fit.
 void requireSize(const mrpt::obs::CObservationImage& image, const CameraCalibration& c,
                  const std::string& path) {
@@ -60,13 +79,18 @@ void GivenCalibration::apply(mrpt::obs::CObservation* observation) {
     const formats::CalibratedCamera* c =
         cameraFor(image->sensorLabel, rawlog::nameOf(image->cameraParams));
     if (c == nullptr) return;
-    requireSize(*image, c->camera, file_->path);
-    image->cameraParams = rawlog::toMrptCamera(c->camera, c->label);
+    const CameraCalibration camera = withSize(*image, c->camera, file_->path);
+    requireSize(*image, camera, file_->path);
+    image->cameraParams = rawlog::toMrptCamera(camera, c->label);
     if (c->T_B_C) image->cameraPose = rawlog::toMrptPose(*c->T_B_C);
   } else if (auto* tracks =
                  dynamic_cast<mrpt::obs::CObservationStereoImagesFeatures*>(observation)) {
     if (file_->cameras.empty()) return;
-    const formats::CalibratedCamera& c = file_->cameras.front();
+    formats::CalibratedCamera c = file_->cameras.front();
+    if (c.camera.width == 0) {
+      sizeFrom(static_cast<int>(tracks->cameraLeft.ncols),
+               static_cast<int>(tracks->cameraLeft.nrows), file_->path, &c.camera);
+    }
     tracks->cameraLeft = tracks->cameraRight = rawlog::toMrptCamera(c.camera, c.label);
     if (!c.T_B_C) return;
     const auto pose = rawlog::toMrptPose(*c.T_B_C);

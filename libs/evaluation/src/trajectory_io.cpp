@@ -19,7 +19,7 @@ constexpr std::size_t kLook = 256;
 
 /// How the lines of a file are read.
 struct Habit {
-  char separator = ' ';
+  tables::RowFormat format;
   tables::PoseColumns columns;
   tables::StampUnit unit = tables::StampUnit::seconds;
   int nanoseconds = -1;     ///< column of what belongs to whole seconds
@@ -39,11 +39,11 @@ Habit tumHabit() {
 Habit habitOf(const std::string& text, ReadReport* report) {
   const tables::Layout layout = tables::layoutOfText(text);
   Habit h;
-  h.separator = layout.separator;
+  h.format = layout;
   h.columns = tables::poseColumns(layout);
   h.header = true;
   const auto expected =
-      h.separator == ' ' ? tables::StampUnit::seconds : tables::StampUnit::nanoseconds;
+      layout.separator == ' ' ? tables::StampUnit::seconds : tables::StampUnit::nanoseconds;
   const tables::UnitGuess guess = tables::stampUnit(layout, h.columns.stamp, 0.02);
   h.unit = guess.sure ? guess.unit : expected;
   h.nanoseconds = tables::nanosecondColumn(layout, h.columns.stamp);
@@ -60,7 +60,10 @@ Habit habitOf(const std::string& text, ReadReport* report) {
   if (h.unit != expected) {
     report->notes.push_back(std::string("the stamps are in ") + tables::name(h.unit));
   }
+  const std::string stamps = tables::stampRemark(layout, h.columns.stamp);
+  if (!stamps.empty()) report->notes.push_back(stamps);
   if (report->positions_only) report->notes.push_back("holds positions only, no attitudes");
+  if (!h.columns.remark.empty()) report->notes.push_back(h.columns.remark);
   return h;
 }
 
@@ -79,7 +82,8 @@ std::string quoted(std::string_view field) { return "'" + std::string(field.subs
 /// Collects poses from lines and keeps the report.
 class Reader {
  public:
-  Reader(const Habit& habit, ReadReport* report) : habit_(habit), report_(report) {}
+  Reader(const Habit& habit, ReadReport* report)
+      : habit_(habit), splitter_(habit.format), report_(report) {}
 
   void line(const std::string& cleaned, long number) {
     if (habit_.header && poses_.empty() && !seen_ && isHeader(cleaned)) {
@@ -170,8 +174,26 @@ class Reader {
     return skip(&report_->not_finite, "finite", number, quoted(field) + " is not finite");
   }
 
+  /// x y z w, as it was without any.
+  bool attitude(long number, double* xyzw) {
+    const tables::PoseColumns& c = habit_.columns;
+    if (c.hasAngles()) {
+      double angles[3];
+      for (int i = 0; i < 3; ++i) {
+        if (!value(c.angles[i], number, &angles[i])) return false;
+        angles[i] *= c.angle_unit;
+      }
+      tables::quaternionOf(angles, xyzw);
+      return true;
+    }
+    for (int i = 0; i < 4 && c.hasAttitude(); ++i) {
+      if (!value(c.q[i], number, &xyzw[i])) return false;
+    }
+    return true;
+  }
+
   bool parse(const std::string& cleaned, long number, StampedPose* pose) {
-    tables::splitLine(cleaned, habit_.separator, &fields_);
+    splitter_.split(cleaned, &fields_);
     const tables::PoseColumns& c = habit_.columns;
     const auto needed = static_cast<std::size_t>(std::max(c.last(), habit_.nanoseconds) + 1);
     const bool enough =
@@ -188,9 +210,7 @@ class Reader {
     for (std::size_t i = 0; i < 3; ++i) {
       if (!value(c.p[i], number, &v[i])) return false;
     }
-    for (std::size_t i = 0; i < 4 && c.hasAttitude(); ++i) {
-      if (!value(c.q[i], number, &v[3 + i])) return false;
-    }
+    if (!attitude(number, &v[3])) return false;
     pose->T_W_B.p = c.unit_m * Vec3(v[0], v[1], v[2]);
     const Quat q(v[6], v[3], v[4], v[5]);
     const double n = q.norm();
@@ -204,6 +224,7 @@ class Reader {
   }
 
   Habit habit_;
+  tables::RowSplitter splitter_;
   ReadReport* report_;
   Trajectory poses_;
   std::vector<long> lines_;

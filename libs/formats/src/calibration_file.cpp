@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdio>
 
 #include "camera_section.h"
 
@@ -58,8 +59,9 @@ const CalibratedCamera* CalibrationFile::camera(const std::string& label) const 
   return nullptr;
 }
 
-CalibrationFile readCalibrationFile(const std::string& path) {
-  const YamlSection root = YamlSection::load(path);
+namespace {
+
+CalibrationFile readKnown(const YamlSection& root) {
   const auto has = [&](const std::vector<std::string>& keys) {
     return !root.firstOf(keys).empty();
   };
@@ -72,6 +74,41 @@ CalibrationFile readCalibrationFile(const std::string& path) {
     return readSensorYaml(root);
   }
   failUnknown(root);
+}
+
+}  // namespace
+
+CalibrationFile readCalibrationFile(const std::string& path) {
+  CalibrationFile file = readKnown(YamlSection::load(path));
+  for (const CalibratedCamera& c : file.cameras) {
+    const std::string note =
+        "the size of the images of " + c.label + " is not in the file: it is taken from the images";
+    const bool said = std::find(file.notes.begin(), file.notes.end(), note) != file.notes.end();
+    if (c.camera.width == 0 && !said) file.notes.push_back(note);
+  }
+  return file;
+}
+
+void takeSizeOfImages(int width, int height, CameraCalibration* camera) {
+  const auto middle = [](double centre, int size) {
+    return centre > 0.25 * size && centre < 0.75 * size;
+  };
+  if (width < 1 || height < 1) {
+    throw CalibrationError(
+        "the calibration does not say of which size its images are, and no image is there to tell: "
+        "add the size to it");
+  }
+  if (!middle(camera->cx, width) || !middle(camera->cy, height)) {
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        "the calibration does not say of which size its images are, and its principal "
+        "point (%.1f, %.1f) is not near the middle of images of %dx%d: add the size to it",
+        camera->cx, camera->cy, width, height);
+    throw CalibrationError(text);
+  }
+  camera->width = width;
+  camera->height = height;
 }
 
 }  // namespace vir::formats

@@ -101,12 +101,19 @@ void setSize(const YamlSection& section, const std::string& key, double width, d
   camera->height = static_cast<int>(height);
 }
 
+void setSizeIfGiven(const YamlSection& section, const std::string& width, const std::string& height,
+                    CameraCalibration* camera) {
+  if (!section.has(width) && !section.has(height)) return;
+  setSize(section, width, section.number(width), section.number(height), camera);
+}
+
 void checkIntrinsics(const YamlSection& section, const std::string& key,
                      const CameraCalibration& c) {
   if (c.fx <= 0 || c.fy <= 0) {
     section.fail("`" + section.named(key) + "`: focal lengths must be positive");
   }
-  if (c.cx < 0 || c.cx > c.width || c.cy < 0 || c.cy > c.height) {
+  const bool known = c.width > 0;  // else takeSizeOfImages() looks
+  if (c.cx < 0 || c.cy < 0 || (known && (c.cx > c.width || c.cy > c.height))) {
     section.fail("`" + section.named(key) + "`: the principal point lies outside the image");
   }
   if (c.distortion == Distortion::double_sphere && !(c.dist[1] >= 0 && c.dist[1] <= 1)) {
@@ -119,10 +126,12 @@ void checkIntrinsics(const YamlSection& section, const std::string& key,
 
 CameraCalibration readListedCamera(const YamlSection& section) {
   CameraCalibration c;
-  const auto size = section.numbers("resolution");
-  if (size.size() != 2)
-    section.fail("`" + section.named("resolution") + "` must be [width, height]");
-  setSize(section, "resolution", size[0], size[1], &c);
+  if (section.has("resolution")) {
+    const auto size = section.numbers("resolution");
+    if (size.size() != 2)
+      section.fail("`" + section.named("resolution") + "` must be [width, height]");
+    setSize(section, "resolution", size[0], size[1], &c);
+  }
   const std::string model = section.has("camera_model") ? section.text("camera_model") : "pinhole";
   const auto projection = projections().find(model);
   if (projection == projections().end()) {

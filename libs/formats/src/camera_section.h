@@ -20,6 +20,10 @@ void setDistortion(const YamlSection& section, const std::string& key,
 void setSize(const YamlSection& section, const std::string& key, double width, double height,
              CameraCalibration* camera);
 
+/// The same where the file has one of the keys; else the size stays 0.
+void setSizeIfGiven(const YamlSection& section, const std::string& width, const std::string& height,
+                    CameraCalibration* camera);
+
 /// Throws CalibrationError for focal lengths and centres that cannot be.
 void checkIntrinsics(const YamlSection& section, const std::string& key,
                      const CameraCalibration& camera);

@@ -16,7 +16,7 @@ Distortion lensOf(const YamlSection& root) {
 CameraCalibration readIntrinsics(const YamlSection& root, const std::string& camera) {
   CameraCalibration c;
   c.distortion = lensOf(root);
-  setSize(root, "Camera.width", root.number("Camera.width"), root.number("Camera.height"), &c);
+  setSizeIfGiven(root, "Camera.width", "Camera.height", &c);
   const auto of = [&](const std::string& key) { return root.number(camera + "." + key); };
   c.fx = of("fx"), c.fy = of("fy"), c.cx = of("cx"), c.cy = of("cy");
   if (c.distortion == Distortion::radtan) {

@@ -24,8 +24,8 @@ CalibrationFile readCameraInfo(const YamlSection& root) {
   c.label = "cam0";
   const std::string width = root.firstOf({"image_width", "image_Width", "width"});
   const std::string height = root.firstOf({"image_height", "image_Height", "height"});
-  if (width.empty() || height.empty()) root.fail("`image_width` or `image_height` is missing");
-  setSize(root, width, root.number(width), root.number(height), &c.camera);
+  if (width.empty() != height.empty()) root.fail("`image_width` or `image_height` is missing");
+  if (!width.empty()) setSizeIfGiven(root, width, height, &c.camera);
   const std::string matrix = root.firstOf({"camera_matrix", "Camera_Matrix"});
   const auto k = root.numbers(matrix);
   if (k.size() != 9) root.fail("`" + matrix + "` must be 3x3");

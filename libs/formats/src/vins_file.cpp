@@ -10,7 +10,7 @@ namespace {
 
 CameraCalibration readIntrinsics(const YamlSection& root) {
   CameraCalibration c;
-  setSize(root, "image_width", root.number("image_width"), root.number("image_height"), &c);
+  setSizeIfGiven(root, "image_width", "image_height", &c);
   const std::string model = root.text("model_type");
   const YamlSection p = root.child("projection_parameters");
   const auto of = [](const YamlSection& s, std::initializer_list<const char*> keys) {

@@ -45,6 +45,7 @@ class Survey {
 
   InputLabels result() const {
     InputLabels out;
+    noteOtherRanges(&out);
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
       const roles::EstimatorInput& input = inputs_[k];
       if (others_[k].empty() || seen_.count(k) > 0) continue;
@@ -68,6 +69,21 @@ class Survey {
   }
 
  private:
+  /// Ranges of further antennas are not taken unasked: their places may not be known.
+  void noteOtherRanges(InputLabels* out) const {
+    std::string used, others;
+    for (std::size_t k = 0; k < inputs_.size(); ++k) {
+      if (inputs_[k].kind != roles::InputKind::ranges) continue;
+      if (seen_.count(k) > 0) used += (used.empty() ? "" : " ") + inputs_[k].label;
+      others.clear();
+      for (const std::string& l : others_[k]) others += (others.empty() ? "" : " ") + l;
+    }
+    if (used.empty() || others.empty()) return;
+    out->notes.push_back("ranges under " + used + " are used, those under " + others +
+                         " are not: range_label = " + used + " " + others +
+                         " takes them too, each with the antenna's place as in the recording");
+  }
+
   const std::vector<roles::EstimatorInput>& inputs_;
   std::vector<std::set<std::string>> others_;  // labels that would do, per input
   std::set<std::size_t> seen_;

@@ -2,14 +2,19 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <system_error>
 
+#include "units.h"
 #include "vir/core/text.h"
 
 namespace vir::tables {
 namespace {
 
-constexpr std::size_t kSampledBytes = 64 << 10;
+constexpr std::size_t kSampledBytes = 64 << 10, kLaterBytes = 2048;
+constexpr int kLaterPlaces = 64;
 
 constexpr std::string_view kBlank = " \t\r\"";
 
@@ -31,44 +36,40 @@ std::string_view commentOf(std::string_view line) {
   return line;
 }
 
+/// Where the unit behind a name begins: at its bracket, or at the slash of `acc_x / mg` and
+/// `t/ms`.
+std::size_t unitStart(std::string_view name) {
+  const std::size_t open = name.find_first_of("[({<");
+  if (open != name.npos) return open;
+  const std::size_t slash = name.find('/');
+  if (slash == name.npos || slash == 0) return name.npos;
+  const std::string_view behind = name.substr(slash + 1);
+  if (unitOfText(behind).quantity == Quantity::none && !stampUnitOfText(behind)) return name.npos;
+  // All of `deg/s` in `wx_deg/s` is the unit.
+  const std::size_t word = name.find_last_of("_ ", slash);
+  const bool longer =
+      word != name.npos && unitOfText(name.substr(word + 1)).quantity != Quantity::none;
+  return longer && trim(name.substr(word + 1, slash - word - 1)) != "" ? name.npos : slash;
+}
+
 std::string unitOf(std::string_view name) {
-  const std::size_t open = name.find_first_of("[(");
+  const std::size_t open = unitStart(name);
   if (open == std::string_view::npos) return {};
-  const std::size_t close = name.find_first_of("])", open);
-  return std::string(trim(name.substr(open + 1, close == name.npos ? close : close - open - 1)));
+  const std::size_t close = name.find_last_of("])}>");
+  const bool closed = close != name.npos && close > open;
+  return std::string(trim(name.substr(open + 1, closed ? close - open - 1 : close)));
 }
 
 }  // namespace
-
-void splitLine(std::string_view line, char separator, std::vector<std::string_view>* fields) {
-  if (separator == ' ') {
-    splitWords(line, kBlank, fields);
-    return;
-  }
-  fields->clear();
-  for (;;) {
-    const std::size_t end = line.find(separator);
-    fields->push_back(trim(line.substr(0, end)));
-    if (end == std::string_view::npos) return;
-    line.remove_prefix(end + 1);
-  }
-}
-
-char separatorOf(std::string_view line) {
-  for (const char c : {';', ',', '\t'}) {
-    if (line.find(c) != std::string_view::npos) return c;
-  }
-  return ' ';
-}
 
 std::string plainName(std::string_view name) {
   const std::size_t open = name.find_first_of("[(");
   const bool place = open != name.npos && open + 2 < name.size() && isDigit(name[open + 1]) &&
                      (name[open + 2] == ']' || name[open + 2] == ')');
   const std::string last = place ? std::string("_") + name[open + 1] : "";
-  name = trim(name.substr(0, open));
+  const std::string text = asciiUnits(trim(name.substr(0, unitStart(name))));
   std::string out;
-  for (const char c : name) {
+  for (const char c : trimmed(text, " _/\t")) {
     const auto u = static_cast<unsigned char>(c);
     out += std::isalnum(u) != 0 ? static_cast<char>(std::tolower(u)) : '_';
   }
@@ -92,45 +93,116 @@ std::vector<std::string> Layout::column(std::size_t index) const {
   return out;
 }
 
+namespace {
+
+/// Words of a header between blanks; a unit in brackets belongs to the word before it.
+void splitHeader(std::string_view header, std::vector<std::string_view>* fields) {
+  splitLine(header, ' ', fields);
+  std::vector<std::string_view> out;
+  for (const std::string_view word : *fields) {
+    const bool open = !out.empty() && out.back().find_first_of("[(") != word.npos &&
+                      out.back().find_first_of("])") == word.npos;
+    const bool unit = word.front() == '[' || word.front() == '(';
+    if (!out.empty() && (open || unit)) {
+      const char* begin = out.back().data();
+      out.back() = {begin, static_cast<std::size_t>(word.data() + word.size() - begin)};
+    } else {
+      out.push_back(word);
+    }
+  }
+  *fields = std::move(out);
+}
+
+void readNames(std::string_view header, Layout* layout) {
+  std::vector<std::string_view> fields;
+  const char separator = separatorOf(header);
+  if (layout->rows.empty()) layout->separator = separator;
+  if (separator == ' ') {
+    splitHeader(header, &fields);
+  } else {
+    splitLine(header, separator, &fields);
+  }
+  for (const std::string_view name : fields) {
+    layout->names.push_back(plainName(name));
+    layout->units.push_back(unitOf(name));
+  }
+  // The date's name goes with its column, where it has one.
+  if (layout->date_apart >= 0 && layout->names.size() > layout->columns) {
+    layout->names.erase(layout->names.begin() + layout->date_apart);
+    layout->units.erase(layout->units.begin() + layout->date_apart);
+  }
+}
+
+bool isComment(std::string_view line) { return line.front() == '#' || line.front() == '%'; }
+
+}  // namespace
+
 Layout layoutOfText(std::string_view text) {
   Layout layout;
   std::string header;
-  std::vector<std::string_view> fields;
+  std::vector<std::string> lines;
   if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
-  while (!text.empty() && layout.rows.size() < Layout::kSampled) {
+  while (!text.empty() && lines.size() < Layout::kSampled) {
     const std::size_t end = text.find('\n');
     const std::string_view line = trim(text.substr(0, end));
     text.remove_prefix(end == text.npos ? text.size() : end + 1);
     if (line.empty()) continue;
-    const bool comment = line.front() == '#' || line.front() == '%';
-    if (comment || (layout.rows.empty() && header.empty() && !beginsAsData(line))) {
-      if (layout.rows.empty()) header = std::string(comment ? commentOf(line) : line);
+    const bool comment = isComment(line);
+    if (comment || (lines.empty() && header.empty() && !beginsAsData(line))) {
+      if (lines.empty()) header = std::string(comment ? commentOf(line) : line);
       continue;
     }
-    if (layout.rows.empty()) layout.separator = separatorOf(line);
-    splitLine(line, layout.separator, &fields);
+    lines.emplace_back(line);
+  }
+  if (!lines.empty()) {
+    static_cast<RowFormat&>(layout) = rowFormatOf(lines, separatorOf(lines.front()));
+  }
+  RowSplitter splitter(layout);
+  std::vector<std::string_view> fields;
+  for (const std::string& line : lines) {
+    splitter.split(line, &fields);
     layout.columns = std::max(layout.columns, fields.size());
     layout.rows.emplace_back(fields.begin(), fields.end());
   }
-  if (header.empty()) return layout;
-  char separator = separatorOf(header);
-  if (layout.rows.empty()) layout.separator = separator;
-  splitLine(header, separator, &fields);
-  for (const std::string_view name : fields) {
-    layout.names.push_back(plainName(name));
-    layout.units.push_back(unitOf(name));
-  }
+  if (!header.empty()) readNames(header, &layout);
   return layout;
 }
 
 Layout layoutOf(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  std::string text(kSampledBytes, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  std::error_code ec;
+  const std::uintmax_t whole = std::filesystem::file_size(path, ec);
+  // What is no file of a known size is read all the same.
+  std::string text(ec ? kSampledBytes : std::min<std::uintmax_t>(whole, kSampledBytes), '\0');
+  const auto read = [&](std::string* into) {
+    in.read(into->data(), static_cast<std::streamsize>(into->size()));
+    into->resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  };
+  read(&text);
   // The last line may be cut.
-  if (text.size() == kSampledBytes) text.resize(text.rfind('\n') + 1);
-  return layoutOfText(text);
+  const bool more = text.size() == kSampledBytes;
+  if (more) text.resize(text.rfind('\n') + 1);
+  Layout layout = layoutOfText(text);
+  if (!more || layout.rows.empty() || !in.seekg(0, std::ios::end)) return layout;
+  const auto size = static_cast<long long>(in.tellg());
+  RowSplitter splitter(layout);
+  std::vector<std::string_view> fields;
+  for (int i = 1; i <= kLaterPlaces; ++i) {
+    std::string piece(kLaterBytes, '\0');
+    if (!in.seekg(std::max(0LL, size - static_cast<long long>(kLaterBytes)) / kLaterPlaces * i)) {
+      break;
+    }
+    read(&piece);
+    in.clear();
+    // A whole line: neither the first nor the last is.
+    const std::size_t begin = piece.find('\n'), end = piece.find('\n', begin + 1);
+    if (begin == piece.npos || end == piece.npos) continue;
+    const std::string_view line = trim(std::string_view(piece).substr(begin, end - begin));
+    if (line.empty() || line.front() == '\n' || isComment(line)) continue;
+    splitter.split(trimmed(line), &fields);
+    layout.later.emplace_back(fields.begin(), fields.end());
+  }
+  return layout;
 }
 
 }  // namespace vir::tables

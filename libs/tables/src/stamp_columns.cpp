@@ -1,42 +1,57 @@
 /// Which column holds the stamps, and in what unit.
 #include <algorithm>
 
+#include "units.h"
 #include "vir/core/parse_number.h"
 #include "vir/tables/layout.h"
 
 namespace vir::tables {
 namespace {
 
+/// What times are called, best first; a unit may stand behind.
 const std::vector<std::string>& stampNames() {
   static const std::vector<std::string> names{"timestamp",
                                               "stamp",
                                               "time",
                                               "t",
-                                              "timestamp_ns",
-                                              "timestamp_us",
-                                              "time_ns",
-                                              "timestamp_ms",
-                                              "time_us",
-                                              "time_ms",
-                                              "timestamp_s",
-                                              "time_s",
-                                              "t_ns",
-                                              "t_us",
-                                              "t_ms",
-                                              "t_s",
-                                              "secs",
-                                              "sec",
                                               "header_stamp",
-                                              "stamp_ns",
-                                              "header_stamp_secs",
-                                              "header_stamp_sec",
-                                              "stamp_secs",
-                                              "stamp_sec",
-                                              "time_secs",
-                                              "time_sec",
-                                              "seconds",
-                                              "nsec"};
+                                              "time_stamp",
+                                              "field_header_stamp",
+                                              "ts",
+                                              "datetime",
+                                              "date_time",
+                                              "date",
+                                              "utc",
+                                              "utc_time",
+                                              "time_utc",
+                                              "timestamp_utc",
+                                              "elapsed",
+                                              "elapsed_time",
+                                              "time_elapsed",
+                                              "time_since_start",
+                                              "epoch",
+                                              "unix_time",
+                                              "unixtime",
+                                              "system_time",
+                                              "sensor_time",
+                                              "local_time",
+                                              "sample_time",
+                                              "loggingtime",
+                                              "rosbagtimestamp"};
   return names;
+}
+
+/// `name` behind `base`: nothing, or a unit. `plain`: nothing.
+bool isStampName(const std::string& name, const std::string& base, bool plain) {
+  if (name.compare(0, base.size(), base) != 0) return false;
+  if (plain) return name.size() == base.size();
+  std::string_view rest = std::string_view(name).substr(base.size());
+  for (const std::string_view front : {"_in_", "_"}) {
+    if (rest.substr(0, front.size()) != front) continue;
+    rest.remove_prefix(front.size());
+    break;
+  }
+  return stampUnitOfText(rest).has_value();
 }
 
 /// 0 1 2 3 ..., or from 1 on.
@@ -54,27 +69,59 @@ bool onlyCounts(const std::vector<std::string>& column) {
 std::optional<StampUnit> unitNamed(const Layout& layout, int index) {
   const auto i = static_cast<std::size_t>(index);
   if (i >= layout.names.size()) return std::nullopt;
+  if (!layout.units[i].empty()) return stampUnitOfText(layout.units[i]);
   const std::string& name = layout.names[i];
-  const auto ends = [&](const std::string& end) {
-    return name.size() > end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
-  };
-  for (const StampUnit unit : {StampUnit::nanoseconds, StampUnit::microseconds,
-                               StampUnit::milliseconds, StampUnit::seconds}) {
-    if (layout.units[i] == tables::name(unit) || ends(std::string("_") + tables::name(unit))) {
-      return unit;
-    }
+  const std::size_t at = name.rfind('_');
+  if (at != name.npos) return stampUnitOfText(std::string_view(name).substr(at + 1));
+  for (const std::string& base : stampNames()) {
+    if (isStampName(name, base, false)) return stampUnitOfText(name.substr(base.size()));
   }
   return std::nullopt;
 }
 
 }  // namespace
 
+int namedStampColumn(const Layout& layout) {
+  const auto find = [&](bool plain, bool rest_of_seconds) {
+    for (const std::string& base : stampNames()) {
+      for (std::size_t i = 0; i < layout.names.size(); ++i) {
+        const std::string& name = layout.names[i];
+        // `stamp_nsecs` is a time only where there is no `stamp_secs`.
+        const bool rest = name.size() > 4 && name.find("nsec", name.size() - 5) != name.npos;
+        if (rest == rest_of_seconds && isStampName(name, base, plain)) return static_cast<int>(i);
+      }
+    }
+    return -1;
+  };
+  int column = find(true, false);
+  if (column < 0) column = find(false, false);
+  if (column < 0) column = layout.find({"secs", "sec", "seconds", "seconds_elapsed"});
+  if (column < 0) column = find(false, true);
+  return column >= 0 ? column : layout.find({"nsec"});
+}
+
 int stampColumn(const Layout& layout) {
-  const int named = layout.find(stampNames());
+  const int named = namedStampColumn(layout);
   if (named >= 0) return named;
+  for (std::size_t i = 0; i < layout.kinds.size(); ++i) {
+    if (layout.kinds[i] != ColumnKind::other) return static_cast<int>(i);
+  }
   const bool second = layout.columns > 1 && onlyCounts(layout.column(0)) &&
                       guessUnit(layout.column(1), 0.05).unix_time;
   return second ? 1 : 0;
+}
+
+std::string stampRemark(const Layout& layout, int column) {
+  switch (layout.kind(column)) {
+    case ColumnKind::date:
+      return "the stamps are dates, in UTC where they name no offset";
+    case ColumnKind::clock:
+      return "the stamps are times of day without a date: they count from the midnight before the "
+             "first row";
+    case ColumnKind::other:
+      break;
+  }
+  return {};
 }
 
 int nanosecondColumn(const Layout& layout, int stamp) {
@@ -93,6 +140,8 @@ int nanosecondColumn(const Layout& layout, int stamp) {
 }
 
 UnitGuess stampUnit(const Layout& layout, int index, double typical_step_s) {
+  const ColumnKind kind = layout.kind(index);
+  if (kind != ColumnKind::other) return {StampUnit::seconds, kind == ColumnKind::date, true};
   if (nanosecondColumn(layout, index) >= 0) return {StampUnit::seconds, false, true};
   return guessUnit(layout.column(static_cast<std::size_t>(std::max(index, 0))), typical_step_s,
                    unitNamed(layout, index));

@@ -12,9 +12,7 @@ bool namesAll(const Layout& layout) {
       std::count_if(layout.names.begin(), layout.names.end(),
                     [](const std::string& name) { return !name.empty(); }));
   if (named < layout.columns) return false;
-  return layout.find({"timestamp", "time", "t", "stamp", "timestamp_ns", "time_ns", "time_s",
-                      "time_ms", "time_us", "secs", "sec", "seconds", "seconds_elapsed", "t_ns"}) >=
-         0;
+  return namedStampColumn(layout) >= 0;
 }
 
 namespace {

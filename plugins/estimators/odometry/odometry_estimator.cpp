@@ -2,19 +2,24 @@
 
 #include "bias_model_file.h"
 #include "vir/rawlog/convert.h"
+#include "vir/roles/range_labels.h"
 
 namespace vir {
 void OdometrySettings::describe(OptionVisitor& v) {
   v.section("Estimator", "The estimator and which sensors of the recording it reads");
   v.value("odometry_label", odometry_label, "sensor label of the odometry's poses");
-  v.value("range_label", range_label, "sensor label of the ranges to anchors");
+  v.value("range_label", range_label,
+          "sensor label of the ranges to anchors; several with blanks between: antennas of the "
+          "robot, each with its place on it in the recording");
   v.value("use_ranges", config.ranges.use, "use the ranges, if the recording has any");
   window::describeMode(v, config.long_window);
   estimator::describe(v, config);
 }
 
 std::vector<roles::EstimatorInput> OdometrySettings::inputs() const {
-  return {{roles::InputKind::pose, odometry_label, 1}, {roles::InputKind::ranges, range_label, 0}};
+  std::vector<roles::EstimatorInput> out{{roles::InputKind::pose, odometry_label, 1}};
+  roles::addRangeInputs(range_label, &out);
+  return out;
 }
 
 std::unique_ptr<roles::Estimator> OdometrySettings::create(
@@ -30,7 +35,7 @@ void OdometryEstimator::add(const mrpt::obs::CObservation& observation) {
     if (const auto pose = rawlog::poseOf(observation)) {
       estimator_.addOdometry(pose->t, pose->T_W_B);
     }
-  } else if (observation.sensorLabel == settings_.range_label) {
+  } else if (roles::isAmong(observation.sensorLabel, settings_.range_label)) {
     for (const Range& r : rawlog::rangesOf(observation)) estimator_.addRange(r);
   } else if (const auto anchor = rawlog::deployedAnchorOf(observation)) {
     estimator_.anchorDeployed(anchor->id, anchor->p_B, anchor->sigma_m);

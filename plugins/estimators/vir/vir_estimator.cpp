@@ -16,6 +16,7 @@
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/roles/range_labels.h"
 
 namespace vir {
 
@@ -25,7 +26,9 @@ void VirSettings::describe(OptionVisitor& v) {
   v.value("tracks_label", tracks_label,
           "sensor label of feature tracks, for a recording without images");
   v.value("imu_label", imu_label, "sensor label of the IMU");
-  v.value("range_label", range_label, "sensor label of the ranges to anchors");
+  v.value("range_label", range_label,
+          "sensor label of the ranges to anchors; several with blanks between: antennas of the "
+          "robot, each with its place on it in the recording");
   v.value("use_ranges", config.ranges.use, "use the ranges, if the recording has any");
   v.value("pipelined", config.pipelined,
           "the tracker hears of the state one image later, as it does with two threads in record");
@@ -36,10 +39,11 @@ void VirSettings::describe(OptionVisitor& v) {
 
 std::vector<roles::EstimatorInput> VirSettings::inputs() const {
   using roles::InputKind;
-  return {{InputKind::image, camera_label, 1},
-          {InputKind::tracks, tracks_label, 1},
-          {InputKind::imu, imu_label, 2},
-          {InputKind::ranges, range_label, 0}};
+  std::vector<roles::EstimatorInput> out{{InputKind::image, camera_label, 1},
+                                         {InputKind::tracks, tracks_label, 1},
+                                         {InputKind::imu, imu_label, 2}};
+  roles::addRangeInputs(range_label, &out);
+  return out;
 }
 
 bool VirSettings::workBehind() {
@@ -80,7 +84,7 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
     if (const auto* imu = dynamic_cast<const mrpt::obs::CObservationIMU*>(&observation)) {
       addImu(*imu);
     }
-  } else if (observation.sensorLabel == settings_.range_label) {
+  } else if (roles::isAmong(observation.sensorLabel, settings_.range_label)) {
     for (const Range& r : rawlog::rangesOf(observation)) estimator_->addRange(r);
   } else if (const auto anchor = rawlog::deployedAnchorOf(observation)) {
     estimator_->anchorDeployed(anchor->id, anchor->p_B, anchor->sigma_m);

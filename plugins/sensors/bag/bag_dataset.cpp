@@ -12,12 +12,14 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
 #include "input_error.h"
+#include "lever_arms.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
@@ -36,6 +38,8 @@ namespace {
 
 /// Readings per doProcess(): enough to be fast, few enough to keep the queue small.
 constexpr int kBatch = 64;
+/// Files of images that are written while reading goes on.
+constexpr std::size_t kMostFiles = 3;
 
 void writeFile(const std::string& path, const void* data, std::size_t size) {
   std::ofstream out(path, std::ios::binary);
@@ -65,6 +69,7 @@ void BagSource::describe(OptionVisitor& v) { bag::describe(v, section_, options_
 void BagSource::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                           const std::string& section) {
   roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  checkLeverArms(options_.lever_arm_m);
 }
 
 void BagSource::setPathForExternalImages(const std::string& directory) {
@@ -98,6 +103,8 @@ void BagSource::initialize() {
     if (c.has_place) obs->cameraPose = rawlog::toMrptPose(c.T_B_C);
     templates_.push_back(obs);
   }
+  waiting_.clear();
+  files_waited_for_ = 0;
   m_state = ssWorking;
 }
 
@@ -115,6 +122,7 @@ void BagSource::doProcess() {
 }
 
 void BagSource::finish() {
+  release(0);
   finished_ = true;
   long all = 0;
   for (const bag::Stream& s : recording_->streams()) {
@@ -134,6 +142,7 @@ void BagSource::finish() {
 void BagSource::emit(bag::Reading* reading) {
   const bag::Stream& s = recording_->streams()[static_cast<std::size_t>(reading->stream)];
   mrpt::obs::CObservation::Ptr obs;
+  std::future<void> written;
   if (const auto* imu = std::get_if<ImuSample>(&reading->what)) {
     obs = rawlog::toObservation(*imu, s.label);
   } else if (const auto* range = std::get_if<Range>(&reading->what)) {
@@ -141,19 +150,53 @@ void BagSource::emit(bag::Reading* reading) {
   } else if (const auto* pose = std::get_if<StampedPose>(&reading->what)) {
     obs = rawlog::toObservation(*pose, s.label);
   } else {
-    obs = imageObservation(reading->t, std::get<bag::ImageReading>(reading->what), s.label);
+    obs = imageObservation(reading->t, &std::get<bag::ImageReading>(reading->what), s.label,
+                           &written);
   }
   ++given_[s.label];
-  appendObservation(obs);
+  files_waited_for_ += written.valid() ? 1 : 0;
+  waiting_.push_back({obs, std::move(written)});
+  release(kMostFiles);
 }
 
-mrpt::obs::CObservation::Ptr BagSource::imageObservation(TimeNs t, const bag::ImageReading& image,
-                                                         const std::string& label) {
-  auto obs = std::make_shared<mrpt::obs::CObservationImage>(*templates_[image.camera]);
+/// Hands on what has its files, and as much more as it takes for no more than `most_waiting` files
+/// to be written at a time.
+void BagSource::release(std::size_t most_waiting) {
+  while (!waiting_.empty()) {
+    Waiting& first = waiting_.front();
+    if (first.written.valid()) {
+      const bool there =
+          first.written.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+      if (!there && files_waited_for_ <= most_waiting) return;
+      --files_waited_for_;
+      first.written.get();  // throws what went wrong
+    }
+    appendObservation(first.observation);
+    waiting_.pop_front();
+  }
+}
+
+std::future<void> BagSource::writeLater(const std::string& path, bag::ImageReading* image) const {
+  return std::async(std::launch::async, [path, image = std::move(*image)] {
+    if (!image.file.empty()) {
+      writeFile(path, image.file.data(), image.file.size());
+      return;
+    }
+    std::vector<unsigned char> png;
+    // With any level given OpenCV tries all filters of PNG: half as fast again for 8 % of size.
+    cv::imencode(".png", image.pixels, png);
+    writeFile(path, png.data(), png.size());
+  });
+}
+
+mrpt::obs::CObservation::Ptr BagSource::imageObservation(TimeNs t, bag::ImageReading* image,
+                                                         const std::string& label,
+                                                         std::future<void>* written) {
+  auto obs = std::make_shared<mrpt::obs::CObservationImage>(*templates_[image->camera]);
   obs->sensorLabel = label;
   obs->timestamp = rawlog::toMrptTime(t);
   if (embed_) {
-    obs->image = mrpt::img::CImage(image.pixels, mrpt::img::SHALLOW_COPY);
+    obs->image = mrpt::img::CImage(image->pixels, mrpt::img::SHALLOW_COPY);
     return obs;
   }
   if (!folder_ready_) {
@@ -165,17 +208,9 @@ mrpt::obs::CObservation::Ptr BagSource::imageObservation(TimeNs t, const bag::Im
     }
     folder_ready_ = true;
   }
-  const bool as_it_is = !image.file.empty();
-  const std::string name = label + "_" + std::to_string(t) + (as_it_is ? image.extension : ".png");
-  const std::string path = m_path_for_external_images + "/" + name;
-  if (as_it_is) {
-    writeFile(path, image.file.data(), image.file.size());
-  } else {
-    std::vector<unsigned char> png;
-    // With any level given OpenCV tries all filters of PNG: half as fast again for 8 % of size.
-    cv::imencode(".png", image.pixels, png);
-    writeFile(path, png.data(), png.size());
-  }
+  const bool as_it_is = !image->file.empty();
+  const std::string name = label + "_" + std::to_string(t) + (as_it_is ? image->extension : ".png");
+  *written = writeLater(m_path_for_external_images + "/" + name, image);
   obs->image.setExternalStorage(name);
   return obs;
 }

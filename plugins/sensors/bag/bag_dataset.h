@@ -3,6 +3,8 @@
 #include <mrpt/hwdrivers/CGenericSensor.h>
 #include <mrpt/obs/obs_frwds.h>
 
+#include <deque>
+#include <future>
 #include <map>
 #include <memory>
 #include <string>
@@ -42,9 +44,18 @@ class BagSource : public mrpt::hwdrivers::CGenericSensor, public roles::Recorded
 
  private:
   void emit(bag::Reading* reading);
-  mrpt::obs::CObservation::Ptr imageObservation(TimeNs t, const bag::ImageReading& image,
-                                                const std::string& label);
+  mrpt::obs::CObservation::Ptr imageObservation(TimeNs t, bag::ImageReading* image,
+                                                const std::string& label,
+                                                std::future<void>* written);
+  std::future<void> writeLater(const std::string& path, bag::ImageReading* image) const;
+  void release(std::size_t most_waiting);
   void finish();
+
+  /// What waits, in order, for the file of an image to be there.
+  struct Waiting {
+    mrpt::obs::CObservation::Ptr observation;
+    std::future<void> written;  ///< not valid: nothing to wait for
+  };
 
   std::string section_;
   bag::BagOptions options_;
@@ -52,6 +63,8 @@ class BagSource : public mrpt::hwdrivers::CGenericSensor, public roles::Recorded
   std::unique_ptr<bag::BagRecording> recording_;
   std::vector<std::shared_ptr<const mrpt::obs::CObservationImage>> templates_;  // by camera
   std::map<std::string, long> given_;
+  std::deque<Waiting> waiting_;
+  std::size_t files_waited_for_ = 0;
   bool finished_ = false, embed_ = false, folder_ready_ = false;
 };
 

@@ -41,7 +41,9 @@ void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
   v.value("first_look_s", o.first_look_s, {0.1, kInf},
           "how much of the recording is looked at for topics, calibration and contrast");
   v.value("range_sigma_m", o.range_sigma_m, {0, 100}, "of ranges whose messages tell none");
-  v.value("lever_arm_m", o.lever_arm_m, 3, "antenna in the body frame (the IMU's)");
+  v.value("lever_arm_m", o.lever_arm_m, 0,
+          "antenna in the body frame (the IMU's), of ranges whose messages tell none; or three "
+          "numbers for each label, UWB0 UWB1 ...");
 }
 
 const char* name(Role role) {

@@ -5,6 +5,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "input_error.h"
+#include "lever_arms.h"
+#include "whole_png.h"
 
 namespace vir::bag {
 namespace {
@@ -63,6 +65,7 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
       (options.levels_16_bit.size() != 2 || options.levels_16_bit[1] <= options.levels_16_bit[0])) {
     throw InputError("levels_16_bit: give two numbers, black and the larger white");
   }
+  checkLeverArms(options.lever_arm_m);
   const std::vector<TopicWish> wishes = parseTopics(options.topics);
   const Survey look = survey(options.source, options.first_look_s, topicsOf(wishes));
   if (look.topics.empty()) {
@@ -85,9 +88,10 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
     if (levels.known()) {
       char text[160];
       std::snprintf(text, sizeof text,
-                    ": 16-bit images stretched the same all through: %.0f is black, %.0f white "
+                    ": %s images stretched the same all through: %.6g is black, %.6g white "
                     "(levels_16_bit sets others)",
-                    levels.black, levels.white);
+                    look.find(s.topic)->real_numbers ? "float" : "16-bit", levels.black,
+                    levels.white);
       log->note(s.topic + text);
     }
     levels_.push_back(levels);
@@ -267,9 +271,31 @@ void BagRecording::takeImu(const MessageView& m, const Stream& s, TimeNs t, Time
   for (const ImuSample& sample : pairing_.take()) hold({sample.t, index, sample}, received, 0);
 }
 
+/// A whole PNG of the right size becomes a file as it is, and need not be decoded for that.
+bool BagRecording::takeFile(const MessageView& m, const Stream& s, TimeNs t, TimeNs received,
+                            int index) {
+  const CameraSetup& camera = cameras_[s.camera];
+  const bool same = !camera.has_intrinsics || camera.intrinsics.width == camera.recorded_width;
+  if (options_.images == "embed" || !same || m.has("encoding")) return false;
+  const bags::ByteView data = m.bytes("data");
+  const auto size = wholePlainPng(data.data, data.size);
+  if (!size) return false;
+  if (camera.has_intrinsics &&
+      (size->width != camera.recorded_width || size->height != camera.recorded_height)) {
+    return false;  // which is then said
+  }
+  ImageReading image;
+  image.camera = s.camera;
+  image.extension = ".png";
+  image.file.assign(data.data, data.data + data.size);
+  hold({t, index, std::move(image)}, received, data.size);
+  return true;
+}
+
 void BagRecording::takeImage(const MessageView& m, const Stream& s, TimeNs t, TimeNs received,
                              int index) {
   const CameraSetup& camera = cameras_[s.camera];
+  if (takeFile(m, s, t, received, index)) return;
   const RawPicture raw = decodePicture(m);
   const int width = camera.recorded_width, height = camera.recorded_height;
   if (camera.has_intrinsics && (raw.pixels.cols != width || raw.pixels.rows != height)) {
@@ -322,8 +348,7 @@ void BagRecording::takeRanges(const MessageView& m, const Stream& s, TimeNs t, T
     range.anchor = static_cast<std::uint64_t>(anchors_.numberOfAny(r.anchor));
     range.range_m = r.range_m;
     range.sigma_m = r.sigma_m > 0 ? r.sigma_m : options_.range_sigma_m;
-    range.p_B_U = r.antenna.value_or(
-        Vec3(options_.lever_arm_m[0], options_.lever_arm_m[1], options_.lever_arm_m[2]));
+    range.p_B_U = r.antenna.value_or(leverArm(options_.lever_arm_m, s.antenna));
     hold({range.t, index, range}, received, 0);
   }
 }

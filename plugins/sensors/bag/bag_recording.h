@@ -63,6 +63,7 @@ class BagRecording {
   void take(const bags::BagMessage& message, int index);
   TimeNs stampOf(const bags::MessageView& m, const bags::BagMessage& message, const Stream& s);
   void takeImu(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received, int index);
+  bool takeFile(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received, int index);
   void takeImage(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received, int index);
   void takePose(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received, int index);
   void takeRanges(const bags::MessageView& m, const Stream& s, TimeNs t, TimeNs received,

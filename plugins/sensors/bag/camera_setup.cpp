@@ -6,6 +6,7 @@
 #include "calibration_hook.h"
 #include "camera_scaling.h"
 #include "input_error.h"
+#include "vir/formats/calibration_file.h"
 
 namespace vir::bag {
 namespace {
@@ -130,10 +131,20 @@ void fromRecording(const Survey& survey, const std::string& imu_frame, CameraSet
 /// The calibration for images of another size than its own, and for those that are made smaller.
 void fitToImages(const Survey& survey, int wanted_width, CameraSetup* camera, ProblemLog* log) {
   CameraCalibration& c = camera->intrinsics;
-  if (!camera->has_intrinsics || c.width <= 0 || c.height <= 0) return;
+  if (!camera->has_intrinsics) return;
   char text[160];
   const TopicInfo* images = survey.find(camera->topic);
   const bool known = images != nullptr && images->width > 0;
+  if (c.width == 0) {
+    try {
+      formats::takeSizeOfImages(known ? images->width : 0, known ? images->height : 0, &c);
+    } catch (const formats::CalibrationError& e) {
+      throw InputError(camera->topic + ": " + e.what());
+    }
+    std::snprintf(text, sizeof text, ": the size of the images, %dx%d, taken from the first one",
+                  c.width, c.height);
+    log->note(camera->topic + text);
+  }
   if (known && (images->width != c.width || images->height != c.height) &&
       sameShape(images->width, images->height, c)) {
     std::snprintf(text, sizeof text,

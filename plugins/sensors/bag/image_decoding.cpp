@@ -1,11 +1,15 @@
 #include "image_decoding.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "image_head.h"
+#include "raw_image.h"
+#include "vir/core/text.h"
 
 namespace vir::bag {
 namespace {
@@ -14,100 +18,7 @@ using bags::BagError;
 using bags::ByteView;
 using bags::MessageView;
 
-constexpr int kLargest = 20'000;  ///< [px]
-
-struct Encoding {
-  const char* name;
-  int type;      ///< of cv::Mat
-  int convert;   ///< while it still has its own channels; -1: as it is
-  int demosaic;  ///< once it is 8 bit; -1: none
-};
 constexpr int kNo = -1;
-// OpenCV calls Bayer patterns by their second row: RGGB is its BG.
-constexpr Encoding kEncodings[] = {
-    {"mono8", CV_8UC1, kNo, kNo},
-    {"8UC1", CV_8UC1, kNo, kNo},
-    {"mono16", CV_16UC1, kNo, kNo},
-    {"16UC1", CV_16UC1, kNo, kNo},
-    {"bgr8", CV_8UC3, kNo, kNo},
-    {"8UC3", CV_8UC3, kNo, kNo},
-    {"rgb8", CV_8UC3, cv::COLOR_RGB2BGR, kNo},
-    {"bgra8", CV_8UC4, cv::COLOR_BGRA2BGR, kNo},
-    {"8UC4", CV_8UC4, cv::COLOR_BGRA2BGR, kNo},
-    {"rgba8", CV_8UC4, cv::COLOR_RGBA2BGR, kNo},
-    {"bgr16", CV_16UC3, kNo, kNo},
-    {"rgb16", CV_16UC3, cv::COLOR_RGB2BGR, kNo},
-    {"bayer_rggb8", CV_8UC1, kNo, cv::COLOR_BayerBG2BGR},
-    {"bayer_bggr8", CV_8UC1, kNo, cv::COLOR_BayerRG2BGR},
-    {"bayer_gbrg8", CV_8UC1, kNo, cv::COLOR_BayerGR2BGR},
-    {"bayer_grbg8", CV_8UC1, kNo, cv::COLOR_BayerGB2BGR},
-    {"bayer_rggb16", CV_16UC1, kNo, cv::COLOR_BayerBG2BGR},
-    {"bayer_bggr16", CV_16UC1, kNo, cv::COLOR_BayerRG2BGR},
-    {"bayer_gbrg16", CV_16UC1, kNo, cv::COLOR_BayerGR2BGR},
-    {"bayer_grbg16", CV_16UC1, kNo, cv::COLOR_BayerGB2BGR},
-    {"yuv422", CV_8UC2, cv::COLOR_YUV2BGR_UYVY, kNo},
-    {"uyvy", CV_8UC2, cv::COLOR_YUV2BGR_UYVY, kNo},
-    {"yuv422_yuy2", CV_8UC2, cv::COLOR_YUV2BGR_YUY2, kNo},
-    {"yuyv", CV_8UC2, cv::COLOR_YUV2BGR_YUY2, kNo},
-};
-
-const Encoding* encodingOf(std::string_view name) {
-  for (const Encoding& e : kEncodings) {
-    if (name == e.name) return &e;
-  }
-  return nullptr;
-}
-
-std::string knownEncodings() {
-  std::string out;
-  for (const Encoding& e : kEncodings) out += std::string(out.empty() ? "" : " ") + e.name;
-  return out;
-}
-
-RawPicture decodeRaw(const MessageView& m) {
-  const std::string_view name = m.text("encoding");
-  const Encoding* e = encodingOf(name);
-  if (e == nullptr) {
-    throw BagError("image encoding '" + std::string(name.substr(0, 40)) +
-                   "' cannot be read; known are " + knownEncodings());
-  }
-  const std::int64_t width = m.integer("width"), height = m.integer("height");
-  const std::int64_t step = m.integer("step");
-  const ByteView data = m.bytes("data");
-  const std::int64_t least = width * static_cast<std::int64_t>(CV_ELEM_SIZE(e->type));
-  if (width < 1 || height < 1 || width > kLargest || height > kLargest || step < least ||
-      (height - 1) * step + least > static_cast<std::int64_t>(data.size)) {
-    throw BagError("image of " + std::to_string(width) + "x" + std::to_string(height) +
-                   " pixels, " + std::to_string(step) + " bytes a row, has only " +
-                   std::to_string(data.size) + " bytes");
-  }
-  // OpenCV takes no pointer to what is not to change.
-  cv::Mat view(static_cast<int>(height), static_cast<int>(width), e->type,
-               const_cast<std::uint8_t*>(data.data), static_cast<std::size_t>(step));
-  RawPicture out;
-  out.demosaic = e->demosaic;
-  if (CV_MAT_DEPTH(e->type) == CV_16U) {
-    // Bytes of a message lie anywhere; words must not.
-    out.pixels = view.clone();
-    if (m.integer("is_bigendian") != 0) {
-      cv::Mat bytes(out.pixels.rows, out.pixels.cols * out.pixels.channels(), CV_8UC2,
-                    out.pixels.data);
-      const int swap[] = {0, 1, 1, 0};
-      cv::Mat swapped(bytes.size(), CV_8UC2);
-      cv::mixChannels(&bytes, 1, &swapped, 1, swap, 2);
-      swapped.copyTo(bytes);
-    }
-    view = out.pixels;
-  }
-  if (e->convert == kNo) {
-    out.pixels = view;
-  } else {
-    cv::Mat converted;
-    cv::cvtColor(view, converted, e->convert);
-    out.pixels = converted;
-  }
-  return out;
-}
 
 bool startsWith(ByteView b, std::string_view magic) {
   return b.text().substr(0, magic.size()) == magic;
@@ -156,7 +67,12 @@ RawPicture decodeCompressed(const MessageView& m) {
 }  // namespace
 
 RawPicture decodePicture(const MessageView& message) {
-  return message.has("encoding") ? decodeRaw(message) : decodeCompressed(message);
+  if (!message.has("encoding")) return decodeCompressed(message);
+  const RawPixels raw = decodeRawImage(message);
+  RawPicture out;
+  out.pixels = raw.pixels;
+  out.demosaic = raw.demosaic;
+  return out;
 }
 
 Picture finishPicture(const RawPicture& raw, const Levels& levels) {
@@ -164,16 +80,24 @@ Picture finishPicture(const RawPicture& raw, const Levels& levels) {
   out.pixels = raw.pixels;
   out.file = raw.file;
   out.extension = raw.extension;
-  if (raw.pixels.depth() == CV_16U) {
+  const int depth = raw.pixels.depth();
+  if (depth == CV_16U || depth == CV_32F) {
     const double black = levels.known() ? levels.black : 0;
-    const double white = levels.known() ? levels.white : 65535;
+    const double white = levels.known() ? levels.white : depth == CV_16U ? 65535 : 1;
     const double scale = 255 / (white - black);
+    cv::Mat from = raw.pixels;
+    if (depth == CV_32F) {  // what is no number is black, infinity white
+      from = raw.pixels.clone();
+      cv::patchNaNs(from, black);
+      cv::min(from, white, from);
+      cv::max(from, black, from);
+    }
     cv::Mat stretched;
-    raw.pixels.convertTo(stretched, CV_8U, scale, -black * scale);
+    from.convertTo(stretched, CV_8U, scale, -black * scale);
     out.pixels = stretched;
     out.stretched = true;
-  } else if (raw.pixels.depth() != CV_8U) {
-    throw BagError("an image has pixels that are neither 8 nor 16 bit");
+  } else if (depth != CV_8U) {
+    throw BagError("an image has pixels that are neither 8 nor 16 bit nor float");
   }
   if (raw.demosaic != kNo) {
     cv::Mat colours;
@@ -183,12 +107,22 @@ Picture finishPicture(const RawPicture& raw, const Levels& levels) {
   return out;
 }
 
-bool isCameraEncoding(const MessageView& message) {
-  if (message.has("encoding")) return encodingOf(message.text("encoding")) != nullptr;
-  return message.text("format").find("compressedDepth") == std::string_view::npos;
+std::string whyNoPicture(const MessageView& message) {
+  if (message.has("encoding")) return whyNoEncoding(message.text("encoding"));
+  const std::string format = lowerCase(std::string(message.text("format").substr(0, 80)));
+  if (format.find("compresseddepth") != format.npos) return "depth, no picture of a camera";
+  for (const char* video : {"h264", "h265", "hevc", "av1", "vp8", "vp9", "theora"}) {
+    if (format.find(video) != format.npos) {
+      return "its images are frames of a video (" + format +
+             "), which cannot be read: record "
+             "them raw, as JPEG or as PNG, or make a video file of them";
+    }
+  }
+  return {};
 }
 
 void LevelFinder::add(const cv::Mat& pixels) {
+  if (pixels.depth() == CV_32F) addReal(pixels);
   if (pixels.depth() != CV_16U) return;
   ++images_;
   histogram_.resize(65536);
@@ -201,7 +135,29 @@ void LevelFinder::add(const cv::Mat& pixels) {
   }
 }
 
+void LevelFinder::addReal(const cv::Mat& pixels) {
+  constexpr std::size_t kMost = 4'000'000;
+  ++images_;
+  for (int r = 0; r < pixels.rows; r += 8) {
+    const auto* row = pixels.ptr<float>(r);
+    for (int c = 0; c < pixels.cols; c += 5) {
+      if (std::isfinite(row[c]) && reals_.size() < kMost) reals_.push_back(row[c]);
+    }
+  }
+}
+
+Levels LevelFinder::realLevels() const {
+  std::vector<float> sorted = reals_;
+  std::sort(sorted.begin(), sorted.end());
+  const std::size_t margin = sorted.size() / 500;
+  const double low = sorted[margin], high = sorted[sorted.size() - 1 - margin];
+  const double least = 1e-6 * std::max({1.0, std::abs(low), std::abs(high)});
+  const double room = std::max(0.1 * (high - low), least);
+  return {low - room, high + room};
+}
+
 Levels LevelFinder::levels() const {
+  if (!reals_.empty()) return realLevels();
   if (count_ == 0) return {};
   const long margin = count_ / 500;
   long below = 0;

@@ -36,8 +36,9 @@ CameraInfo cameraInfoOf(const MessageView& m) {
 
 void lookAtImage(const MessageView& m, TopicInfo* info, Survey* out) {
   if (info->count <= kLooked) {
-    info->camera = isCameraEncoding(m);
-    if (!info->camera) return;
+    const std::string why = whyNoPicture(m);
+    info->camera = why.empty();
+    if (!info->camera) throw bags::BagError(why);
   }
   LevelFinder& levels = out->levels[info->topic];
   const bool deep = levels.images() > 0;
@@ -46,6 +47,7 @@ void lookAtImage(const MessageView& m, TopicInfo* info, Survey* out) {
     return;
   }
   const RawPicture raw = decodePicture(m);
+  info->real_numbers = raw.pixels.depth() == CV_32F;
   info->width = raw.pixels.cols;
   info->height = raw.pixels.rows;
   levels.add(raw.pixels);

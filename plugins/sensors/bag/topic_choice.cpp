@@ -35,6 +35,12 @@ bool isTruth(const TopicInfo& t) {
                                                          "vrpn", "optitrack", "qualisys", "leica"});
 }
 
+/// Images of something else than light, by their name.
+bool isNoPicture(const TopicInfo& t) {
+  return contains(lowerCase(t.topic),
+                  {"depth", "disparity", "confidence", "range_im", "xyz", "normals"});
+}
+
 /// Whether messages of a topic can play a role.
 bool fits(Role role, const TopicInfo& info) {
   const std::string& type = info.type;
@@ -79,6 +85,11 @@ class Chooser {
                          " cannot be taken as " + name(w.role));
       }
       add(w, *info);
+      if (w.role == Role::camera && isNoPicture(*info)) {
+        log_->note(w.topic +
+                   ": its name says that it is no picture of a camera (depth, ...): a "
+                   "run finds little to follow in it");
+      }
     }
     return finish();
   }
@@ -144,6 +155,8 @@ class Chooser {
     const std::string name = lowerCase(t.topic);
     int rank = t.type == "sensor_msgs/Image" ? 0 : 1;
     if (contains(name, {"left", "cam0", "camera0", "infra1", "cam_0"})) rank -= 2;
+    // Floats may be depth, of which the name says nothing.
+    if (t.real_numbers) rank += 8;
     if (contains(name, {"right", "cam1", "camera1", "infra2", "cam_1"})) rank += 2;
     return rank;
   }
@@ -152,7 +165,7 @@ class Chooser {
     const TopicInfo* best = nullptr;
     for (const auto& [topic, info] : survey_.topics) {
       if (!isImage(info.type) || !info.camera) continue;
-      if (contains(lowerCase(topic), {"depth", "disparity", "confidence"})) continue;
+      if (isNoPicture(info)) continue;
       if (best == nullptr || rank(info) < rank(*best)) best = &info;
     }
     if (best != nullptr) add({Role::camera, best->topic, {}}, *best);
@@ -223,6 +236,7 @@ class Chooser {
           s.label = rawlog::kImuLabel;
           break;
         case Role::range:
+          s.antenna = static_cast<std::size_t>(ranges);
           s.label = numbered(rawlog::kRangeLabel, ranges++);
           break;
         case Role::peer:
@@ -295,8 +309,8 @@ class Chooser {
       log_->note(topic + " (" + info.type + ") left out" +
                  (twin                    ? ": the same images in other bytes"
                   : !info.problem.empty() ? ": " + info.problem
-                  : isImage(info.type) && !info.camera
-                      ? ": no image of a camera"
+                  : isImage(info.type) && (!info.camera || isNoPicture(info))
+                      ? ": no picture of a camera, by its name or encoding (depth, ...)"
                       : std::string("; to take it too, name all that you want: --topic ") + role +
                             "=" + topic));
     }

@@ -14,7 +14,8 @@ namespace vir::bag {
 struct Stream {
   Role role = Role::camera;
   std::string topic, type, label;
-  std::size_t camera = 0;  ///< number of the camera
+  std::size_t camera = 0;   ///< number of the camera
+  std::size_t antenna = 0;  ///< number of the label of ranges
   RangeFields range;
   /// Truth and odometry: our body (the IMU) in the frame whose pose the topic gives.
   Pose T_F_B;

@@ -18,11 +18,12 @@ constexpr std::string_view kBlank = " \t\r";
 
 }  // namespace
 
-LineReader::LineReader(const std::string& path) : path_(path), buffer_(kBuffer) {
+LineReader::LineReader(const std::string& path) : path_(path) {
   namespace fs = std::filesystem;
   std::error_code ec;
   if (!fs::is_regular_file(path, ec)) throw InputError(path + ": no such file");
   size_ = fs::file_size(path, ec);
+  buffer_.resize(std::clamp<std::uint64_t>(size_, 1, kBuffer));
   file_.open(path, std::ios::binary);
   if (!file_) throw InputError(path + ": cannot be opened for reading (permissions?)");
 }

@@ -10,6 +10,7 @@
 #include "companion_ini.h"
 #include "euroc_dataset.h"
 #include "input_error.h"
+#include "lever_arms.h"
 #include "table_folder.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
@@ -65,6 +66,7 @@ void FolderSource::describe(OptionVisitor& v) { euroc::describe(v, options_); }
 void FolderSource::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,
                                              const std::string& section) {
   roles::readGrabberSection(config, section, [this](OptionVisitor& v) { describe(v); });
+  checkLeverArms(options_.lever_arm_m);
 }
 
 void FolderSource::setPathForExternalImages(const std::string& directory) {
@@ -97,7 +99,7 @@ void FolderSource::openCamera(const euroc::CameraStream& stream, euroc::ImageMod
   camera.store = std::make_unique<euroc::ImageStore>(mode, m_path_for_external_images, stream.label,
                                                      stream.file_width, stream.file_height, &log_);
   camera.store->setTarget(c.width, c.height);
-  camera.store->setStretch(stream.stretch.black, stream.stretch.white);
+  camera.store->setStretch(stream.stretch.black, stream.stretch.white, stream.stretch.eight_bit);
   auto obs = std::make_shared<mrpt::obs::CObservationImage>();
   obs->sensorLabel = stream.label;
   obs->cameraParams = rawlog::toMrptCamera(c, stream.files.name);

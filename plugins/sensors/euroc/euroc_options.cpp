@@ -5,6 +5,7 @@
 #include <set>
 
 #include "input_error.h"
+#include "lever_arms.h"
 #include "vir/tables/stamps.h"
 
 namespace vir::euroc {
@@ -43,7 +44,8 @@ void describe(OptionVisitor& v, EurocOptions& o) {
   v.choice("range_unit", o.range_unit, {"auto", "m", "cm", "mm"}, "unit of the ranges");
   v.value("width_px", o.width_px, {0, 20000},
           "images are made this wide, calibration included; 0 = as they are");
-  v.value("antenna", o.antenna, "take only the ranges of this antenna; empty: of all");
+  v.value("antenna", o.antenna,
+          "take only the ranges of this antenna; empty: of all, each under a label of its own");
   v.value("start_s", o.start_s, {0, kInf}, "skip this much after the first image");
   v.value("max_duration_s", o.max_duration_s, {0, kInf}, "stop after this much; 0 = to the end");
   v.value("simulate_ranges", o.simulate_ranges, "draw ranges from the ground truth");
@@ -51,7 +53,9 @@ void describe(OptionVisitor& v, EurocOptions& o) {
   v.value("anchor_id", o.anchor_id, 0, "id of each anchor; empty = 0 1 2 ...");
   v.value("range_sigma_m", o.range_sigma_m, {0, 100}, "standard deviation of a drawn range");
   v.value("range_rate_hz", o.range_rate_hz, {0.001, 1000}, "drawn ranges per second and anchor");
-  v.value("lever_arm_m", o.lever_arm_m, 3, "antenna in the body frame, for drawn ranges");
+  v.value("lever_arm_m", o.lever_arm_m, 0,
+          "antenna in the body frame, of drawn ranges and of files that do not say; with three "
+          "numbers for each label, UWB0 UWB1 ..., these go before sensor.yaml");
   v.value("range_seed", o.range_seed, {0, std::numeric_limits<int>::max()},
           "seed of the drawn ranges");
   v.value("nlos_share", o.nlos_share, {0, 1}, "share of drawn ranges without line of sight");
@@ -70,6 +74,7 @@ void validate(const EurocOptions& o) {
           "camera = " + o.camera + ": give the name of a folder below mav0, or none");
   require(o.anchor_m.size() % 3 == 0, "anchor_m has " + std::to_string(o.anchor_m.size()) +
                                           " numbers; three per anchor are needed");
+  checkLeverArms(o.lever_arm_m);
   TimeNs start = 0;
   require(o.video_start == "auto" ||
               (tables::parseStamp(o.video_start, tables::StampUnit::seconds, &start) && start >= 0),

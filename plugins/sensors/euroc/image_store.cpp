@@ -104,10 +104,11 @@ bool ImageStore::store(TimeNs t, const cv::Mat& pixels, const std::string& where
 
 bool ImageStore::keep(TimeNs t, const std::string& file, const std::string& where,
                       StoredImage* out) {
-  if (image_.depth() == CV_16U) {
+  const int depth = image_.depth();
+  if (depth == CV_16U || (depth == CV_8U && eight_bit_)) {
     const double scale = 255.0 / (white_ - black_);
     image_.convertTo(image_, CV_8U, scale, -black_ * scale);
-    log_->count("images_converted_16_to_8_bit");
+    log_->count(depth == CV_16U ? "images_converted_16_to_8_bit" : "images_stretched");
     converted_ = true;
   } else if (image_.depth() != CV_8U) {
     log_->add("image_undecodable", where, file + " has pixels that are neither 8 nor 16 bit");

@@ -29,10 +29,11 @@ class ImageStore {
         height_(height),
         log_(log) {}
 
-  /// Pixels of 16 bits that become 0 and 255.
-  void setStretch(double black, double white) {
+  /// Pixels of 16 bits, or of 8 (`eight_bit`; else they stay as they are), that become 0 and 255.
+  void setStretch(double black, double white, bool eight_bit = false) {
     black_ = black;
     white_ = white;
+    eight_bit_ = eight_bit;
   }
 
   /// Images become this large.
@@ -59,6 +60,7 @@ class ImageStore {
   int width_, height_;
   int target_width_ = 0, target_height_ = 0;
   double black_ = 0, white_ = 65535;
+  bool eight_bit_ = false;
   ProblemLog* log_;
   bool folder_ready_ = false, links_work_ = true;
   std::vector<unsigned char> bytes_;

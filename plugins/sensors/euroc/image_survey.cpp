@@ -19,10 +19,14 @@ constexpr double kTail = 0.001;        // of the pixels on either side
 constexpr double kEnoughShare = 0.25;  // of the bits' range that contrast must fill
 constexpr double kRoom = 0.1;          // of the contrast, on either side
 
+// Of 8 bits: nothing is brighter, and there is more than noise between darkest and brightest.
+constexpr double kDarkest8 = 31, kLeastContrast8 = 6;
+
+template <typename Pixel>
 void addHistogram(const cv::Mat& image, std::vector<std::uint64_t>* histogram) {
   const int values = image.cols * image.channels();
   for (int y = 0; y < image.rows; ++y) {
-    const auto* row = image.ptr<std::uint16_t>(y);
+    const auto* row = image.ptr<Pixel>(y);
     for (int x = 0; x < values; ++x) ++(*histogram)[row[x]];
   }
 }
@@ -65,20 +69,46 @@ ImageSurvey surveyImages(const std::vector<std::string>& files) {
       survey.width = image.cols;
       survey.height = image.rows;
       survey.sixteen_bit = image.depth() == CV_16U;
-      if (!survey.sixteen_bit) return survey;
-      histogram.resize(65536);
+      if (!survey.sixteen_bit && image.depth() != CV_8U) return survey;
+      histogram.resize(survey.sixteen_bit ? 65536 : 256);
     }
-    if (image.depth() == CV_16U) addHistogram(image, &histogram);
+    if (survey.sixteen_bit && image.depth() == CV_16U) {
+      addHistogram<std::uint16_t>(image, &histogram);
+    } else if (!survey.sixteen_bit && image.depth() == CV_8U) {
+      addHistogram<std::uint8_t>(image, &histogram);
+      // Bright enough already, as nearly every recording is.
+      if (percentile(histogram, 1 - kTail) > kDarkest8) return survey;
+    }
   }
-  if (!survey.sixteen_bit) return survey;
+  if (survey.width == 0) return survey;
   survey.low = percentile(histogram, kTail);
   survey.high = percentile(histogram, 1 - kTail);
   return survey;
 }
 
+namespace {
+
+Stretch stretchOf8(const ImageSurvey& survey) {
+  Stretch out;
+  const double contrast = survey.high - survey.low;
+  out.eight_bit = survey.high <= kDarkest8 && contrast >= kLeastContrast8;
+  if (!out.eight_bit) return out;
+  out.black = std::max(0.0, std::floor(survey.low - kRoom * contrast));
+  out.white = std::ceil(survey.high + kRoom * contrast);
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "images that hold %.0f to %.0f of 255 were stretched, the same all through: they "
+                "are very dark",
+                survey.low, survey.high);
+  out.said = text;
+  return out;
+}
+
+}  // namespace
+
 Stretch stretchOf(const ImageSurvey& survey) {
   Stretch out;
-  if (!survey.sixteen_bit) return out;
+  if (!survey.sixteen_bit) return stretchOf8(survey);
   const double contrast = survey.high - survey.low;
   for (const int bits : {10, 12, 14, 16}) {
     const double top = std::ldexp(1.0, bits) - 1;

@@ -8,16 +8,19 @@ namespace vir::euroc {
 struct ImageSurvey {
   int width = 0, height = 0;  ///< of the first that can be decoded; 0: none can
   bool sixteen_bit = false;
-  double low = 0, high = 0;  ///< between these lies all but a thousandth on either side
+  /// Between these lies all but a thousandth on either side; 0 of images that are bright enough.
+  double low = 0, high = 0;
 };
 
 ImageSurvey surveyImages(const std::vector<std::string>& files);
 
-/// What 16-bit pixels become 0 and 255 (`black`, `white`): the whole of the bits that are in use
-/// where that leaves enough contrast, else what the recording holds, with room on both sides.
+/// What pixels become 0 and 255 (`black`, `white`). Of 16 bits: the whole of the bits that are in
+/// use where that leaves enough contrast, else what the recording holds, with room on both sides.
+/// Of 8 bits they stay as they are, unless the whole recording uses few of its values.
 struct Stretch {
   double black = 0, white = 65535;
-  std::string said;  ///< for the report; empty: the plain division by 257
+  bool eight_bit = false;  ///< of 8 bits, which do not stay as they are
+  std::string said;        ///< for the report; empty: the plain division by 257
 };
 Stretch stretchOf(const ImageSurvey& survey);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lever_arms.h"
 #include "vir/geometry/interpolation.h"
 
 namespace vir::euroc {
@@ -61,7 +62,7 @@ bool RangeSimulator::poseAt(TimeNs t, Pose* T_W_B) {
 void RangeSimulator::advance() {
   has_next_ = false;
   if (anchors_.empty()) return;
-  const Vec3 lever(options_.lever_arm_m[0], options_.lever_arm_m[1], options_.lever_arm_m[2]);
+  const Vec3 lever = leverArm(options_.lever_arm_m, 0);
   for (;;) {
     Anchor& a = *std::min_element(anchors_.begin(), anchors_.end(),
                                   [](const Anchor& x, const Anchor& y) { return x.t < y.t; });

@@ -37,7 +37,10 @@ Stamps stampsOf(const std::string& path, const tables::Layout& layout, int colum
       seconds_expected ? tables::StampUnit::seconds : tables::StampUnit::nanoseconds;
   const Stamps stamps{column, guess.sure ? guess.unit : expected,
                       tables::nanosecondColumn(layout, column)};
-  if (stamps.unit != expected) {
+  const std::string remark = tables::stampRemark(layout, column);
+  if (!remark.empty()) {
+    log->note(path + ": " + remark);
+  } else if (stamps.unit != expected) {
     log->note(path + ": the stamps are in " + tables::name(stamps.unit) + ", taken as such");
   }
   return stamps;
@@ -166,6 +169,23 @@ bool parseAnchor(const Fields& f, tables::AnchorNames* names, AnchorRow* row, Ro
          implausible(fault, "position beyond 10000 km");
 }
 
+/// x y z w
+bool attitude(const Fields& f, const tables::PoseColumns& c, double q[4], RowFault* fault) {
+  if (c.hasAngles()) {
+    Vec3 angles;
+    if (!vector(f, c.angles, &angles, fault)) return false;
+    angles *= c.angle_unit;
+    tables::quaternionOf(angles.data(), q);
+    return true;
+  }
+  for (int i = 0; i < 4; ++i) {
+    if (!value(f, c.q[i], &q[i], fault)) return false;
+  }
+  if (q[0] != 0 || q[1] != 0 || q[2] != 0 || q[3] != 0) return true;
+  *fault = {"no_attitude", "the quaternion is 0 0 0 0, which is no attitude; not used"};
+  return false;
+}
+
 bool parsePose(const Fields& f, const tables::PoseColumns& c, const Stamps& stamps, PoseRow* row,
                RowFault* fault) {
   Vec3 p;
@@ -175,9 +195,7 @@ bool parsePose(const Fields& f, const tables::PoseColumns& c, const Stamps& stam
   }
   double q[4] = {0, 0, 0, 1};
   row->has_attitude = c.hasAttitude();
-  for (int i = 0; i < 4 && row->has_attitude; ++i) {
-    if (!value(f, c.q[i], &q[i], fault)) return false;
-  }
+  if (row->has_attitude && !attitude(f, c, q, fault)) return false;
   p *= c.unit_m;
   if (p.cwiseAbs().maxCoeff() > kMaxPosition) return implausible(fault, "position beyond 10000 km");
   const Quat attitude(q[3], q[0], q[1], q[2]);
@@ -195,7 +213,7 @@ bool sameStamp(const Row&, const Row&) {
 template <typename Row, typename Parser>
 std::unique_ptr<RowCursor<Row>> open(const std::string& path, const char* name,
                                      const tables::Layout& layout, Parser parser, ProblemLog* log) {
-  typename RowCursor<Row>::Spec spec{path, name, parser, sameStamp<Row>, false, layout.separator};
+  typename RowCursor<Row>::Spec spec{path, name, parser, sameStamp<Row>, false, layout};
   return std::make_unique<RowCursor<Row>>(std::move(spec), log);
 }
 
@@ -227,22 +245,6 @@ double accUnit(const std::string& path, const Units& units, double header, doubl
                 size, g ? "g" : "mg");
   log->note(path + text);
   return g ? kGravity : kGravity / 1000;
-}
-
-/// Says so when ranges are of several antennas, which nothing here can place.
-void noteAntennas(const std::string& path, const tables::Layout& layout, int column,
-                  ProblemLog* log) {
-  if (column < 0) return;
-  std::set<std::string> antennas;
-  for (const std::string& a : layout.column(static_cast<std::size_t>(column))) antennas.insert(a);
-  if (antennas.size() < 2) return;
-  std::string names;
-  for (const std::string& a : antennas) names += (names.empty() ? "" : ", ") + a;
-  log->note(
-      path + ": ranges of " + std::to_string(antennas.size()) + " antennas (" + names +
-      ") of which only one position is known: they are all taken to be there, which no anchor "
-      "survives unless they are close together; import one with euroc.antenna = NAME and its "
-      "position in uwb0/sensor.yaml");
 }
 
 }  // namespace
@@ -299,7 +301,7 @@ std::unique_ptr<RowStream<ImageRow>> openImageList(const std::string& path, Prob
   const auto parse = [=](const Fields& f, ImageRow* row, RowFault* fault) {
     return parseImage(f, c, stamps, row, fault);
   };
-  RowCursor<ImageRow>::Spec spec{path, "image", parse, sameStamp<ImageRow>, true, layout.separator};
+  RowCursor<ImageRow>::Spec spec{path, "image", parse, sameStamp<ImageRow>, true, layout};
   return std::make_unique<RowCursor<ImageRow>>(std::move(spec), log);
 }
 
@@ -310,7 +312,6 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
   if (units.range > 0) c.unit_m = units.range;
   sayUnit(path, "range", c.unit_m, "m", log);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kRangeStep, false, log);
-  noteAntennas(path, layout, c.antenna, log);
   const std::string why_not = tables::whyNoRanges(layout);
   const auto parse = [=](const Fields& f, RangeRow* row, RowFault* fault) {
     if (!why_not.empty()) {
@@ -323,8 +324,21 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
   const auto same = [](const RangeRow& a, const RangeRow& b) {
     return a.anchor == b.anchor && a.antenna == b.antenna;
   };
-  RowCursor<RangeRow>::Spec spec{path, "range", parse, same, false, layout.separator};
+  RowCursor<RangeRow>::Spec spec{path, "range", parse, same, false, layout};
   return std::make_unique<RowCursor<RangeRow>>(std::move(spec), log);
+}
+
+std::vector<std::string> antennasIn(const std::string& path) {
+  const tables::Layout layout = tables::layoutOf(path);
+  const int column = tables::rangeColumns(layout).antenna;
+  std::set<std::string> names;
+  for (const auto* rows : {&layout.rows, &layout.later}) {
+    for (const auto& row : *rows) {
+      const auto c = static_cast<std::size_t>(column);
+      if (column >= 0 && c < row.size() && !row[c].empty()) names.insert(row[c]);
+    }
+  }
+  return {names.begin(), names.end()};
 }
 
 std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log) {
@@ -334,6 +348,7 @@ std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, Pro
   const std::string why_not = tables::whyNoPoses(layout);
   const std::string order = tables::assumedOrder(layout, c);
   if (!c.hasAttitude() && why_not.empty()) log->note(path + ": holds positions only, no attitude");
+  if (!c.remark.empty() && why_not.empty()) log->note(path + ": " + c.remark);
   if (!order.empty()) log->note(path + ": " + order);
   sayUnit(path, "positions", c.unit_m, "m", log);
   const auto parse = [=](const Fields& f, PoseRow* row, RowFault* fault) {
@@ -350,11 +365,12 @@ std::vector<AnchorRow> readAnchorTable(const std::string& path, tables::AnchorNa
                                        ProblemLog* log) {
   std::vector<AnchorRow> anchors;
   const tables::Layout layout = tables::layoutOf(path);
+  tables::RowSplitter splitter(layout);
   LineReader lines(path);
   std::string line;
   Fields fields;
   for (bool first = true; lines.next(&line); first = false) {
-    tables::splitLine(line, layout.separator, &fields);
+    splitter.split(line, &fields);
     AnchorRow row;
     RowFault fault;
     if (parseAnchor(fields, names, &row, &fault)) {

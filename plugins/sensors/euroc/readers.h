@@ -71,6 +71,8 @@ std::unique_ptr<RowStream<ImageRow>> openImageList(const std::string& path, Prob
 /// Without names: t, anchor_id, range. `names` must outlive the stream.
 std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const Units& units,
                                                 tables::AnchorNames* names, ProblemLog* log);
+/// What a column calls the robot's own antennas, sorted; empty: there is no such column.
+std::vector<std::string> antennasIn(const std::string& path);
 /// Without names: t, p xyz, q wxyz where there are commas or semicolons, q xyzw (TUM) where there
 /// are none; positions only where there are no more columns.
 std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log);

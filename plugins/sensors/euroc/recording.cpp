@@ -8,6 +8,8 @@
 
 #include "image_list.h"
 #include "input_error.h"
+#include "lever_arms.h"
+#include "range_streams.h"
 #include "stream_setup.h"
 #include "vir/rawlog/labels.h"
 
@@ -83,7 +85,7 @@ void Recording::openCalibration(const EurocOptions& o) {
     openCamera(o, &camera, cameras_.empty());
     cameras_.push_back(std::move(camera));
   }
-  antenna_ = Vec3(o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]);
+  antenna_ = leverArm(o.lever_arm_m, 0);
   T_S_B_truth_ = T_B_I;
   if (!folder_.truth_file.empty() && !folder_.truth_yaml.empty()) {
     T_S_B_truth_ = readSensorPose(folder_.truth_yaml).inverse() * T_B_I;
@@ -152,16 +154,6 @@ void Recording::findTrueAnchors(const EurocOptions& o) {
   }
 }
 
-void Recording::skipOtherAntennas() {
-  if (wanted_antenna_.empty()) return;
-  for (RangeStream& s : ranges_) {
-    while (s.rows->peek() != nullptr && s.rows->peek()->antenna != wanted_antenna_) {
-      log_->count("range_of_another_antenna");
-      s.rows->pop();
-    }
-  }
-}
-
 void Recording::noteAnchorNames() {
   for (const auto& [name, number] : anchor_names_.mapped()) {
     log_->note("anchor " + name + " is " + std::to_string(number) + " in the rawlog");
@@ -183,26 +175,8 @@ void Recording::openRangeStreams(const EurocOptions& o) {
     return;
   }
   if (!o.read_ranges) return;
-  for (const RangeFiles& files : folder_.ranges) {
-    RangeStream s;
-    s.label = labelOf(files.name, rawlog::kRangeLabel);
-    s.antenna = antenna_;
-    s.sigma_m = o.range_sigma_m;
-    if (!files.yaml.empty()) {
-      const UwbYaml uwb = readUwbYaml(files.yaml);
-      s.antenna = imu_calibration_.T_B_I.inverse() * uwb.T_B_U.p;
-      s.sigma_m = uwb.sigma_m.value_or(o.range_sigma_m);
-    } else {
-      log_->note((section_ == "csv"
-                      ? files.file + ": tells neither antenna nor noise"
-                      : fs::path(files.file).parent_path().string() + "/sensor.yaml: missing") +
-                 "; lever_arm_m and range_sigma_m of the settings are used");
-    }
-    s.rows = openRanges(files.file, units_, &anchor_names_, log_);
-    ranges_.push_back(std::move(s));
-  }
-  wanted_antenna_ = o.antenna;
-  skipOtherAntennas();
+  ranges_ =
+      openRangeFiles(folder_.ranges, o, imu_calibration_.T_B_I, &anchor_names_, log_, &silent_);
 }
 
 void Recording::openStreams(const EurocOptions& o) {
@@ -261,8 +235,12 @@ void Recording::setWindow(const EurocOptions& o, TimeNs origin) {
 void Recording::skipTo(TimeNs t) {
   skipUntil(imu_.get(), t);
   for (CameraStream& camera : cameras_) skipUntil(camera.rows.get(), t);
-  for (RangeStream& s : ranges_) skipUntil(s.rows.get(), t);
-  skipOtherAntennas();
+  for (RangeStream& s : ranges_) {
+    while (s.rows->peek() != nullptr && s.rows->peek()->t < t) {
+      s.rows->pop();
+      skipOtherAntennas(&s, log_);
+    }
+  }
   skipUntil(truth_.get(), t);
   skipUntil(drawn_.get(), t);
 }
@@ -297,7 +275,7 @@ bool Recording::takeRange(Event* event) {
     event->what = *rows.peek();
     event->stream = i;
     rows.pop();
-    skipOtherAntennas();
+    skipOtherAntennas(&ranges_[i], log_);
     return true;
   }
   if (!drawn_ || drawn_->peek() == nullptr || drawn_->peek()->t != event->t) return false;

@@ -2,6 +2,7 @@
 /// A recording as one stream in time order, whatever files it comes from.
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -37,6 +38,9 @@ struct RangeStream {
   std::string label;
   Vec3 antenna = Vec3::Zero();  ///< in our body [m]
   double sigma_m = 0;
+  std::string only;             ///< the antenna whose ranges these are; empty: all
+  std::set<std::string> known;  ///< antennas of the same table with a label of their own
+  bool tells = true;            ///< counts what no label takes
   std::unique_ptr<RowStream<RangeRow>> rows;
 };
 
@@ -74,7 +78,6 @@ class Recording {
   void openRangeStreams(const EurocOptions& o);
   void setWindow(const EurocOptions& o, TimeNs origin);
   void findTrueAnchors(const EurocOptions& o);
-  void skipOtherAntennas();
   void skipTo(TimeNs t);
   void noteAnchorNames();
   TimeNs nextTime() const;
@@ -92,7 +95,6 @@ class Recording {
   ImuYaml imu_calibration_;
   std::optional<double> time_offset_s_;
   tables::AnchorNames anchor_names_;
-  std::string wanted_antenna_;
   bool said_truth_lever_ = false;
   Vec3 antenna_ = Vec3::Zero();
   std::vector<AnchorRow> true_anchors_;

@@ -44,11 +44,12 @@ class RowCursor : public RowStream<Row> {
     /// Use a last line without line break: for rows that prove themselves in another way (an image
     /// that exists).
     bool use_open_end = false;
-    char separator = ',';  ///< ' ' for blanks
+    tables::RowFormat format;
   };
 
   /// Throws InputError when the file cannot be opened. `log` must outlive the cursor.
-  RowCursor(Spec spec, ProblemLog* log) : lines_(spec.path), spec_(std::move(spec)), log_(log) {
+  RowCursor(Spec spec, ProblemLog* log)
+      : lines_(spec.path), splitter_(spec.format), spec_(std::move(spec)), log_(log) {
     advance();
   }
 
@@ -77,7 +78,7 @@ class RowCursor : public RowStream<Row> {
         log_->add(spec_.name + "_read_error", lines_.where(), "the file cannot be read further");
       return false;
     }
-    tables::splitLine(line, spec_.separator, &fields_);
+    splitter_.split(line, &fields_);
     const bool first = !seen_data_;
     seen_data_ = true;
     Row row;
@@ -137,6 +138,7 @@ class RowCursor : public RowStream<Row> {
   }
 
   LineReader lines_;
+  tables::RowSplitter splitter_;
   Spec spec_;
   ProblemLog* log_;
   Fields fields_;

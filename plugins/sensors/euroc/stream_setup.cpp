@@ -6,9 +6,11 @@
 
 #include "camera_scaling.h"
 #include "image_list.h"
+#include "input_error.h"
 #include "video_frames.h"
 #include "vir/core/angles.h"
 #include "vir/core/parse_number.h"
+#include "vir/formats/calibration_file.h"
 
 namespace vir::euroc {
 
@@ -103,6 +105,16 @@ void fitToImages(const EurocOptions& o, CameraStream* camera, ProblemLog* log) {
   if (!camera->stretch.said.empty()) log->note(dir + ": " + camera->stretch.said);
   CameraCalibration& c = camera->calibration.camera;
   char text[160];
+  if (c.width == 0) {
+    try {
+      formats::takeSizeOfImages(survey.width, survey.height, &c);
+    } catch (const formats::CalibrationError& e) {
+      throw InputError(dir + ": " + e.what());
+    }
+    std::snprintf(text, sizeof text, ": the size of the images, %dx%d, taken from the first one",
+                  c.width, c.height);
+    log->note(dir + text);
+  }
   if (survey.width != 0 && (survey.width != c.width || survey.height != c.height)) {
     const double sx = static_cast<double>(survey.width) / c.width;
     const double sy = static_cast<double>(survey.height) / c.height;

@@ -71,8 +71,7 @@ bool isPoseName(const std::string& name) {
 TableKind byHeader(const Layout& layout, const std::string& name) {
   if (tables::imuColumns(layout).named) return TableKind::imu;
   const tables::PoseColumns pose = tables::poseColumns(layout);
-  const bool no_time =
-      layout.find({"timestamp", "time", "t", "stamp", "timestamp_ns", "time_s", "secs", "sec"}) < 0;
+  const bool no_time = tables::namedStampColumn(layout) < 0;
   const int id = layout.find({"id", "anchor", "anchor_id", "name", "label"});
   if (pose.named && no_time && id >= 0) return TableKind::anchors;
   if (tables::imageColumns(layout).named && tables::imageColumns(layout).file >= 0) {
@@ -153,6 +152,10 @@ TableKind kindOfTable(const std::string& path, const std::string& relative) {
   }
   const Layout layout = tables::layoutOf(path);
   if (layout.rows.empty()) return TableKind::none;
+  if (holdsAny(own, {"anchor"}) && layout.columns == 4 && tables::namedStampColumn(layout) < 0 &&
+      !tables::rangeColumns(layout).named && numeric(layout, 1) > 0.9 && numeric(layout, 3) > 0.9) {
+    return TableKind::anchors;
+  }
   if (!layout.names.empty()) {
     const TableKind kind = byHeader(layout, own);
     if (kind != TableKind::none) return kind;

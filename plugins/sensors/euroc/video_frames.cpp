@@ -70,10 +70,11 @@ std::vector<std::optional<TimeNs>> readTimes(const std::string& path, ProblemLog
   const tables::UnitGuess guess = tables::stampUnit(layout, static_cast<int>(column), kFrameStep);
   std::vector<std::optional<TimeNs>> times;
   std::vector<std::string_view> fields;
+  tables::RowSplitter splitter(layout);
   LineReader lines(path);
   std::string line;
   while (lines.next(&line) && times.size() < kMostFrames) {
-    tables::splitLine(line, layout.separator, &fields);
+    splitter.split(line, &fields);
     TimeNs t = 0;
     const bool is_time =
         column < fields.size() && tables::parseStamp(fields[column], guess.unit, &t);

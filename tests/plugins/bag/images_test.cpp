@@ -6,6 +6,7 @@
 #include "bag_recording.h"
 #include "vir_test_bag_writer.h"
 #include "vir_test_temp_folder.h"
+#include "whole_png.h"
 
 namespace vir::bag {
 namespace {
@@ -140,8 +141,8 @@ TEST_F(Images, WhatIsNoImageIsCounted) {
   EXPECT_TRUE(one("mono8", 4, 4, 3, Pixels(16)).empty());
   EXPECT_TRUE(one("mono8", 0, 4, 4, Pixels(16)).empty());
   EXPECT_TRUE(one("mono8", 4'000'000'000u, 1, 4'000'000'000u, Pixels(16)).empty());
-  EXPECT_TRUE(one("32FC1", 2, 2, 8, Pixels(16)).empty());
-  EXPECT_NE(log.first("undecodable_CAM0").find("32FC1"), std::string::npos);
+  EXPECT_TRUE(one("32SC2", 2, 2, 16, Pixels(32)).empty());
+  EXPECT_NE(log.first("undecodable_CAM0").find("32SC2"), std::string::npos);
 }
 
 TEST_F(Images, CompressedOnesKeepTheirBytes) {
@@ -175,6 +176,28 @@ TEST_F(Images, CompressedOnesKeepTheirBytes) {
   EXPECT_EQ(std::get<ImageReading>(x.what).file, jpeg);
   EXPECT_FALSE(r.next(&x));
   EXPECT_EQ(log.get("undecodable_CAM0"), 1);
+}
+
+TEST(WholePng, IsToldWithoutDecodingIt) {
+  Pixels png;
+  cv::imencode(".png", cv::Mat(20, 30, CV_8UC1, cv::Scalar(7)), png);
+  const auto size = wholePlainPng(png.data(), png.size());
+  ASSERT_TRUE(size.has_value());
+  EXPECT_EQ(size->width, 30);
+  EXPECT_EQ(size->height, 20);
+  // Every byte matters.
+  for (std::size_t i = 0; i < png.size(); ++i) {
+    Pixels damaged = png;
+    damaged[i] ^= 0x10;
+    EXPECT_FALSE(wholePlainPng(damaged.data(), damaged.size()).has_value()) << i;
+    EXPECT_FALSE(wholePlainPng(png.data(), i).has_value()) << i;
+  }
+  for (const int type : {CV_16UC1, CV_8UC4}) {
+    cv::imencode(".png", cv::Mat(20, 30, type, cv::Scalar::all(7)), png);
+    EXPECT_FALSE(wholePlainPng(png.data(), png.size()).has_value()) << type;
+  }
+  cv::imencode(".png", cv::Mat(20, 30, CV_8UC3, cv::Scalar(1, 2, 3)), png);
+  EXPECT_TRUE(wholePlainPng(png.data(), png.size()).has_value());
 }
 
 CameraInfo infoOf(const std::string& model, const std::vector<double>& D) {

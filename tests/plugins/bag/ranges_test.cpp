@@ -7,6 +7,31 @@
 namespace vir::bag {
 namespace {
 
+/// Two tags on one robot: a topic each, a label each, a place each.
+TEST_F(Recording, TagsHaveLabelsAndPlacesOfTheirOwn) {
+  {
+    test::Ros1Writer bag(path());
+    bag.define("some_driver/UwbRange", "Header header\nuint16 anchor_id\nuint32 distance\n");
+    for (int i = 0; i < 4; ++i) {
+      test::WireBytes m = bag.message();
+      m.header(kStart + i * kMs, "").put(std::uint16_t{7}).put(std::uint32_t{2500});
+      bag.write(i % 2 == 0 ? "/uwb/tag0" : "/uwb/tag1", "some_driver/UwbRange", m.bytes(),
+                kStart + i * kMs);
+    }
+  }
+  options.lever_arm_m = {0.1, 0.2, 0.3, -0.1, -0.2, 0.4};
+  const auto all = readAll();
+  ASSERT_EQ(all.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::string& label = recording->streams()[static_cast<std::size_t>(all[i].stream)].label;
+    EXPECT_EQ(label, i % 2 == 0 ? "UWB0" : "UWB1");
+    EXPECT_EQ(std::get<Range>(all[i].what).p_B_U,
+              i % 2 == 0 ? Vec3(0.1, 0.2, 0.3) : Vec3(-0.1, -0.2, 0.4));
+  }
+  options.lever_arm_m = {0.1, 0.2};
+  EXPECT_NE(complaint().find("lever_arm_m"), std::string::npos);
+}
+
 TEST_F(Recording, RangesOfATypeNobodyKnowsByTheNamesOfItsFields) {
   {
     test::Ros1Writer bag(path());

@@ -17,13 +17,17 @@ using test::EurocFolder;
 struct Content {
   std::vector<ImuSample> imu;
   std::vector<RangeRow> ranges;
+  std::vector<std::string> labels;  ///< of the ranges
+  std::vector<Vec3> antennas;       ///< of the ranges
   std::vector<PoseRow> truth;
   std::vector<std::string> images;  ///< where they are
   std::string notes;
 };
 
-Content read(const EurocFolder& f, const std::string& antenna = "") {
+Content read(const EurocFolder& f, const std::string& antenna = "",
+             const std::vector<double>& lever_arm_m = {0, 0, 0}) {
   EurocOptions o;
+  o.lever_arm_m = lever_arm_m;
   o.source = f.root().string();
   o.antenna = antenna;
   Content c;
@@ -32,7 +36,11 @@ Content read(const EurocFolder& f, const std::string& antenna = "") {
   Event e;
   while (recording.next(&e)) {
     if (auto* imu = std::get_if<ImuSample>(&e.what)) c.imu.push_back(*imu);
-    if (auto* range = std::get_if<RangeRow>(&e.what)) c.ranges.push_back(*range);
+    if (auto* range = std::get_if<RangeRow>(&e.what)) {
+      c.ranges.push_back(*range);
+      c.labels.push_back(recording.rangeStreams()[e.stream].label);
+      c.antennas.push_back(recording.rangeStreams()[e.stream].antenna);
+    }
     if (auto* pose = std::get_if<PoseRow>(&e.what)) c.truth.push_back(*pose);
     if (auto* image = std::get_if<ImageRow>(&e.what)) {
       c.images.push_back(imageFile(recording.folder().cameras[0].dir, image->file));
@@ -134,11 +142,49 @@ TEST(AnyLayout, AntennasAreToldApart) {
             return v[0] + ",0," + v[2] + "," + (i % 2 == 0 ? "200A" : "200B");
           });
   const Content all = read(f);
-  EXPECT_EQ(all.ranges.size(), 10u);
-  EXPECT_TRUE(contains(all.notes, "2 antennas (200A, 200B)")) << all.notes;
+  ASSERT_EQ(all.ranges.size(), 10u);
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(all.ranges[i].antenna, i % 2 == 0 ? "200A" : "200B");
+    EXPECT_EQ(all.labels[i], i % 2 == 0 ? "UWB0" : "UWB1");
+  }
+  EXPECT_TRUE(contains(all.notes, "2 antennas (200A is UWB0, 200B is UWB1)")) << all.notes;
+  EXPECT_TRUE(contains(all.notes, "only one position is known")) << all.notes;
   const Content one = read(f, "200B");
   ASSERT_EQ(one.ranges.size(), 5u);
   EXPECT_EQ(one.ranges[0].antenna, "200B");
+  EXPECT_EQ(one.labels[0], "UWB0");
+}
+
+TEST(AnyLayout, EachAntennaMayHaveItsPlace) {
+  const EurocFolder f;
+  rewrite(f, "uwb0/data.csv", "#timestamp [ns],anchor_id,range [m],tag",
+          [](int i, const Fields& v) {
+            return v[0] + ",0," + v[2] + "," + (i % 2 == 0 ? "left" : "right");
+          });
+  const Content c = read(f, "", {0.1, 0.2, 0.3, -0.1, -0.2, 0.4});
+  ASSERT_EQ(c.ranges.size(), 10u);
+  EXPECT_EQ(c.antennas[0], Vec3(0.1, 0.2, 0.3));
+  EXPECT_EQ(c.antennas[1], Vec3(-0.1, -0.2, 0.4));
+  EXPECT_FALSE(contains(c.notes, "only one position is known")) << c.notes;
+  EXPECT_THROW(read(f, "", {0.1, 0.2}), InputError);
+}
+
+TEST(AnyLayout, AnAntennaThatComesLateIsCounted) {
+  const EurocFolder f;
+  std::string text = "#timestamp [ns],anchor_id,range [m],antenna\n";
+  for (int i = 0; i < 500; ++i) {
+    const std::string name = i == 450 ? "C" : i % 2 == 0 ? "A" : "B";
+    text += std::to_string(f.imageStamp(0) + i * 1000) + ",0,2," + name + "\n";
+  }
+  f.write("uwb0/data.csv", text);
+  EurocOptions o;
+  o.source = f.root().string();
+  ProblemLog log;
+  Recording recording(o, &log);
+  long ranges = 0;
+  for (Event e; recording.next(&e);) ranges += std::holds_alternative<RangeRow>(e.what) ? 1 : 0;
+  EXPECT_EQ(ranges, 499);
+  EXPECT_EQ(log.get("range_of_another_antenna"), 1);
 }
 
 TEST(AnyLayout, GroundTruthInAnyOrderAndNotation) {
@@ -181,13 +227,15 @@ TEST(AnyLayout, PositionsAloneAreTaken) {
 }
 
 /// What becomes of `pixels`, of which all images are made.
-std::vector<int> storedPixels(const std::vector<int>& pixels, std::string* said) {
+std::vector<int> storedPixels(const std::vector<int>& pixels, std::string* said,
+                              int depth = CV_16U) {
   const EurocFolder f;
   cv::Mat m(48, 64, CV_16UC1);
   for (int i = 0; i < m.rows * m.cols; ++i) {
     m.at<std::uint16_t>(i / m.cols, i % m.cols) =
         static_cast<std::uint16_t>(pixels[static_cast<std::size_t>(i) % pixels.size()]);
   }
+  m.convertTo(m, depth);
   for (int i = 0; i < 10; ++i) cv::imwrite(f.imageFile(i).string(), m);
   EurocOptions o;
   o.source = f.root().string();
@@ -195,7 +243,8 @@ std::vector<int> storedPixels(const std::vector<int>& pixels, std::string* said)
   const Recording recording(o, &log);
   *said = recording.cameras()[0].stretch.said;
   ImageStore store(ImageMode::embed, "", "CAM0", 64, 48, &log);
-  store.setStretch(recording.cameras()[0].stretch.black, recording.cameras()[0].stretch.white);
+  const Stretch& stretch = recording.cameras()[0].stretch;
+  store.setStretch(stretch.black, stretch.white, stretch.eight_bit);
   StoredImage out;
   EXPECT_TRUE(store.store(1, f.imageFile(0).string(), "", &out));
   std::vector<int> values;
@@ -219,6 +268,32 @@ TEST(AnyLayout, SixteenBitsAreStretchedByWhatTheRecordingHolds) {
   EXPECT_NEAR(thermal[1], 128, 3);
   EXPECT_NEAR(thermal[2], 234, 3);
   EXPECT_TRUE(contains(said, "stretched")) << said;
+}
+
+TEST(AnyLayout, EightBitsAreStretchedOnlyWhereTheWholeRecordingIsDark) {
+  std::string said;
+  const std::vector<int> dark = storedPixels({0, 8, 15}, &said, CV_8U);
+  EXPECT_EQ(dark, (std::vector<int>{0, 120, 225}));
+  EXPECT_TRUE(contains(said, "images that hold 0 to 15 of 255 were stretched")) << said;
+  EXPECT_EQ(storedPixels({0, 8, 32}, &said, CV_8U), (std::vector<int>{0, 8, 32}));
+  EXPECT_EQ(said, "");
+  // A lens cap: noise stays noise.
+  EXPECT_EQ(storedPixels({0, 1, 5}, &said, CV_8U), (std::vector<int>{0, 1, 5}));
+  EXPECT_EQ(said, "");
+}
+
+TEST(AnyLayout, OneBrightImageIsEnoughForImagesToStayAsTheyAre) {
+  const EurocFolder f;
+  for (int i = 0; i < 10; ++i) {
+    cv::Mat m(48, 64, CV_8UC1, cv::Scalar(i == 6 ? 200 : 0));
+    m.colRange(0, 20) = cv::Scalar(15);
+    cv::imwrite(f.imageFile(i).string(), m);
+  }
+  EurocOptions o;
+  o.source = f.root().string();
+  ProblemLog log;
+  const Recording recording(o, &log);
+  EXPECT_FALSE(recording.cameras()[0].stretch.eight_bit);
 }
 
 TEST(AnyLayout, ImagesOfHalfTheSizeScaleTheIntrinsics) {

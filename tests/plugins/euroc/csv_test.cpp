@@ -109,6 +109,31 @@ TEST_F(CsvFolder, TablesByHeaderAndImagesByList) {
   EXPECT_EQ(c.truth.size(), static_cast<std::size_t>(kReadings));
 }
 
+TEST_F(CsvFolder, ACalibrationWithoutASizeHasThatOfTheImages) {
+  images("frames", [](int, TimeNs t) { return std::to_string(t) + ".png"; });
+  table("imu.csv", "timestamp,ax,ay,az,gx,gy,gz\n",
+        [](TimeNs t) { return std::to_string(t) + ",0,0,9.8,0,0,0"; });
+  const std::string orb =
+      "%YAML:1.0\nCamera.fx: 40\nCamera.fy: 41\nCamera.cx: 31\nCamera.cy: 23\n"
+      "Tbc: !!opencv-matrix\n  rows: 4\n  cols: 4\n  dt: f\n"
+      "  data: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]\n";
+  test::writeText(root() / "orb.yaml", orb);
+  const Content c = read();
+  EXPECT_EQ(c.images.size(), static_cast<std::size_t>(kImages));
+  EXPECT_NE(c.notes.find("the size of the images, 64x48, taken from the first one"),
+            std::string::npos)
+      << c.notes;
+  std::string other = orb;
+  other.replace(other.find("cx: 31"), 6, "cx: 310");
+  test::writeText(root() / "orb.yaml", other);
+  try {
+    read();
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("64x48"), std::string::npos) << e.what();
+  }
+}
+
 TEST_F(CsvFolder, APhonesTwoFilesInG) {
   calibration();
   images("frames", [](int, TimeNs t) { return "IMG_" + std::to_string(t / 1'000'000) + ".png"; });

@@ -222,10 +222,17 @@ TEST(ReadTrajectory, SaysWhyATableHoldsNoPoses) {
     ASSERT_EQ(report.notes.size(), 1u) << text;
     EXPECT_NE(report.notes[0].find(why), std::string::npos) << report.notes[0];
   }
+}
+
+TEST(ReadTrajectory, DecimalCommasDatesAndAngles) {
   ReadReport report;
-  EXPECT_TRUE(any("t;x;y;z\n1400000000,05;1,5;2;3\n", &report).empty());
-  ASSERT_EQ(report.messages.size(), 1u);
-  EXPECT_NE(report.messages[0].find("is not a"), std::string::npos) << report.messages[0];
+  const Trajectory t = any(
+      "t;x;y;z;yaw [deg];roll [deg];pitch [deg]\n2014-05-13 16:53:20,05;1,5;2;3;90;0;0\n", &report);
+  ASSERT_EQ(t.size(), 1u);
+  EXPECT_EQ(t[0].t, 1400000000050000000);
+  EXPECT_EQ(t[0].T_W_B.p, Vec3(1.5, 2, 3));
+  EXPECT_LT(t[0].T_W_B.q.angularDistance(Quat(std::sqrt(0.5), 0, 0, std::sqrt(0.5))), 1e-12);
+  ASSERT_EQ(report.notes.size(), 3u);  // the unit of the stamps, dates, angles
 }
 
 /// Columns are not taken by their place where a header says what they are.

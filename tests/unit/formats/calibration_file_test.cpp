@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "vir_test_paths.h"
@@ -277,6 +278,39 @@ TEST(CalibrationFile, ReadsOrbSlamsFisheyeAndNoise) {
   EXPECT_NEAR(f.cameras[1].T_B_C->p.x(), 0.2, 1e-12);
   EXPECT_DOUBLE_EQ(f.imu_noise.value().acc_noise_density, 0.1);
   EXPECT_DOUBLE_EQ(f.imu_rate_hz.value(), 200);
+}
+
+/// Without the size of the images, which are there to tell.
+TEST(CalibrationFile, ASizeThatIsMissingIsLeftToTheImages) {
+  const char* const texts[] = {
+      "%YAML:1.0\nCamera.fx: 458\nCamera.fy: 457\nCamera.cx: 367\nCamera.cy: 248\n",
+      "model_type: PINHOLE\nprojection_parameters: {fx: 458, fy: 457, cx: 367, cy: 248}\n"
+      "distortion_parameters: {k1: 0, k2: 0, p1: 0, p2: 0}\n",
+      "cam0: {camera_model: pinhole, intrinsics: [458, 457, 367, 248], distortion_model: none}\n",
+      "cam0: {T_imu_cam: [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]], distortion_model: none, "
+      "intrinsics: [458, 457, 367, 248]}\n",
+      "camera_matrix: {rows: 3, cols: 3, data: [458, 0, 367, 0, 457, 248, 0, 0, 1]}\n"
+      "distortion_model: none\n",
+      "intrinsics: [458, 457, 367, 248]\ndistortion_model: none\n"};
+  for (const char* text : texts) {
+    const CalibrationFile f = read(text);
+    ASSERT_EQ(f.cameras.size(), 1u) << text;
+    CameraCalibration c = f.cameras[0].camera;
+    EXPECT_EQ(c.width, 0) << text;
+    EXPECT_TRUE(std::any_of(f.notes.begin(), f.notes.end(), [](const std::string& n) {
+      return contains(n, "size of the images of cam0");
+    })) << text;
+    EXPECT_THROW(takeSizeOfImages(376, 240, &c), CalibrationError);
+    EXPECT_THROW(takeSizeOfImages(0, 0, &c), CalibrationError);
+    takeSizeOfImages(752, 480, &c);
+    EXPECT_EQ(c.width, 752);
+    EXPECT_EQ(c.height, 480);
+    EXPECT_EQ(c.cx, 367);
+  }
+  // Half a size is a fault.
+  EXPECT_TRUE(contains(errorOf("%YAML:1.0\nCamera.fx: 458\nCamera.fy: 457\nCamera.cx: 367\n"
+                               "Camera.cy: 248\nCamera.width: 752\n"),
+                       "Camera.height"));
 }
 
 TEST(CalibrationFile, SaysWhatIsWrong) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "vir/rawlog/labels.h"
+#include "vir/roles/range_labels.h"
 #include "vir_test_rawlog.h"
 #include "vir_test_temp_folder.h"
 
@@ -47,6 +48,29 @@ TEST_F(MatchLabels, TakesNothingThatIsNotNeeded) {
   EXPECT_TRUE(l.as.empty());
   ASSERT_EQ(l.notes.size(), 1u);
   EXPECT_NE(l.notes[0].find("those under CAM0 are not used"), std::string::npos) << l.notes[0];
+}
+
+TEST_F(MatchLabels, RangesOfFurtherAntennasAreSaid) {
+  {
+    rawlog::RawlogWriter writer(rawlog_);
+    for (int i = 0; i < 4; ++i) {
+      const auto range = test::rangeAt(test::kStart + i * test::kMs, 7);
+      range->sensorLabel = i % 2 == 0 ? "UWB0" : "UWB1";
+      writer.write(*range);
+    }
+    writer.finish();
+  }
+  const InputLabels one = match({{InputKind::ranges, rawlog::kRangeLabel, 0}});
+  EXPECT_TRUE(one.as.empty());
+  ASSERT_EQ(one.notes.size(), 1u);
+  EXPECT_NE(one.notes[0].find("range_label = UWB0 UWB1"), std::string::npos) << one.notes[0];
+  std::vector<EstimatorInput> both;
+  roles::addRangeInputs("UWB0  UWB1", &both);
+  ASSERT_EQ(both.size(), 2u);
+  EXPECT_EQ(both[1].label, "UWB1");
+  EXPECT_TRUE(match(both).notes.empty());
+  EXPECT_TRUE(roles::isAmong("UWB1", "UWB0 UWB1"));
+  EXPECT_FALSE(roles::isAmong("UWB", "UWB0 UWB1"));
 }
 
 TEST_F(MatchLabels, AnotherInputOfTheGroupDoes) {

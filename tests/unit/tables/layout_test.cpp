@@ -90,7 +90,7 @@ TEST(Layout, SecondsAndTheirNanoseconds) {
 
 TEST(Layout, CommasBesideSemicolonsAreDecimal) {
   EXPECT_EQ(layoutOfText("t;x\n1,5;2,5\n").separator, ';');
-  EXPECT_EQ(layoutOfText("t;x\n1,5;2,5\n").rows[0][1], "2,5");
+  EXPECT_EQ(layoutOfText("t;x\n1,5;2,5\n").rows[0][1], "2.5");
 }
 
 TEST(Layout, ImagesAndRanges) {

@@ -26,9 +26,9 @@ struct ImuCorrection {
 };
 
 struct CalibratedCamera {
-  std::string label;  ///< as in the file: `cam0`, `Camera1`; `cam0` where it has no name
-  CameraCalibration camera;
-  std::optional<Pose> T_B_C;            ///< camera in the body (= IMU); empty: not in the file
+  std::string label;          ///< as in the file: `cam0`, `Camera1`; `cam0` where it has no name
+  CameraCalibration camera;   ///< of width and height 0 where the file names no size
+  std::optional<Pose> T_B_C;  ///< camera in the body (= IMU); empty: not in the file
   std::optional<double> time_offset_s;  ///< stamp of an image + this = its time on the IMU's clock
   std::optional<double> readout_s;      ///< rolling shutter: first row to last
   CameraSigma sigma;
@@ -66,5 +66,9 @@ std::vector<std::string> settingsOf(const CalibrationFile& file);
 /// the `calibration.yaml` of a run. Keys that are not known are left alone. Files that a file names
 /// (VINS, OpenVINS) are read from its folder. Throws CalibrationError.
 CalibrationFile readCalibrationFile(const std::string& path);
+
+/// Gives a camera whose size the file does not name that of its images [px]. Throws
+/// CalibrationError where the principal point says that they are others.
+void takeSizeOfImages(int width, int height, CameraCalibration* camera);
 
 }  // namespace vir::formats

@@ -5,31 +5,25 @@
 #include <string_view>
 #include <vector>
 
+#include "vir/tables/row_format.h"
 #include "vir/tables/stamps.h"
 
 namespace vir::tables {
-
-/// Splits a line at `separator`; ' ' stands for any run of blanks and tabs. Fields come without
-/// surrounding blanks and quotes.
-void splitLine(std::string_view line, char separator, std::vector<std::string_view>* fields);
-
-/// The separator of a line of numbers: ';' (beside which commas are decimal points), ',' or a tab
-/// where there is one, else ' '.
-char separatorOf(std::string_view line);
 
 /// A column's name as written in a header, without its unit, in lower case, other characters than
 /// letters and digits as '_': `w_RS_S_x [rad s^-1]` is `w_rs_s_x`. What is in the brackets is kept
 /// where it is a place, not a unit: `gyro_rad[0]` is `gyro_rad_0`.
 std::string plainName(std::string_view name);
 
-struct Layout {
-  char separator = ' ';
+struct Layout : RowFormat {
   /// Plain names in the order of the columns; empty without a header.
   std::vector<std::string> names;
   std::vector<std::string> units;  ///< in brackets behind the names, as written; same length
   std::size_t columns = 0;         ///< of the rows of data
-  /// Fields of the first rows of data, at most kSampled.
+  /// Fields of the first rows of data, at most kSampled, as RowSplitter gives them.
   std::vector<std::vector<std::string>> rows;
+  /// Of single rows from all over the rest of a long file.
+  std::vector<std::vector<std::string>> later;
   static constexpr std::size_t kSampled = 200;
 
   /// The first column of one of these (plain) names, or -1.
@@ -48,16 +42,23 @@ Layout layoutOfText(std::string_view text);
 struct PoseColumns {
   int stamp = 0;
   int p[3] = {1, 2, 3};
-  int q[4] = {-1, -1, -1, -1};  ///< x y z w
-  bool named = false;           ///< the header said so
-  double unit_m = 1;            ///< of what the header says the positions are in
-  bool hasAttitude() const { return q[3] >= 0; }
+  int q[4] = {-1, -1, -1, -1};   ///< x y z w
+  int angles[3] = {-1, -1, -1};  ///< roll pitch yaw, where there is no quaternion
+  double angle_unit = 1;         ///< [rad] of what the angles are in
+  bool named = false;            ///< the header said so
+  double unit_m = 1;             ///< of what the header says the positions are in
+  std::string remark;            ///< what is to be said of the attitudes; may be empty
+  bool hasAttitude() const { return q[3] >= 0 || hasAngles(); }
+  bool hasAngles() const { return angles[2] >= 0; }
   int last() const;
 };
 /// By the names of the header (q0 q1 q2 q3 have w first), else TUM's order (t x y z qx qy qz qw)
 /// where there are only blanks or the stamps are seconds, and EuRoC's (t x y z qw qx qy qz)
-/// elsewhere. A first column that only counts is passed over.
+/// elsewhere. A first column that only counts is passed over. Roll, pitch and yaw are those of
+/// Rz(yaw) Ry(pitch) Rx(roll); what looks like an attitude but cannot be told is named by `remark`.
 PoseColumns poseColumns(const Layout& layout);
+/// The quaternion x y z w of Rz(yaw) Ry(pitch) Rx(roll), angles in [rad].
+void quaternionOf(const double roll_pitch_yaw[3], double xyzw[4]);
 /// Which order was taken where no header says it and habits differ; empty elsewhere.
 std::string assumedOrder(const Layout& layout, const PoseColumns& columns);
 /// Why a table that looks like one of poses holds none that can be used (latitude and longitude,
@@ -114,8 +115,14 @@ struct ImageColumns {
 };
 ImageColumns imageColumns(const Layout& layout);
 
-/// By its name; else 0, or 1 if the first column only counts and the second is a stamp.
+/// A column that is called after a time; -1: there is none.
+int namedStampColumn(const Layout& layout);
+/// That, else one of dates or times of day, else 0, or 1 if the first column only counts and the
+/// second is a stamp.
 int stampColumn(const Layout& layout);
+/// What is to be said of stamps that are no numbers: dates, and on which clock they are taken to
+/// be. Empty: nothing.
+std::string stampRemark(const Layout& layout, int column);
 /// The column of the nanoseconds that belong to whole seconds in column `stamp` (`secs,nsecs`); -1:
 /// there is none.
 int nanosecondColumn(const Layout& layout, int stamp);
