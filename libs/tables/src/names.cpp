@@ -68,6 +68,7 @@ std::string unitText(const Layout& layout, int index) {
 
 double angularUnit(const Layout& layout, int column) {
   const std::string unit = unitText(layout, column);
+  if (unit == "mdps" || unit.rfind("mdeg", 0) == 0) return kRadPerDeg / 1000;
   const bool degrees = unit.rfind("deg", 0) == 0 || unit.rfind("\xC2\xB0", 0) == 0 || unit == "dps";
   return degrees ? kRadPerDeg : 1.0;
 }
