@@ -10,22 +10,23 @@ namespace vir::check {
 namespace {
 
 constexpr double kNear = 0.03;  // share of the limit
-constexpr std::size_t kPassed = 40;
+constexpr std::size_t kPassed = 40, kFollowed = 64;
 constexpr long kFewest = 20;
-/// Times as many at the limit as near it. A smooth motion that reverses there has 2.4 at most, if
-/// it is always the same and the numbers are as coarse as kPassed allows.
-constexpr double kPiledUp = 3;
+/// Times as often as any other number near it. A smooth motion that reverses there has 2.4, if it
+/// is always the same and the numbers are as coarse as kPassed allows; noise has less than 1.
+constexpr long kPiledUp = 3;
 
 }  // namespace
 
 void ImuClipping::End::add(double size) {
   if (size > limit) {
     // What was the limit is one of those on the way now.
+    if (limit > 0) near[limit] = at;
     if (limit > 0 && passed.size() < kPassed) passed.insert(limit);
-    near = limit > (1 - kNear) * size ? near + at : 0;
     limit = size;
     at = again = 0;
     last_at = false;
+    near.erase(near.begin(), near.lower_bound((1 - kNear) * limit));
     passed.erase(passed.begin(), passed.lower_bound(limit / 2));
   }
   const bool here = size == limit && size > 0;
@@ -33,14 +34,25 @@ void ImuClipping::End::add(double size) {
   again += here && last_at ? 1 : 0;
   last_at = here;
   if (here || size <= limit / 2) return;
-  near += size > (1 - kNear) * limit ? 1 : 0;
   if (passed.size() < kPassed) passed.insert(size);
+  if (size < (1 - kNear) * limit) return;
+  const auto known = near.find(size);
+  if (known != near.end()) {
+    ++known->second;
+  } else if (near.size() < kFollowed) {
+    near[size] = 1;
+  }
+}
+
+long ImuClipping::End::mostNear() const {
+  long out = 0;
+  for (const auto& [value, count] : near) out = std::max(out, count);
+  return out;
 }
 
 bool ImuClipping::End::clipped() const {
   // Many different numbers up to the limit: neither a coarse sensor nor one that says two values.
-  return at >= kFewest && again >= at / 2 && passed.size() >= kPassed &&
-         static_cast<double>(at) > kPiledUp * static_cast<double>(near);
+  return at >= kFewest && again >= at / 2 && passed.size() >= kPassed && at > kPiledUp * mostNear();
 }
 
 void ImuClipping::add(const ImuSample& s) {
@@ -71,8 +83,8 @@ std::optional<Finding> ImuClipping::finding(Sensor sensor, const std::string& la
     const std::string name = std::string(limits.empty() ? "" : ", ") + "xyz"[axis];
     limits += name + " at " + sign + num(end.limit);
     shares += name + " " + percent(both ? below.at + above.at : end.at) +
-              " of all readings, and short of it by less than 3 % " +
-              percent(both ? below.near + above.near : end.near);
+              " of all readings are just this number, of others near it none more than " +
+              percent(std::max(below.clipped() ? below.mostNear() : 0, end.mostNear()));
   }
   if (limits.empty()) return std::nullopt;
   return Finding{Severity::doubtful,
@@ -80,7 +92,7 @@ std::optional<Finding> ImuClipping::finding(Sensor sensor, const std::string& la
                  label,
                  std::string("the ") + (gyro ? "gyro" : "accelerometer") +
                      " is clipped: " + limits + " " + unit,
-                 "just this number: " + shares,
+                 shares,
                  "set a larger range in the IMU's driver, or look for what limits it on the way (a "
                  "filter, a type too small for the number)"};
 }
