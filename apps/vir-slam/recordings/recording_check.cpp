@@ -212,7 +212,9 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     turning = turning_->verdict(first->R_B_C, time_offset_s_);
   }
   for (const auto& [label, imu] : imus_) {
-    if (stamps) take(imu.findings(noise_, mountingOf(turning, label), turning.gyro_trusted), &out);
+    if (!stamps) continue;
+    const Vec3 bias = label == imus_.begin()->first ? turning.gyro_bias : Vec3::Zero();
+    take(imu.findings(noise_, mountingOf(turning, label), turning.gyro_trusted, bias), &out);
   }
   for (const auto& [label, ranges] : ranges_) {
     const std::vector<check::Finding> of_ranges = ranges.findings();

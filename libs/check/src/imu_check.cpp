@@ -238,9 +238,9 @@ std::optional<bool> ImuCheck::moves(TimeNs from, TimeNs to) const {
          (acc_high - acc_low).maxCoeff() > kMovingShare * restMagnitude();
 }
 
-bool ImuCheck::forceAxesWrong(std::vector<Finding>* out) const {
+bool ImuCheck::forceAxesWrong(const Vec3& gyro_bias, std::vector<Finding>* out) const {
   std::vector<ForceAndTurn> parts;
-  for (const Block& b : blocks_) parts.push_back({b.t, b.gyro, b.acc});
+  for (const Block& b : blocks_) parts.push_back({b.t, b.gyro - gyro_bias, b.acc});
   const ForceAxes axes = forceAxes(parts);
   if (!axes.wrong && !axes.doubtful) return false;
   out->push_back({axes.wrong ? Severity::unusable : Severity::doubtful, "acc_axes", label_,
@@ -324,8 +324,8 @@ void ImuCheck::noteNoise(const std::optional<imu::ImuNoise>& given,
 }
 
 std::vector<Finding> ImuCheck::findings(const std::optional<imu::ImuNoise>& given,
-                                        const std::optional<Mounting>& mounting,
-                                        bool gyro_trusted) const {
+                                        const std::optional<Mounting>& mounting, bool gyro_trusted,
+                                        const Vec3& gyro_bias) const {
   std::vector<Finding> out;
   if (not_finite_ > 0) {
     out.push_back({not_finite_ * 100 > count_ ? Severity::doubtful : Severity::note, "not_finite",
@@ -344,7 +344,7 @@ std::vector<Finding> ImuCheck::findings(const std::optional<imu::ImuNoise>& give
   const std::size_t before_rates = out.size();
   checkGyro(&out);
   const bool turns_right = gyro_trusted && out.size() == before_rates;
-  const bool axes = turns_right && forceAxesWrong(&out);
+  const bool axes = turns_right && forceAxesWrong(gyro_bias, &out);
   if (mounting && !axes) checkUp(*mounting, &out);
   if (worst(out) == Severity::note) noteNoise(given, &out);
   return out;

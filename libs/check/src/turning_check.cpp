@@ -1,16 +1,16 @@
 #include "vir/check/turning_check.h"
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
 #include "camera_mounting.h"
 #include "text.h"
+#include "turn_axes.h"
+#include "turn_clock.h"
 #include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
-#include "vir/initialization/image_turn.h"
+#include "vir/imu/imu_buffer.h"
 
 namespace vir::check {
 namespace {
@@ -18,52 +18,16 @@ namespace {
 constexpr std::size_t kFewest = 30;  // pairs that turn, to say anything
 constexpr double kTurning = 0.08;    // [rad/s] by images, to count as turning
 constexpr std::size_t kMostPairs = 20000, kMostMatched = 2000;
-constexpr double kWrongAngle = 15;  // [deg] between rotation found and given
+constexpr double kSmallBias = 0.02;  // [rad/s] that is not worth a word
+constexpr double kLargeBias = 0.15;  // [rad/s] beyond what a sensor that works has
+constexpr double kLeastRatio = 0.85, kMostRatio = 1.18;  // of rates, the unit being right
+constexpr double kWrongAngle = 15;                       // [deg] between rotation found and given
 constexpr std::size_t kMostReadings = 400'000;
 constexpr double kReachS = 0.2;  // offsets of the clocks looked for, to both sides
-constexpr double kTurnS = 0.09;  // over less than this, noise makes turns of steps aside
-constexpr double kLongestTurnS = 0.3;
-constexpr double kOffsetS = 0.004;  // that no estimate of a window needs to be told
 /// Turning about other axes, below which one rotation is as good as another.
 constexpr double kFewAxes = 0.15;
 constexpr double kWrongShare = 0.8;  // left unexplained by what is given, which then is wrong
 constexpr double kFits = 0.45;       // rest of the rate that a rotation leaves, as a share
-
-/// Rotation (or mirror) from the gyro's axes to the camera's that explains the pairs best.
-struct AxesFit {
-  Mat3 rotation = Mat3::Identity(), mirror = Mat3::Identity();
-  double rotation_rest = 1, mirror_rest = 1;  ///< median share of the rate left unexplained
-  double second_axis = 0;                     ///< how much turning there is about other axes, 0..1
-};
-
-double restOf(const std::vector<TurnPair>& pairs, const Mat3& R_C_B) {
-  std::vector<double> rest;
-  for (const TurnPair& p : pairs) {
-    const double size = std::max(p.image_C.norm(), p.gyro_B.norm());
-    rest.push_back((p.image_C - R_C_B * p.gyro_B).norm() / size);
-  }
-  return medianInPlace(&rest);
-}
-
-AxesFit fitAxes(const std::vector<TurnPair>& pairs) {
-  Mat3 sum = Mat3::Zero();
-  for (const TurnPair& p : pairs) {
-    // Directions weighted by the rate, so that outliers of one image do not decide.
-    const double weight = 1 / std::max(p.image_C.norm(), p.gyro_B.norm());
-    sum += weight * p.image_C * p.gyro_B.transpose();
-  }
-  const Eigen::JacobiSVD<Mat3> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Mat3 free = svd.matrixU() * svd.matrixV().transpose();
-  const double sign = free.determinant() < 0 ? -1 : 1;
-  AxesFit fit;
-  fit.rotation = svd.matrixU() * Vec3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-  fit.mirror = svd.matrixU() * Vec3(1, 1, -sign).asDiagonal() * svd.matrixV().transpose();
-  const Vec3 s = svd.singularValues();
-  fit.second_axis = s(0) > 0 ? s(1) / s(0) : 0;
-  fit.rotation_rest = restOf(pairs, fit.rotation);
-  fit.mirror_rest = restOf(pairs, fit.mirror);
-  return fit;
-}
 
 double angleDeg(const Mat3& R) { return kDegPerRad * logSO3(R).norm(); }
 
@@ -73,12 +37,6 @@ std::vector<TurnPair> thatTurn(const std::vector<TurnPair>& pairs) {
     if (p.image_C.norm() > kTurning) out.push_back(p);
   }
   return out;
-}
-
-double ratioOf(const std::vector<TurnPair>& pairs) {
-  std::vector<double> ratios;
-  for (const TurnPair& p : pairs) ratios.push_back(p.gyro_B.norm() / p.image_C.norm());
-  return medianInPlace(&ratios);
 }
 
 }  // namespace
@@ -135,80 +93,57 @@ void TurningCheck::pairUp() {
 
 namespace {
 
-/// At which offset of the stamps of images gyro and images agree best.
-initialization::TurnCorrelation correlate(const std::vector<ImageTurn>& turns_seen,
-                                          const std::vector<ImuSample>& samples,
-                                          const Mat3& R_B_C) {
-  std::vector<initialization::ImageTurn> turns;
-  for (std::size_t i = 0; i < turns_seen.size(); ++i) {
-    // Put together from images that follow each other.
-    Mat3 R = Mat3::Identity();
-    std::size_t k = i;
-    for (;; ++k) {
-      R = R * expSO3(turns_seen[k].rotation_C);
-      const bool linked = k + 1 < turns_seen.size() && turns_seen[k + 1].t0 == turns_seen[k].t1;
-      if (toSeconds(turns_seen[k].t1 - turns_seen[i].t0) >= kTurnS || !linked) break;
-    }
-    const double span = toSeconds(turns_seen[k].t1 - turns_seen[i].t0);
-    if (span < kTurnS || span > kLongestTurnS) continue;
-    initialization::ImageTurn turn;
-    turn.t0 = turns_seen[i].t0;
-    turn.t1 = turns_seen[k].t1;
-    turn.rate_C = logSO3(R) / span;
-    // All alike; the correlation finds out how good they are.
-    turn.information = Mat3::Identity() / (0.02 * 0.02);
-    turns.push_back(turn);
-  }
-  imu::ImuBuffer readings;
-  for (const ImuSample& s : samples) readings.add(s);
-  return initialization::correlateTurns(turns, readings, Quat(R_B_C), {kReachS, 0.004});
-}
-
-std::vector<Finding> offsetFindings(const initialization::TurnCorrelation& found, double given_s,
-                                    const std::string& camera_label) {
-  if (!found.ok) return {};
-  const double apart = found.offset_s - given_s;
-  const std::string by = num(1e3 * std::abs(apart)) + " ms";
-  const std::string evidence =
-      "gyro and turning of the images agree best with " + num(1e3 * found.offset_s) + " +- " +
-      num(1e3 * found.sigma_s, 2) + " ms added to the stamps of the images (" +
-      std::to_string(found.turns) + " turns); given " + num(1e3 * given_s) + " ms";
-  if (std::abs(apart) < kOffsetS || std::abs(apart) < 4 * found.sigma_s) {
-    return {{Severity::note, "time_offset", camera_label, "its clock against the gyro's as found",
-             evidence, ""}};
-  }
-  return {{Severity::doubtful, "time_offset", camera_label,
-           std::string("its images are stamped ") + by + (apart < 0 ? " late" : " early"), evidence,
-           "give it: timeshift_cam_imu in the calibration, or --set Camera.time_offset_s=" +
-               num(found.offset_s) + "; `calibrate = online` finds the rest"}};
-}
-
 /// Reads as a gyro in deg/s.
 bool inDegrees(double ratio) { return ratio > 20 && ratio < 160; }
+bool inMillidegrees(double ratio) { return ratio > 30000 && ratio < 110000; }
 
-/// What the share of turning that gyro and images see says of the gyro's unit and scale.
-std::vector<Finding> scaleFindings(double ratio, const std::string& imu_label,
-                                   const std::string& camera_label) {
-  const std::string rates = "where the images turn by 1 rad/s the gyro says " + num(ratio);
+std::string ratesOf(double ratio) {
+  return "where the images turn by 1 rad/s the gyro says " + num(ratio) + ", a constant aside";
+}
+
+/// What the share of turning that gyro and images see says of the gyro's unit.
+std::vector<Finding> unitFindings(double ratio, const std::string& imu_label) {
+  const std::string rates = ratesOf(ratio);
   if (inDegrees(ratio)) {
     return {{Severity::unusable, "gyro_in_deg", imu_label, "the gyro is in deg/s, not in rad/s",
              rates, kDegreesRemedy}};
   }
-  if (ratio < 0.5 || ratio > 2) {
-    return {{Severity::unusable, "gyro_scale", imu_label,
-             "gyro and images disagree on how fast it turns", rates,
-             "check the gyro's unit and columns, and the camera's focal length"}};
+  if (inMillidegrees(ratio)) {
+    return {{Severity::unusable, "gyro_in_mdeg", imu_label, "the gyro is in mdeg/s, not in rad/s",
+             rates, kMillidegreesRemedy}};
   }
-  if (ratio < 0.85 || ratio > 1.18) {
+  if (ratio >= 0.5 && ratio <= 2) return {};
+  return {{Severity::unusable, "gyro_scale", imu_label,
+           "gyro and images disagree on how fast it turns", rates,
+           "check the gyro's unit and columns, and the camera's focal length"}};
+}
+
+/// What the gyro says beside the turning, and more of it than there is.
+std::vector<Finding> constantAndScale(const Vec3& bias, double ratio, const std::string& imu_label,
+                                      const std::string& camera_label) {
+  std::vector<Finding> out;
+  if (ratio < kLeastRatio || ratio > kMostRatio) {
     // A gyro is right to some per cent, as long as its unit is.
-    return {{Severity::doubtful, "camera_scale", camera_label,
-             "its focal length or its lens model does not fit: the images turn " + num(1 / ratio) +
-                 " times as fast as the gyro says",
-             rates,
-             "check intrinsics, lens model (radtan, equidistant, ...) and coefficients, and that "
-             "they are for images of this size; else the gyro's scale"}};
+    out.push_back({Severity::doubtful, "camera_scale", camera_label,
+                   "its focal length or its lens model does not fit: the images turn " +
+                       num(1 / ratio) + " times as fast as the gyro says",
+                   ratesOf(ratio),
+                   "check intrinsics, lens model (radtan, equidistant, ...) and coefficients, and "
+                   "that they are for images of this size; else the gyro's scale"});
   }
-  return {};
+  if (bias.norm() > kSmallBias) {
+    const bool large = bias.norm() > kLargeBias;
+    const std::string value =
+        "(" + num(bias.x(), 2) + ", " + num(bias.y(), 2) + ", " + num(bias.z(), 2) + ") rad/s";
+    out.push_back(
+        {large ? Severity::doubtful : Severity::note, "gyro_bias", imu_label,
+         large ? "the gyro has a large bias: " + value : "the gyro's bias as found: " + value,
+         "so much it says beside the turning of the images",
+         large ? "subtract it, or let the sensor find it anew while it rests after "
+                 "switching on; a run estimates it, but starts worse"
+               : ""});
+  }
+  return out;
 }
 
 std::string percent(double share) { return num(100 * share, 2) + " %"; }
@@ -292,7 +227,35 @@ void judgeRotation(const AxesFit& fit, double share_given, const Mat3& given,
   out->findings.push_back(fault.finding);
 }
 
+/// Median rate of a stream [Hz].
+template <typename Items, typename Time>
+double rateOf(const Items& items, Time time) {
+  std::vector<TimeNs> periods;
+  for (std::size_t i = 1; i < items.size(); ++i)
+    periods.push_back(time(items[i]) - time(items[i - 1]));
+  const TimeNs period = medianInPlace(&periods);
+  return period > 0 ? 1 / toSeconds(period) : 0;
+}
+
 }  // namespace
+
+std::vector<TurnPair> TurningCheck::aligned(const imu::ImuBuffer& readings,
+                                            const ClockFit& clock) const {
+  std::vector<TurnPair> out;
+  for (const ImageTurn& turn : turns_) {
+    TurnPair pair;
+    pair.t0 = turn.t0;
+    pair.t1 = turn.t1;
+    const double dt = toSeconds(turn.t1 - turn.t0);
+    if (dt <= 0 ||
+        !readings.meanGyro(clock.onImuClock(turn.t0), clock.onImuClock(turn.t1), &pair.gyro_B)) {
+      continue;
+    }
+    pair.image_C = turn.rotation_C / dt;
+    out.push_back(pair);
+  }
+  return out;
+}
 
 TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) const {
   TurningVerdict out;
@@ -306,23 +269,25 @@ TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) co
     return out;
   }
   const double ratio = ratioOf(turning);
-  out.findings = scaleFindings(ratio, imu_label_, camera_label_);
+  out.findings = unitFindings(ratio, imu_label_);
   const bool degrees = inDegrees(ratio);
-  out.gyro_trusted = worst(out.findings) != Severity::unusable;
+  out.gyro_trusted = out.findings.empty();
   if (!out.gyro_trusted && !degrees) return out;
-  double offset_s = time_offset_s;
+  imu::ImuBuffer readings;
+  ClockFit clock;
+  clock.offset_s = time_offset_s;
   if (degrees) {
     for (TurnPair& p : turning) p.gyro_B /= kDegPerRad;
   } else {
-    const auto found = correlate(turns_, beside_, R_B_C);
-    const auto offset = offsetFindings(found, time_offset_s, camera_label_);
-    out.findings.insert(out.findings.end(), offset.begin(), offset.end());
-    if (found.ok) offset_s = found.offset_s;
-    // What is explained by an offset is not a wrong rotation.
-    if (!offset.empty() && offset[0].severity == Severity::doubtful) {
-      out.R_B_C = R_B_C;
-      out.force = forceSign(turns_, beside_, R_B_C, offset_s);
-      return out;
+    for (const ImuSample& s : beside_) readings.add(s);
+    const ClockFit found = fitClock(turns_, readings, R_B_C);
+    const auto clocks = clockFindings(
+        found, time_offset_s, rateOf(turns_, [](const ImageTurn& t) { return t.t1; }),
+        rateOf(beside_, [](const ImuSample& s) { return s.t; }), camera_label_, imu_label_);
+    out.findings.insert(out.findings.end(), clocks.begin(), clocks.end());
+    if (found.ok || found.runs_apart) {
+      clock = found;
+      turning = thatTurn(aligned(readings, clock));
     }
   }
   const AxesFit fit = fitAxes(turning);
@@ -332,10 +297,31 @@ TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) co
   out.gyro_trusted = out.gyro_trusted && axes.empty();
   if (!axes.empty()) return out;
   const auto force_with = [&](const Mat3& R) {
-    return degrees ? ForceSign{} : forceSign(turns_, beside_, R, offset_s);
+    if (degrees) return ForceSign{};
+    std::vector<ImuSample> samples = beside_;
+    const Vec3 bias = biasWith(turning, R.transpose());
+    for (ImuSample& sample : samples) sample.gyro -= bias;
+    std::vector<ImageTurn> turns = turns_;
+    for (ImageTurn& turn : turns) {
+      turn.t0 = clock.onImuClock(turn.t0);
+      turn.t1 = clock.onImuClock(turn.t1);
+    }
+    return forceSign(turns, samples, R, 0);
   };
   judgeRotation(fit, share_given, R_B_C, camera_label_, force_with, &out);
-  if (out.R_B_C) out.force = force_with(*out.R_B_C);
+  if (!out.R_B_C) return out;
+  out.force = force_with(*out.R_B_C);
+  if (degrees) return out;
+  const double scale = ratioOf(turning);
+  const bool scale_fits = scale > kLeastRatio && scale < kMostRatio;
+  if (!scale_fits) {
+    for (TurnPair& p : turning) p.gyro_B /= scale;
+  }
+  out.gyro_bias = clock.ok && scale_fits
+                      ? clock.gyro_bias
+                      : Vec3(biasWith(turning, out.R_B_C->transpose()) * (scale_fits ? 1 : scale));
+  const auto more = constantAndScale(out.gyro_bias, scale, imu_label_, camera_label_);
+  out.findings.insert(out.findings.end(), more.begin(), more.end());
   return out;
 }
 

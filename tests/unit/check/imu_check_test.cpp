@@ -211,6 +211,19 @@ TEST(ImuCheck, NamesAxesOfTheAccelerometerThatAreNotTheGyros) {
   EXPECT_EQ(seriousKinds(findingsAfter(all)), Kinds{});
 }
 
+/// Which turns gravity on, too.
+TEST(ImuCheck, ABiasThatIsKnownIsNoWrongAxis) {
+  ImuCheck check("IMU0");
+  const Vec3 bias(0.3, -0.3, 0);
+  for (ImuSample s : carried()) {
+    s = turning(s.t);
+    s.gyro += bias;
+    check.add(s);
+  }
+  EXPECT_EQ(seriousKinds(check.findings(std::nullopt, std::nullopt)), Kinds{"acc_axes"});
+  EXPECT_EQ(seriousKinds(check.findings(std::nullopt, std::nullopt, true, bias)), Kinds{});
+}
+
 /// One reading in thousands, as a bit error makes it, is said and spoils nothing else.
 TEST(ImuCheck, NamesSingleReadingsThatJump) {
   // Within a quarter of a second, and at either end of it.

@@ -35,10 +35,10 @@ class ImuCheck {
   /// Whether readings are there more than once, which is to be known even where stamps are wrong.
   std::optional<Finding> copies() const { return copies_.finding(label_); }
   /// `given`: the densities an estimator would use. `mounting`: where there is a camera.
-  /// `gyro_trusted`: nothing else has been found against it.
+  /// `gyro_trusted`: nothing else has been found against it. `gyro_bias`: as found [rad/s].
   std::vector<Finding> findings(const std::optional<imu::ImuNoise>& given,
-                                const std::optional<Mounting>& mounting,
-                                bool gyro_trusted = true) const;
+                                const std::optional<Mounting>& mounting, bool gyro_trusted = true,
+                                const Vec3& gyro_bias = Vec3::Zero()) const;
 
  private:
   /// A quarter of a second.
@@ -57,7 +57,7 @@ class ImuCheck {
   void checkAccelerometer(std::vector<Finding>* out) const;
   void checkGyro(std::vector<Finding>* out) const;
   void checkRates(std::vector<Finding>* out) const;
-  bool forceAxesWrong(std::vector<Finding>* out) const;
+  bool forceAxesWrong(const Vec3& gyro_bias, std::vector<Finding>* out) const;
   void checkUp(const Mounting& mounting, std::vector<Finding>* out) const;
   void noteNoise(const std::optional<imu::ImuNoise>& given, std::vector<Finding>* out) const;
 
