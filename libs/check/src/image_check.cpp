@@ -14,8 +14,9 @@ namespace {
 constexpr double kBlank = 3, kFlat = 10;     // standard deviation of the grey values
 constexpr double kDark = 20, kBright = 235;  // mean grey value
 constexpr int kFewCorners = 30;
-constexpr double kBadS = 1;       // of bad images in a row, to say when
-constexpr double kFrozenS = 1.5;  // of the same image, so that the IMU can tell motion meanwhile
+constexpr double kBadS = 1;         // of bad images in a row, to say when
+constexpr double kBadForLongS = 3;  // that the IMU alone does not bridge well
+constexpr double kFrozenS = 1.5;    // of the same image, so that the IMU can tell motion meanwhile
 constexpr TimeNs kRim = 250'000'000;  // clocks may be apart, and a motion begins and ends
 
 /// What is wrong with the light of an image; nothing for a good one.
@@ -156,12 +157,17 @@ void ImageCheck::checkLight(std::vector<Finding>* out) const {
     if (toSeconds(s.to - s.from) >= kBadS) stretches[s.kind].push_back(s);
   }
   for (const auto& [kind, of_kind] : stretches) {
-    out->push_back({Severity::doubtful, kind, label_,
+    const bool long_one = std::any_of(of_kind.begin(), of_kind.end(), [](const Stretch& s) {
+      return toSeconds(s.to - s.from) >= kBadForLongS;
+    });
+    out->push_back({long_one ? Severity::doubtful : Severity::note, kind, label_,
                     "images are " + of_kind[0].how + " " + when(of_kind),
                     "there median " + sizeOf(of_kind[0].mean, of_kind[0].contrast) + "; of all " +
                         sizeOf(mean, contrast),
-                    "look for what covers, blinds or stops the camera there; meanwhile a run has "
-                    "the IMU alone, which carries on for some seconds"});
+                    long_one
+                        ? "look for what covers, blinds or stops the camera there; meanwhile a "
+                          "run has the IMU alone, which carries on for some seconds"
+                        : ""});
   }
 }
 

@@ -72,6 +72,14 @@ TEST(ImageCheck, SaysWhenImagesAreDarkOrBlinded) {
     ASSERT_EQ(seriousKinds(findings), Kinds{c.kind}) << c.said;
     EXPECT_EQ(findings[0].what.rfind(c.said, 0), 0u) << findings[0].what;
   }
+  // What the IMU bridges is said, and no more.
+  const ImageCheck brief = watched([](int i, cv::Mat* m) {
+    if (i >= 70 && i < 90) m->setTo(0);
+  });
+  const auto noted = brief.findings(64, 48);
+  EXPECT_EQ(seriousKinds(noted), Kinds{});
+  ASSERT_EQ(noted.size(), 1u);
+  EXPECT_EQ(noted[0].kind, "blank");
   const ImageCheck single = watched([](int i, cv::Mat* m) {
     if (i % 20 == 0) m->setTo(0);
   });
