@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "camera_mounting.h"
+#include "lens_fit.h"
 #include "text.h"
 #include "turn_axes.h"
 #include "turn_clock.h"
@@ -21,7 +22,9 @@ constexpr std::size_t kMostPairs = 20000, kMostMatched = 2000;
 constexpr double kSmallBias = 0.02;  // [rad/s] that is not worth a word
 constexpr double kLargeBias = 0.15;  // [rad/s] beyond what a sensor that works has
 constexpr double kLeastRatio = 0.85, kMostRatio = 1.18;  // of rates, the unit being right
-constexpr double kWrongAngle = 15;                       // [deg] between rotation found and given
+constexpr double kOtherFocal = 0.06;  // share, that an estimate does not find by itself
+constexpr double kOtherLens = 0.1;    // of rays at 45 deg from the axis, as a share
+constexpr double kWrongAngle = 15;    // [deg] between rotation found and given
 constexpr std::size_t kMostReadings = 400'000;
 constexpr double kReachS = 0.2;  // offsets of the clocks looked for, to both sides
 /// Turning about other axes, below which one rotation is as good as another.
@@ -118,32 +121,57 @@ std::vector<Finding> unitFindings(double ratio, const std::string& imu_label) {
            "check the gyro's unit and columns, and the camera's focal length"}};
 }
 
-/// What the gyro says beside the turning, and more of it than there is.
-std::vector<Finding> constantAndScale(const Vec3& bias, double ratio, const std::string& imu_label,
-                                      const std::string& camera_label) {
-  std::vector<Finding> out;
-  if (ratio < kLeastRatio || ratio > kMostRatio) {
-    // A gyro is right to some per cent, as long as its unit is.
-    out.push_back({Severity::doubtful, "camera_scale", camera_label,
-                   "its focal length or its lens model does not fit: the images turn " +
-                       num(1 / ratio) + " times as fast as the gyro says",
-                   ratesOf(ratio),
-                   "check intrinsics, lens model (radtan, equidistant, ...) and coefficients, and "
-                   "that they are for images of this size; else the gyro's scale"});
+Finding biasFinding(const Vec3& bias, const std::string& imu_label) {
+  const bool large = bias.norm() > kLargeBias;
+  const std::string value =
+      "(" + num(bias.x(), 2) + ", " + num(bias.y(), 2) + ", " + num(bias.z(), 2) + ") rad/s";
+  return {large ? Severity::doubtful : Severity::note,
+          "gyro_bias",
+          imu_label,
+          large ? "the gyro has a large bias: " + value : "the gyro's bias as found: " + value,
+          "so much it says beside the turning of the images",
+          large ? "subtract it, or let the sensor find it anew while it rests after "
+                  "switching on"
+                : ""};
+}
+
+/// What images and gyro say of the camera: which of focal length and lens it is where that is told.
+std::optional<Finding> cameraFinding(const LensFit& lens, double ratio,
+                                     const std::string& camera_label) {
+  const std::string evidence = "of the misfit of gyro and images other rays leave " +
+                               num(100 * lens.best / lens.as_given, 2) + " % (" +
+                               std::to_string(lens.turns) + " turns)";
+  if (lens.told && std::abs(lens.scale - 1) > kOtherFocal) {
+    return Finding{Severity::doubtful,
+                   "camera_focal",
+                   camera_label,
+                   "its focal length does not fit: with " + num(lens.scale, 3) +
+                       " times of what is given the images turn as the gyro says",
+                   evidence,
+                   "check the focal length, and that it is for images of this size; else the "
+                   "gyro's scale"};
   }
-  if (bias.norm() > kSmallBias) {
-    const bool large = bias.norm() > kLargeBias;
-    const std::string value =
-        "(" + num(bias.x(), 2) + ", " + num(bias.y(), 2) + ", " + num(bias.z(), 2) + ") rad/s";
-    out.push_back(
-        {large ? Severity::doubtful : Severity::note, "gyro_bias", imu_label,
-         large ? "the gyro has a large bias: " + value : "the gyro's bias as found: " + value,
-         "so much it says beside the turning of the images",
-         large ? "subtract it, or let the sensor find it anew while it rests after "
-                 "switching on; a run estimates it, but starts worse"
-               : ""});
+  if (lens.told && std::abs(lens.bend) > kOtherLens) {
+    return Finding{Severity::doubtful,
+                   "camera_lens",
+                   camera_label,
+                   "its lens model or the coefficients do not fit",
+                   evidence + ": near the middle they are as given, at 30 deg from it " +
+                       num(100 * std::abs(lens.bend) / 3, 2) + " % " +
+                       (lens.bend > 0 ? "further out" : "further in"),
+                   "check the model (radtan, equidistant, ...) and that the coefficients are "
+                   "given, and are of this lens"};
   }
-  return out;
+  if (ratio > kLeastRatio && ratio < kMostRatio) return std::nullopt;
+  // A gyro is right to some per cent, as long as its unit is.
+  return Finding{Severity::doubtful,
+                 "camera_scale",
+                 camera_label,
+                 "its focal length or its lens model does not fit: the images turn " +
+                     num(1 / ratio) + " times as fast as the gyro says",
+                 ratesOf(ratio),
+                 "check intrinsics, lens model (radtan, equidistant, ...) and coefficients, and "
+                 "that they are for images of this size; else the gyro's scale"};
 }
 
 std::string percent(double share) { return num(100 * share, 2) + " %"; }
@@ -227,6 +255,16 @@ void judgeRotation(const AxesFit& fit, double share_given, const Mat3& given,
   out->findings.push_back(fault.finding);
 }
 
+Finding hardlyTurns(std::size_t turning, std::size_t all, const std::string& camera_label) {
+  return {Severity::note,
+          "hardly_turns",
+          camera_label,
+          "turns too little to hold the gyro against it",
+          std::to_string(turning) + " of " + std::to_string(all) + " images turn faster than " +
+              num(kTurning) + " rad/s",
+          ""};
+}
+
 /// Median rate of a stream [Hz].
 template <typename Items, typename Time>
 double rateOf(const Items& items, Time time) {
@@ -261,11 +299,7 @@ TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) co
   TurningVerdict out;
   std::vector<TurnPair> turning = thatTurn(pairs_);
   if (turning.size() < kFewest) {
-    out.findings = {{Severity::note, "hardly_turns", camera_label_,
-                     "turns too little to hold the gyro against it",
-                     std::to_string(turning.size()) + " of " + std::to_string(pairs_.size()) +
-                         " images turn faster than " + num(kTurning) + " rad/s",
-                     ""}};
+    out.findings = {hardlyTurns(turning.size(), pairs_.size(), camera_label_)};
     return out;
   }
   const double ratio = ratioOf(turning);
@@ -309,20 +343,39 @@ TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) co
     return forceSign(turns, samples, R, 0);
   };
   judgeRotation(fit, share_given, R_B_C, camera_label_, force_with, &out);
-  if (!out.R_B_C) return out;
-  out.force = force_with(*out.R_B_C);
-  if (degrees) return out;
-  const double scale = ratioOf(turning);
-  const bool scale_fits = scale > kLeastRatio && scale < kMostRatio;
-  if (!scale_fits) {
-    for (TurnPair& p : turning) p.gyro_B /= scale;
-  }
-  out.gyro_bias = clock.ok && scale_fits
-                      ? clock.gyro_bias
-                      : Vec3(biasWith(turning, out.R_B_C->transpose()) * (scale_fits ? 1 : scale));
-  const auto more = constantAndScale(out.gyro_bias, scale, imu_label_, camera_label_);
-  out.findings.insert(out.findings.end(), more.begin(), more.end());
+  if (out.R_B_C) out.force = force_with(*out.R_B_C);
+  const bool contradicted = !out.R_B_C && worst(out.findings) != Severity::note;
+  if (!degrees && !contradicted) judgeScale(turning, readings, clock, R_B_C, &out);
   return out;
+}
+
+/// With the rotation found, or where turning has not confirmed any (a wrong lens may be why) with
+/// the one given: then only what explains it counts.
+void TurningCheck::judgeScale(std::vector<TurnPair> turning, const imu::ImuBuffer& readings,
+                              const ClockFit& clock, const Mat3& R_B_C_given,
+                              TurningVerdict* out) const {
+  const bool confirmed = out->R_B_C.has_value();
+  const Mat3 R_C_B = out->R_B_C.value_or(R_B_C_given).transpose();
+  const double ratio = ratioOf(turning);
+  const bool ratio_fits = ratio > kLeastRatio && ratio < kMostRatio;
+  Vec3 bias = clock.gyro_bias;
+  if (!clock.ok || !ratio_fits) {
+    const double scale = ratio_fits ? 1 : ratio;
+    for (TurnPair& p : turning) p.gyro_B /= scale;
+    bias = scale * biasWith(turning, R_C_B);
+  }
+  const auto by_gyro = [&](const ImageTurn& turn) -> std::optional<Mat3> {
+    Vec3 rate;
+    const TimeNs t0 = clock.onImuClock(turn.t0), t1 = clock.onImuClock(turn.t1);
+    if (!readings.meanGyro(t0, t1, &rate)) return std::nullopt;
+    return expSO3(R_C_B * (rate - bias) * toSeconds(t1 - t0));
+  };
+  const LensFit lens = fitLens(turns_, by_gyro);
+  const auto camera = cameraFinding(lens, confirmed ? ratio : 1, camera_label_);
+  if (camera) out->findings.push_back(*camera);
+  if (!confirmed) return;
+  out->gyro_bias = bias;
+  if (bias.norm() > kSmallBias) out->findings.push_back(biasFinding(bias, imu_label_));
 }
 
 }  // namespace vir::check

@@ -53,6 +53,8 @@ class TurningCheck {
 
  private:
   std::vector<TurnPair> aligned(const imu::ImuBuffer& readings, const ClockFit& clock) const;
+  void judgeScale(std::vector<TurnPair> turning, const imu::ImuBuffer& readings,
+                  const ClockFit& clock, const Mat3& R_B_C_given, TurningVerdict* out) const;
   void pairUp();
   void keepBeside(const ImuSample& sample);
 
