@@ -1,6 +1,7 @@
 /// `vir-slam check` names what is wrong with a recording, and finds nothing wrong with good ones.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <functional>
 #include <iomanip>
@@ -175,6 +176,29 @@ TEST(CheckCli, NamesUnitsAxesAndColumns) {
       EXPECT_TRUE(has(o, c.kind)) << name << " " << c.kind << "\n" << o.text;
     }
   }
+}
+
+TEST(CheckCli, NamesALimitABiasAndAClockThatRunsFast) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant clipped(source);
+  clipped.imu([](std::vector<double>* v) { (*v)[2] = std::clamp((*v)[2], -0.5, 0.5); });
+  const Checked c = check(clipped);
+  EXPECT_EQ(c.code, 3) << c.text;
+  EXPECT_EQ(c.kinds, std::vector<std::string>{"gyro_clipped"}) << c.text;
+  const Variant biased(source);
+  biased.imu([](std::vector<double>* v) { (*v)[0] += 0.2; });
+  const Checked b = check(biased);
+  EXPECT_EQ(b.code, 3) << b.text;
+  EXPECT_EQ(b.kinds, std::vector<std::string>{"gyro_bias"}) << b.text;
+  const Variant fast(source);
+  long long first = 0;
+  fast.rewrite("imu0", "#timestamp [ns]", [&](const Row& r) {
+    if (first == 0) first = r.t;
+    return Variant::line(first + (r.t - first) * 51 / 50, r.rest);
+  });
+  const Checked f = check(fast);
+  EXPECT_EQ(f.code, 3) << f.text;
+  EXPECT_EQ(f.kinds, std::vector<std::string>{"clock_rate"}) << f.text;
 }
 
 /// Import says it as well, in a line.

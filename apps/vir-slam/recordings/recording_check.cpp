@@ -107,7 +107,7 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     camera->images.addUnreadable(why.substr(0, why.find('\n')));
     return;
   }
-  camera->images.add(gray);
+  camera->images.add(t, gray);
   if (follow) {
     const auto turn = camera->turning->add(t, gray);
     camera->images.addCorners(camera->turning->corners());
@@ -128,7 +128,10 @@ std::optional<check::Mounting> RecordingCheck::mountingOf(const check::TurningVe
   if (cameras_.empty()) return std::nullopt;
   const auto& [label, camera] = *cameras_.begin();
   const bool ours = imu == imus_.begin()->first;
-  if (ours && turning.R_B_C) return check::Mounting{*turning.R_B_C, label, turning.force};
+  if (ours && turning.R_B_C) {
+    const bool given = turning.R_B_C->isApprox(camera->R_B_C, 1e-9);
+    return check::Mounting{*turning.R_B_C, label, turning.force, given};
+  }
   // What turning speaks against says nothing of up. The identity is what is there when nobody has
   // said where the camera sits.
   const bool doubted = check::worst(turning.findings) == check::Severity::unusable;
@@ -136,22 +139,71 @@ std::optional<check::Mounting> RecordingCheck::mountingOf(const check::TurningVe
   return check::Mounting{camera->R_B_C, label, {}};
 }
 
-std::vector<check::Finding> RecordingCheck::findings() const {
+namespace {
+
+/// Adds what is not there yet: another look may have found the same.
+void take(const std::vector<check::Finding>& more, std::vector<check::Finding>* out) {
+  for (const check::Finding& f : more) {
+    const bool known = std::any_of(out->begin(), out->end(), [&](const check::Finding& o) {
+      return o.kind == f.kind && o.stream == f.stream && o.severity != check::Severity::note &&
+             f.severity != check::Severity::note;
+    });
+    if (!known) out->push_back(f);
+  }
+}
+
+template <typename Which>
+void leaveOut(Which which, std::vector<check::Finding>* findings) {
+  findings->erase(std::remove_if(findings->begin(), findings->end(), which), findings->end());
+}
+
+}  // namespace
+
+std::vector<check::Finding> RecordingCheck::stampFindings() const {
   std::vector<check::Finding> out = check::checkStreams(streams());
   if (depth_ == Depth::brief) {
     // An estimator may do with less; it then says itself what it misses.
-    out.erase(std::remove_if(out.begin(), out.end(),
-                             [](const check::Finding& f) { return f.kind == "no_imu"; }),
-              out.end());
+    leaveOut([](const check::Finding& f) { return f.kind == "no_imu"; }, &out);
   }
-  const auto take = [&](const std::vector<check::Finding>& more) {
-    for (const check::Finding& f : more) {
-      const bool known = std::any_of(out.begin(), out.end(), [&](const check::Finding& o) {
-        return o.kind == f.kind && o.stream == f.stream && f.severity != check::Severity::note;
-      });
-      if (!known) out.push_back(f);
-    }
+  for (const auto& [label, imu] : imus_) {
+    const auto copies = imu.copies();
+    if (!copies) continue;
+    // What is odd about its stamps then follows from that.
+    leaveOut(
+        [&name = label](const check::Finding& f) {
+          return f.stream == name && (f.kind == "repeated" || f.kind == "rate" ||
+                                      f.kind == "jitter" || f.kind == "bursts");
+        },
+        &out);
+    out.push_back(*copies);
+  }
+  return out;
+}
+
+void RecordingCheck::takeImages(std::vector<check::Finding>* out) const {
+  const auto moves = [this](TimeNs from, TimeNs to) -> std::optional<bool> {
+    const TimeNs offset = fromSeconds(time_offset_s_);
+    if (imus_.empty()) return std::nullopt;
+    return imus_.begin()->second.moves(from + offset, to + offset);
   };
+  for (const auto& [label, camera] : cameras_) {
+    const CameraCalibration& c = camera->calibration;
+    take(camera->images.findings(camera->calibrated ? c.width : 0, c.height, moves), out);
+    if (camera->lever_m > kFarLever) {
+      out->push_back({check::Severity::unusable, "camera_pose_far", label,
+                      "its pose on the IMU is " + std::to_string(std::lround(camera->lever_m)) +
+                          " m away from it",
+                      "translation of T_BS", "give it in metres (millimetres?)"});
+    }
+    if (!camera->calibrated) {
+      out->push_back({check::Severity::unusable, "no_calibration", label,
+                      "the camera has no calibration", "", "give --calibration FILE"});
+    }
+  }
+}
+
+std::vector<check::Finding> RecordingCheck::findings() const {
+  std::vector<check::Finding> out = stampFindings();
   const Camera* first = cameras_.empty() ? nullptr : cameras_.begin()->second.get();
   // What rests on the time between readings says nothing while stamps are wrong.
   const bool stamps = check::worst(out) != check::Severity::unusable;
@@ -160,36 +212,24 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     turning = turning_->verdict(first->R_B_C, time_offset_s_);
   }
   for (const auto& [label, imu] : imus_) {
-    if (stamps) take(imu.findings(noise_, mountingOf(turning, label), turning.gyro_trusted));
+    if (!stamps) continue;
+    const Vec3 bias = label == imus_.begin()->first ? turning.gyro_bias : Vec3::Zero();
+    take(imu.findings(noise_, mountingOf(turning, label), turning.gyro_trusted, bias), &out);
   }
   for (const auto& [label, ranges] : ranges_) {
-    take(ranges.findings());
+    const std::vector<check::Finding> of_ranges = ranges.findings();
+    take(of_ranges, &out);
     // What is in another unit fits nothing.
     const auto bias = biases_.find(label);
-    if (stamps && bias != biases_.end() &&
-        check::worst(ranges.findings()) != check::Severity::unusable) {
-      take(bias->second.findings());
+    if (stamps && bias != biases_.end() && check::worst(of_ranges) != check::Severity::unusable) {
+      take(bias->second.findings(), &out);
     }
   }
-  for (const auto& [label, camera] : cameras_) {
-    if (depth_ == Depth::brief) continue;
-    const CameraCalibration& c = camera->calibration;
-    take(camera->images.findings(camera->calibrated ? c.width : 0, c.height));
-    if (camera->lever_m > kFarLever) {
-      out.push_back({check::Severity::unusable, "camera_pose_far", label,
-                     "its pose on the IMU is " + std::to_string(std::lround(camera->lever_m)) +
-                         " m away from it",
-                     "translation of T_BS", "give it in metres (millimetres?)"});
-    }
-    if (!camera->calibrated) {
-      out.push_back({check::Severity::unusable, "no_calibration", label,
-                     "the camera has no calibration", "", "give --calibration FILE"});
-    }
-  }
+  if (depth_ == Depth::full) takeImages(&out);
   const bool gyro = std::none_of(out.begin(), out.end(), [](const check::Finding& f) {
     return f.kind == "imu_columns_swapped";
   });
-  if (gyro) take(turning.findings);
+  if (gyro) take(turning.findings, &out);
   std::stable_sort(out.begin(), out.end(), [](const check::Finding& a, const check::Finding& b) {
     return a.severity > b.severity;
   });

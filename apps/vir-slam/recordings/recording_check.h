@@ -45,6 +45,8 @@ class RecordingCheck {
   struct Camera;
   std::optional<check::Mounting> mountingOf(const check::TurningVerdict& turning,
                                             const std::string& imu) const;
+  std::vector<check::Finding> stampFindings() const;
+  void takeImages(std::vector<check::Finding>* out) const;
   void addRanges(const mrpt::obs::CObservation& observation);
   void addImage(const mrpt::obs::CObservationImage& image, TimeNs t);
 

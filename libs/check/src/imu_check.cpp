@@ -15,6 +15,8 @@ constexpr TimeNs kBlock = 250'000'000;
 constexpr std::size_t kMostInBlock = 20000;           // faster is no IMU, but a wrong stamp
 constexpr double kSpikeSteps = 30, kSpikeSizes = 20;  // times the usual step, and the usual size
 constexpr std::size_t kFewest = 8;                    // blocks, to say anything
+constexpr double kMovingRate = 0.05;                  // [rad/s]
+constexpr double kMovingShare = 0.03;                 // of gravity
 /// Nothing with a camera on it turns this fast for a quarter of a second in a twentieth of its
 /// time: in degrees it is a brisk hand.
 constexpr double kFastestRate = 10;  // [rad/s]
@@ -49,6 +51,8 @@ void ImuCheck::add(const ImuSample& s) {
     ++not_finite_;
     return;
   }
+  copies_.add(s);
+  clipping_.add(s);
   if (!open_.empty() &&
       (s.t - open_.front().t >= kBlock || s.t < open_.back().t || open_.size() >= kMostInBlock)) {
     close();
@@ -188,16 +192,55 @@ void ImuCheck::checkRates(std::vector<Finding>* out) const {
   if (fast < kFastestRate) return;
   const bool degrees = fast < 57.3 * kFastestRate;
   out->push_back({Severity::unusable, degrees ? "gyro_in_deg" : "gyro_scale", label_,
-                  degrees ? "the gyro is in deg/s, not in rad/s" : "the gyro has a wrong unit",
+                  degrees ? "the gyro is in deg/s, not in rad/s"
+                          : "the gyro is in mdeg/s or raw counts, not in rad/s",
                   "it turns at " + num(fast) +
                       " rad/s for a quarter of a second, in a twentieth of "
                       "the time",
-                  degrees ? kDegreesRemedy : "give rad/s"});
+                  degrees ? kDegreesRemedy : kMillidegreesRemedy});
 }
 
-bool ImuCheck::forceAxesWrong(std::vector<Finding>* out) const {
+void ImuCheck::checkAccelerometer(std::vector<Finding>* out) const {
+  std::vector<Finding> unit;
+  checkGravity(&unit);
+  const bool known = unit.empty() || unit[0].kind == "acc_scale";
+  const auto clipped = clipping_.finding(ImuClipping::Sensor::accelerometer, label_,
+                                         known ? "m/s^2" : "in its unit");
+  if (clipped) out->push_back(*clipped);
+  // Where it is cut off below gravity, that is what is wrong with its size.
+  if (!clipped || !known) out->insert(out->end(), unit.begin(), unit.end());
+}
+
+void ImuCheck::checkGyro(std::vector<Finding>* out) const {
+  std::vector<Finding> unit;
+  checkRates(&unit);
+  const auto clipped =
+      clipping_.finding(ImuClipping::Sensor::gyro, label_, unit.empty() ? "rad/s" : "in its unit");
+  if (clipped) out->push_back(*clipped);
+  out->insert(out->end(), unit.begin(), unit.end());
+}
+
+std::optional<bool> ImuCheck::moves(TimeNs from, TimeNs to) const {
+  Vec3 gyro_low = Vec3::Constant(1e300), gyro_high = -gyro_low;
+  Vec3 acc_low = gyro_low, acc_high = gyro_high;
+  int n = 0;
+  for (const Block& b : blocks_) {
+    if (b.t < from || b.t + kBlock > to) continue;
+    ++n;
+    gyro_low = gyro_low.cwiseMin(b.gyro);
+    gyro_high = gyro_high.cwiseMax(b.gyro);
+    acc_low = acc_low.cwiseMin(b.acc);
+    acc_high = acc_high.cwiseMax(b.acc);
+  }
+  if (n < 2) return std::nullopt;
+  // Of means over a quarter of a second, so that neither noise, vibration nor a bias is motion.
+  return (gyro_high - gyro_low).maxCoeff() > kMovingRate ||
+         (acc_high - acc_low).maxCoeff() > kMovingShare * restMagnitude();
+}
+
+bool ImuCheck::forceAxesWrong(const Vec3& gyro_bias, std::vector<Finding>* out) const {
   std::vector<ForceAndTurn> parts;
-  for (const Block& b : blocks_) parts.push_back({b.t, b.gyro, b.acc});
+  for (const Block& b : blocks_) parts.push_back({b.t, b.gyro - gyro_bias, b.acc});
   const ForceAxes axes = forceAxes(parts);
   if (!axes.wrong && !axes.doubtful) return false;
   out->push_back({axes.wrong ? Severity::unusable : Severity::doubtful, "acc_axes", label_,
@@ -233,6 +276,7 @@ void ImuCheck::checkUp(const Mounting& m, std::vector<Finding>* out) const {
   const std::string evidence = "by the accelerometer and its pose on the IMU, " + m.camera +
                                " has up at (" + num(up_C.x(), 2) + ", " + num(up_C.y(), 2) + ", " +
                                num(up_C.z(), 2) + ") in x right, y down, z forward";
+  if (sign > 0 && !m.as_given) return;
   if (sign > 0) {
     out->push_back({Severity::note, "camera_upside_down", m.camera, "is mounted " + how,
                     evidence + "; the images move as the accelerometer says", ""});
@@ -280,8 +324,8 @@ void ImuCheck::noteNoise(const std::optional<imu::ImuNoise>& given,
 }
 
 std::vector<Finding> ImuCheck::findings(const std::optional<imu::ImuNoise>& given,
-                                        const std::optional<Mounting>& mounting,
-                                        bool gyro_trusted) const {
+                                        const std::optional<Mounting>& mounting, bool gyro_trusted,
+                                        const Vec3& gyro_bias) const {
   std::vector<Finding> out;
   if (not_finite_ > 0) {
     out.push_back({not_finite_ * 100 > count_ ? Severity::doubtful : Severity::note, "not_finite",
@@ -296,11 +340,11 @@ std::vector<Finding> ImuCheck::findings(const std::optional<imu::ImuNoise>& give
   }
   if (blocks_.size() < kFewest) return out;
   if (columnsSwapped(&out)) return out;
-  checkGravity(&out);
+  checkAccelerometer(&out);
   const std::size_t before_rates = out.size();
-  checkRates(&out);
+  checkGyro(&out);
   const bool turns_right = gyro_trusted && out.size() == before_rates;
-  const bool axes = turns_right && forceAxesWrong(&out);
+  const bool axes = turns_right && forceAxesWrong(gyro_bias, &out);
   if (mounting && !axes) checkUp(*mounting, &out);
   if (worst(out) == Severity::note) noteNoise(given, &out);
   return out;

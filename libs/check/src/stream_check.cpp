@@ -12,6 +12,8 @@ namespace {
 /// Of images, whose rate may vary with the light [s].
 constexpr double kImageJitter = 0.005;
 constexpr std::size_t kPeriods = 20000;
+constexpr std::size_t kRateBlock = 50, kMostChanges = 100;
+constexpr double kOtherRate = 1.3, kSameRate = 1.1;       // times
 constexpr TimeNs kUnixSince = 1'000'000'000'000'000'000;  // 2001, in ns
 
 /// Rates that a sensor of a kind can have [Hz].
@@ -108,7 +110,19 @@ void checkOrder(const StreamSummary& s, std::vector<Finding>* out) {
                         : "what lies in it is lost; the readings of the IMU carry on meanwhile"});
   }
   const double period = s.rate_hz > 0 ? 1 / s.rate_hz : 0;
-  if (s.kind == StreamKind::imu && period > 0 && s.jitter_s > 0.25 * period) {
+  // That of a camera may follow the light.
+  const bool changes = s.kind == StreamKind::imu && !s.rate_changes.empty();
+  if (changes) {
+    const RateChange& first = s.rate_changes[0];
+    const std::size_t more = s.rate_changes.size() - 1;
+    out->push_back({Severity::doubtful, "rate_changes", s.label,
+                    "its rate changes from " + num(first.from_hz) + " to " + num(first.to_hz) +
+                        " Hz, " + num(toSeconds(first.at - s.first), 4) + " s after its beginning",
+                    more == 0 ? "and stays so" : "and " + std::to_string(more) + " times more",
+                    "set the rate before the recording begins; else look for readings that are "
+                    "lost on the way"});
+  }
+  if (s.kind == StreamKind::imu && !changes && period > 0 && s.jitter_s > 0.25 * period) {
     out->push_back({Severity::doubtful, "jitter", s.label, "stamps jitter",
                     "period " + num(1e3 * period) + " ms, off by " + num(1e3 * s.jitter_s) +
                         " ms in the median",
@@ -172,8 +186,35 @@ void StreamCheck::add(TimeNs t) {
   } else {
     s_.longest_gap_s = std::max(s_.longest_gap_s, toSeconds(t - newest_));
     if (periods_.size() < kPeriods) periods_.push_back(t - newest_);
+    followRate(t, t - newest_);
   }
   newest_ = std::max(newest_, t);
+}
+
+/// A rate counts once two blocks in a row have it: one alone is a hole or a burst.
+void StreamCheck::followRate(TimeNs t, TimeNs period) {
+  if (latest_.empty()) block_start_ = t - period;
+  latest_.push_back(period);
+  if (latest_.size() < kRateBlock) return;
+  const TimeNs median = medianInPlace(&latest_);
+  latest_.clear();
+  const auto apart = [median](TimeNs other) {
+    const double ratio = static_cast<double>(median) / static_cast<double>(other);
+    return std::max(ratio, 1 / ratio);
+  };
+  if (usual_ == 0) usual_ = median;
+  if (apart(usual_) < kOtherRate) {
+    other_ = 0;
+  } else if (other_ != 0 && apart(other_) < kSameRate) {
+    if (s_.rate_changes.size() < kMostChanges) {
+      s_.rate_changes.push_back({other_since_, 1 / toSeconds(usual_), 1 / toSeconds(median)});
+    }
+    usual_ = median;
+    other_ = 0;
+  } else {
+    other_ = median;
+    other_since_ = block_start_;
+  }
 }
 
 StreamSummary StreamCheck::summary() const {

@@ -15,4 +15,9 @@ inline constexpr const char* kDegreesRemedy =
     "import with --set euroc.gyro_unit=deg/s (csv.gyro_unit for tables), or multiply it by "
     "0.0174533";
 
+inline constexpr const char* kMillidegreesRemedy =
+    "mdeg/s: import with --set euroc.gyro_unit=mdeg/s (csv.gyro_unit for tables), or multiply it "
+    "by "
+    "1.74533e-5; counts: multiply them by the range over the resolution";
+
 }  // namespace vir::check

@@ -1,16 +1,17 @@
 #include "vir/check/turning_check.h"
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
 #include "camera_mounting.h"
+#include "lens_fit.h"
 #include "text.h"
+#include "turn_axes.h"
+#include "turn_clock.h"
 #include "vir/core/angles.h"
 #include "vir/core/order_statistics.h"
-#include "vir/initialization/image_turn.h"
+#include "vir/imu/imu_buffer.h"
 
 namespace vir::check {
 namespace {
@@ -18,52 +19,18 @@ namespace {
 constexpr std::size_t kFewest = 30;  // pairs that turn, to say anything
 constexpr double kTurning = 0.08;    // [rad/s] by images, to count as turning
 constexpr std::size_t kMostPairs = 20000, kMostMatched = 2000;
-constexpr double kWrongAngle = 15;  // [deg] between rotation found and given
+constexpr double kSmallBias = 0.02;  // [rad/s] that is not worth a word
+constexpr double kLargeBias = 0.15;  // [rad/s] beyond what a sensor that works has
+constexpr double kLeastRatio = 0.85, kMostRatio = 1.18;  // of rates, the unit being right
+constexpr double kOtherFocal = 0.06;  // share, that an estimate does not find by itself
+constexpr double kOtherLens = 0.1;    // of rays at 45 deg from the axis, as a share
+constexpr double kWrongAngle = 15;    // [deg] between rotation found and given
 constexpr std::size_t kMostReadings = 400'000;
 constexpr double kReachS = 0.2;  // offsets of the clocks looked for, to both sides
-constexpr double kTurnS = 0.09;  // over less than this, noise makes turns of steps aside
-constexpr double kLongestTurnS = 0.3;
-constexpr double kOffsetS = 0.004;  // that no estimate of a window needs to be told
 /// Turning about other axes, below which one rotation is as good as another.
 constexpr double kFewAxes = 0.15;
 constexpr double kWrongShare = 0.8;  // left unexplained by what is given, which then is wrong
 constexpr double kFits = 0.45;       // rest of the rate that a rotation leaves, as a share
-
-/// Rotation (or mirror) from the gyro's axes to the camera's that explains the pairs best.
-struct AxesFit {
-  Mat3 rotation = Mat3::Identity(), mirror = Mat3::Identity();
-  double rotation_rest = 1, mirror_rest = 1;  ///< median share of the rate left unexplained
-  double second_axis = 0;                     ///< how much turning there is about other axes, 0..1
-};
-
-double restOf(const std::vector<TurnPair>& pairs, const Mat3& R_C_B) {
-  std::vector<double> rest;
-  for (const TurnPair& p : pairs) {
-    const double size = std::max(p.image_C.norm(), p.gyro_B.norm());
-    rest.push_back((p.image_C - R_C_B * p.gyro_B).norm() / size);
-  }
-  return medianInPlace(&rest);
-}
-
-AxesFit fitAxes(const std::vector<TurnPair>& pairs) {
-  Mat3 sum = Mat3::Zero();
-  for (const TurnPair& p : pairs) {
-    // Directions weighted by the rate, so that outliers of one image do not decide.
-    const double weight = 1 / std::max(p.image_C.norm(), p.gyro_B.norm());
-    sum += weight * p.image_C * p.gyro_B.transpose();
-  }
-  const Eigen::JacobiSVD<Mat3> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Mat3 free = svd.matrixU() * svd.matrixV().transpose();
-  const double sign = free.determinant() < 0 ? -1 : 1;
-  AxesFit fit;
-  fit.rotation = svd.matrixU() * Vec3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-  fit.mirror = svd.matrixU() * Vec3(1, 1, -sign).asDiagonal() * svd.matrixV().transpose();
-  const Vec3 s = svd.singularValues();
-  fit.second_axis = s(0) > 0 ? s(1) / s(0) : 0;
-  fit.rotation_rest = restOf(pairs, fit.rotation);
-  fit.mirror_rest = restOf(pairs, fit.mirror);
-  return fit;
-}
 
 double angleDeg(const Mat3& R) { return kDegPerRad * logSO3(R).norm(); }
 
@@ -73,12 +40,6 @@ std::vector<TurnPair> thatTurn(const std::vector<TurnPair>& pairs) {
     if (p.image_C.norm() > kTurning) out.push_back(p);
   }
   return out;
-}
-
-double ratioOf(const std::vector<TurnPair>& pairs) {
-  std::vector<double> ratios;
-  for (const TurnPair& p : pairs) ratios.push_back(p.gyro_B.norm() / p.image_C.norm());
-  return medianInPlace(&ratios);
 }
 
 }  // namespace
@@ -135,80 +96,82 @@ void TurningCheck::pairUp() {
 
 namespace {
 
-/// At which offset of the stamps of images gyro and images agree best.
-initialization::TurnCorrelation correlate(const std::vector<ImageTurn>& turns_seen,
-                                          const std::vector<ImuSample>& samples,
-                                          const Mat3& R_B_C) {
-  std::vector<initialization::ImageTurn> turns;
-  for (std::size_t i = 0; i < turns_seen.size(); ++i) {
-    // Put together from images that follow each other.
-    Mat3 R = Mat3::Identity();
-    std::size_t k = i;
-    for (;; ++k) {
-      R = R * expSO3(turns_seen[k].rotation_C);
-      const bool linked = k + 1 < turns_seen.size() && turns_seen[k + 1].t0 == turns_seen[k].t1;
-      if (toSeconds(turns_seen[k].t1 - turns_seen[i].t0) >= kTurnS || !linked) break;
-    }
-    const double span = toSeconds(turns_seen[k].t1 - turns_seen[i].t0);
-    if (span < kTurnS || span > kLongestTurnS) continue;
-    initialization::ImageTurn turn;
-    turn.t0 = turns_seen[i].t0;
-    turn.t1 = turns_seen[k].t1;
-    turn.rate_C = logSO3(R) / span;
-    // All alike; the correlation finds out how good they are.
-    turn.information = Mat3::Identity() / (0.02 * 0.02);
-    turns.push_back(turn);
-  }
-  imu::ImuBuffer readings;
-  for (const ImuSample& s : samples) readings.add(s);
-  return initialization::correlateTurns(turns, readings, Quat(R_B_C), {kReachS, 0.004});
-}
-
-std::vector<Finding> offsetFindings(const initialization::TurnCorrelation& found, double given_s,
-                                    const std::string& camera_label) {
-  if (!found.ok) return {};
-  const double apart = found.offset_s - given_s;
-  const std::string by = num(1e3 * std::abs(apart)) + " ms";
-  const std::string evidence =
-      "gyro and turning of the images agree best with " + num(1e3 * found.offset_s) + " +- " +
-      num(1e3 * found.sigma_s, 2) + " ms added to the stamps of the images (" +
-      std::to_string(found.turns) + " turns); given " + num(1e3 * given_s) + " ms";
-  if (std::abs(apart) < kOffsetS || std::abs(apart) < 4 * found.sigma_s) {
-    return {{Severity::note, "time_offset", camera_label, "its clock against the gyro's as found",
-             evidence, ""}};
-  }
-  return {{Severity::doubtful, "time_offset", camera_label,
-           std::string("its images are stamped ") + by + (apart < 0 ? " late" : " early"), evidence,
-           "give it: timeshift_cam_imu in the calibration, or --set Camera.time_offset_s=" +
-               num(found.offset_s) + "; `calibrate = online` finds the rest"}};
-}
-
 /// Reads as a gyro in deg/s.
 bool inDegrees(double ratio) { return ratio > 20 && ratio < 160; }
+bool inMillidegrees(double ratio) { return ratio > 30000 && ratio < 110000; }
 
-/// What the share of turning that gyro and images see says of the gyro's unit and scale.
-std::vector<Finding> scaleFindings(double ratio, const std::string& imu_label,
-                                   const std::string& camera_label) {
-  const std::string rates = "where the images turn by 1 rad/s the gyro says " + num(ratio);
+std::string ratesOf(double ratio) {
+  return "where the images turn by 1 rad/s the gyro says " + num(ratio) + ", a constant aside";
+}
+
+/// What the share of turning that gyro and images see says of the gyro's unit.
+std::vector<Finding> unitFindings(double ratio, const std::string& imu_label) {
+  const std::string rates = ratesOf(ratio);
   if (inDegrees(ratio)) {
     return {{Severity::unusable, "gyro_in_deg", imu_label, "the gyro is in deg/s, not in rad/s",
              rates, kDegreesRemedy}};
   }
-  if (ratio < 0.5 || ratio > 2) {
-    return {{Severity::unusable, "gyro_scale", imu_label,
-             "gyro and images disagree on how fast it turns", rates,
-             "check the gyro's unit and columns, and the camera's focal length"}};
+  if (inMillidegrees(ratio)) {
+    return {{Severity::unusable, "gyro_in_mdeg", imu_label, "the gyro is in mdeg/s, not in rad/s",
+             rates, kMillidegreesRemedy}};
   }
-  if (ratio < 0.85 || ratio > 1.18) {
-    // A gyro is right to some per cent, as long as its unit is.
-    return {{Severity::doubtful, "camera_scale", camera_label,
-             "its focal length or its lens model does not fit: the images turn " + num(1 / ratio) +
-                 " times as fast as the gyro says",
-             rates,
-             "check intrinsics, lens model (radtan, equidistant, ...) and coefficients, and that "
-             "they are for images of this size; else the gyro's scale"}};
+  if (ratio >= 0.5 && ratio <= 2) return {};
+  return {{Severity::unusable, "gyro_scale", imu_label,
+           "gyro and images disagree on how fast it turns", rates,
+           "check the gyro's unit and columns, and the camera's focal length"}};
+}
+
+Finding biasFinding(const Vec3& bias, const std::string& imu_label) {
+  const bool large = bias.norm() > kLargeBias;
+  const std::string value =
+      "(" + num(bias.x(), 2) + ", " + num(bias.y(), 2) + ", " + num(bias.z(), 2) + ") rad/s";
+  return {large ? Severity::doubtful : Severity::note,
+          "gyro_bias",
+          imu_label,
+          large ? "the gyro has a large bias: " + value : "the gyro's bias as found: " + value,
+          "so much it says beside the turning of the images",
+          large ? "subtract it, or let the sensor find it anew while it rests after "
+                  "switching on"
+                : ""};
+}
+
+/// What images and gyro say of the camera: which of focal length and lens it is where that is told.
+std::optional<Finding> cameraFinding(const LensFit& lens, double ratio,
+                                     const std::string& camera_label) {
+  const std::string evidence = "of the misfit of gyro and images other rays leave " +
+                               num(100 * lens.best / lens.as_given, 2) + " % (" +
+                               std::to_string(lens.turns) + " turns)";
+  if (lens.told && std::abs(lens.scale - 1) > kOtherFocal) {
+    return Finding{Severity::doubtful,
+                   "camera_focal",
+                   camera_label,
+                   "its focal length does not fit: with " + num(lens.scale, 3) +
+                       " times of what is given the images turn as the gyro says",
+                   evidence,
+                   "check the focal length, and that it is for images of this size; else the "
+                   "gyro's scale"};
   }
-  return {};
+  if (lens.told && std::abs(lens.bend) > kOtherLens) {
+    return Finding{Severity::doubtful,
+                   "camera_lens",
+                   camera_label,
+                   "its lens model or the coefficients do not fit",
+                   evidence + ": near the middle they are as given, at 30 deg from it " +
+                       num(100 * std::abs(lens.bend) / 3, 2) + " % " +
+                       (lens.bend > 0 ? "further out" : "further in"),
+                   "check the model (radtan, equidistant, ...) and that the coefficients are "
+                   "given, and are of this lens"};
+  }
+  if (ratio > kLeastRatio && ratio < kMostRatio) return std::nullopt;
+  // A gyro is right to some per cent, as long as its unit is.
+  return Finding{Severity::doubtful,
+                 "camera_scale",
+                 camera_label,
+                 "its focal length or its lens model does not fit: the images turn " +
+                     num(1 / ratio) + " times as fast as the gyro says",
+                 ratesOf(ratio),
+                 "check intrinsics, lens model (radtan, equidistant, ...) and coefficients, and "
+                 "that they are for images of this size; else the gyro's scale"};
 }
 
 std::string percent(double share) { return num(100 * share, 2) + " %"; }
@@ -292,37 +255,73 @@ void judgeRotation(const AxesFit& fit, double share_given, const Mat3& given,
   out->findings.push_back(fault.finding);
 }
 
+Finding hardlyTurns(std::size_t turning, std::size_t all, const std::string& camera_label) {
+  return {Severity::note,
+          "hardly_turns",
+          camera_label,
+          "turns too little to hold the gyro against it",
+          std::to_string(turning) + " of " + std::to_string(all) + " images turn faster than " +
+              num(kTurning) + " rad/s",
+          ""};
+}
+
+/// Median rate of a stream [Hz].
+template <typename Items, typename Time>
+double rateOf(const Items& items, Time time) {
+  std::vector<TimeNs> periods;
+  for (std::size_t i = 1; i < items.size(); ++i)
+    periods.push_back(time(items[i]) - time(items[i - 1]));
+  const TimeNs period = medianInPlace(&periods);
+  return period > 0 ? 1 / toSeconds(period) : 0;
+}
+
 }  // namespace
+
+std::vector<TurnPair> TurningCheck::aligned(const imu::ImuBuffer& readings,
+                                            const ClockFit& clock) const {
+  std::vector<TurnPair> out;
+  for (const ImageTurn& turn : turns_) {
+    TurnPair pair;
+    pair.t0 = turn.t0;
+    pair.t1 = turn.t1;
+    const double dt = toSeconds(turn.t1 - turn.t0);
+    if (dt <= 0 ||
+        !readings.meanGyro(clock.onImuClock(turn.t0), clock.onImuClock(turn.t1), &pair.gyro_B)) {
+      continue;
+    }
+    pair.image_C = turn.rotation_C / dt;
+    out.push_back(pair);
+  }
+  return out;
+}
 
 TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) const {
   TurningVerdict out;
   std::vector<TurnPair> turning = thatTurn(pairs_);
   if (turning.size() < kFewest) {
-    out.findings = {{Severity::note, "hardly_turns", camera_label_,
-                     "turns too little to hold the gyro against it",
-                     std::to_string(turning.size()) + " of " + std::to_string(pairs_.size()) +
-                         " images turn faster than " + num(kTurning) + " rad/s",
-                     ""}};
+    out.findings = {hardlyTurns(turning.size(), pairs_.size(), camera_label_)};
     return out;
   }
   const double ratio = ratioOf(turning);
-  out.findings = scaleFindings(ratio, imu_label_, camera_label_);
+  out.findings = unitFindings(ratio, imu_label_);
   const bool degrees = inDegrees(ratio);
-  out.gyro_trusted = worst(out.findings) != Severity::unusable;
+  out.gyro_trusted = out.findings.empty();
   if (!out.gyro_trusted && !degrees) return out;
-  double offset_s = time_offset_s;
+  imu::ImuBuffer readings;
+  ClockFit clock;
+  clock.offset_s = time_offset_s;
   if (degrees) {
     for (TurnPair& p : turning) p.gyro_B /= kDegPerRad;
   } else {
-    const auto found = correlate(turns_, beside_, R_B_C);
-    const auto offset = offsetFindings(found, time_offset_s, camera_label_);
-    out.findings.insert(out.findings.end(), offset.begin(), offset.end());
-    if (found.ok) offset_s = found.offset_s;
-    // What is explained by an offset is not a wrong rotation.
-    if (!offset.empty() && offset[0].severity == Severity::doubtful) {
-      out.R_B_C = R_B_C;
-      out.force = forceSign(turns_, beside_, R_B_C, offset_s);
-      return out;
+    for (const ImuSample& s : beside_) readings.add(s);
+    const ClockFit found = fitClock(turns_, readings, R_B_C);
+    const auto clocks = clockFindings(
+        found, time_offset_s, rateOf(turns_, [](const ImageTurn& t) { return t.t1; }),
+        rateOf(beside_, [](const ImuSample& s) { return s.t; }), camera_label_, imu_label_);
+    out.findings.insert(out.findings.end(), clocks.begin(), clocks.end());
+    if (found.ok || found.runs_apart) {
+      clock = found;
+      turning = thatTurn(aligned(readings, clock));
     }
   }
   const AxesFit fit = fitAxes(turning);
@@ -332,11 +331,51 @@ TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) co
   out.gyro_trusted = out.gyro_trusted && axes.empty();
   if (!axes.empty()) return out;
   const auto force_with = [&](const Mat3& R) {
-    return degrees ? ForceSign{} : forceSign(turns_, beside_, R, offset_s);
+    if (degrees) return ForceSign{};
+    std::vector<ImuSample> samples = beside_;
+    const Vec3 bias = biasWith(turning, R.transpose());
+    for (ImuSample& sample : samples) sample.gyro -= bias;
+    std::vector<ImageTurn> turns = turns_;
+    for (ImageTurn& turn : turns) {
+      turn.t0 = clock.onImuClock(turn.t0);
+      turn.t1 = clock.onImuClock(turn.t1);
+    }
+    return forceSign(turns, samples, R, 0);
   };
   judgeRotation(fit, share_given, R_B_C, camera_label_, force_with, &out);
   if (out.R_B_C) out.force = force_with(*out.R_B_C);
+  const bool contradicted = !out.R_B_C && worst(out.findings) != Severity::note;
+  if (!degrees && !contradicted) judgeScale(turning, readings, clock, R_B_C, &out);
   return out;
+}
+
+/// With the rotation found, or where turning has not confirmed any (a wrong lens may be why) with
+/// the one given: then only what explains it counts.
+void TurningCheck::judgeScale(std::vector<TurnPair> turning, const imu::ImuBuffer& readings,
+                              const ClockFit& clock, const Mat3& R_B_C_given,
+                              TurningVerdict* out) const {
+  const bool confirmed = out->R_B_C.has_value();
+  const Mat3 R_C_B = out->R_B_C.value_or(R_B_C_given).transpose();
+  const double ratio = ratioOf(turning);
+  const bool ratio_fits = ratio > kLeastRatio && ratio < kMostRatio;
+  Vec3 bias = clock.gyro_bias;
+  if (!clock.ok || !ratio_fits) {
+    const double scale = ratio_fits ? 1 : ratio;
+    for (TurnPair& p : turning) p.gyro_B /= scale;
+    bias = scale * biasWith(turning, R_C_B);
+  }
+  const auto by_gyro = [&](const ImageTurn& turn) -> std::optional<Mat3> {
+    Vec3 rate;
+    const TimeNs t0 = clock.onImuClock(turn.t0), t1 = clock.onImuClock(turn.t1);
+    if (!readings.meanGyro(t0, t1, &rate)) return std::nullopt;
+    return expSO3(R_C_B * (rate - bias) * toSeconds(t1 - t0));
+  };
+  const LensFit lens = fitLens(turns_, by_gyro);
+  const auto camera = cameraFinding(lens, confirmed ? ratio : 1, camera_label_);
+  if (camera) out->findings.push_back(*camera);
+  if (!confirmed) return;
+  out->gyro_bias = bias;
+  if (bias.norm() > kSmallBias) out->findings.push_back(biasFinding(bias, imu_label_));
 }
 
 }  // namespace vir::check

@@ -10,6 +10,96 @@
 #include "vir/tables/layout.h"
 
 namespace vir::tables {
+<<<<<<< HEAD
+=======
+namespace {
+
+/// A name without what exports put in front and units behind: `field_angular_velocity_x`,
+/// `imu_ax`, `gyro_x_rad_s`, `acc_x_g`.
+std::string bare(std::string name) {
+  for (const char* front : {"field_", "imu0_", "imu_", "msg_", "data_", "sensor_"}) {
+    const std::string f(front);
+    if (name.size() > f.size() + 1 && name.compare(0, f.size(), f) == 0) name.erase(0, f.size());
+  }
+  for (const char* back : {"_rad_s", "_radps", "_rads", "_rps", "_deg_s", "_degps", "_dps", "_m_s2",
+                           "_mps2", "_ms2", "_m_s_2", "_mg", "_g", "_m", "_mm", "_cm"}) {
+    const std::string b(back);
+    if (name.size() > b.size() + 1 && name.compare(name.size() - b.size(), b.size(), b) == 0) {
+      name.resize(name.size() - b.size());
+      break;
+    }
+  }
+  return name;
+}
+
+/// Every head with each of the axes: `gyro_` gives gyro_x, gyro_y, gyro_z.
+bool findAxes(const Layout& layout, const std::vector<std::string>& heads,
+              const std::vector<std::string>& axes, int* out) {
+  std::vector<std::string> names;
+  for (const std::string& name : layout.names) names.push_back(bare(name));
+  for (const std::string& head : heads) {
+    std::vector<int> found;
+    for (const std::string& axis : axes) {
+      auto at = std::find(layout.names.begin(), layout.names.end(), head + axis);
+      auto i = at - layout.names.begin();
+      if (at == layout.names.end()) {
+        i = std::find(names.begin(), names.end(), head + axis) - names.begin();
+      }
+      found.push_back(i < static_cast<std::ptrdiff_t>(names.size()) ? static_cast<int>(i) : -1);
+    }
+    if (std::all_of(found.begin(), found.end(), [](int i) { return i >= 0; })) {
+      std::copy(found.begin(), found.end(), out);
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The unit in brackets, or behind the name after an underline; in lower case, without blanks.
+std::string unitText(const Layout& layout, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  if (i >= layout.names.size()) return {};
+  std::string out = lowerCase(layout.units[i]);
+  out.erase(std::remove(out.begin(), out.end(), ' '), out.end());
+  if (!out.empty()) return out;
+  const std::string& name = layout.names[i];
+  const std::string short_name = bare(name);
+  const std::size_t at = name.rfind(short_name);
+  if (at == std::string::npos || at + short_name.size() + 1 >= name.size()) return {};
+  return name.substr(at + short_name.size() + 1);
+}
+
+double angularUnit(const Layout& layout, int column) {
+  const std::string unit = unitText(layout, column);
+  if (unit == "mdps" || unit.rfind("mdeg", 0) == 0) return kRadPerDeg / 1000;
+  const bool degrees = unit.rfind("deg", 0) == 0 || unit.rfind("\xC2\xB0", 0) == 0 || unit == "dps";
+  return degrees ? kRadPerDeg : 1.0;
+}
+
+/// Headers are copied, numbers are converted: g only where gravity is about 1.
+double forceUnit(const Layout& layout, const int columns[3]) {
+  constexpr double kGravity = 9.80665;
+  const std::string unit = unitText(layout, columns[0]);
+  const double size = medianNorm(layout, columns);
+  if (unit == "g" && size < 5) return kGravity;
+  if (unit == "mg" && size > 50) return kGravity / 1000;
+  return 1.0;
+}
+
+/// [m] of what a header says that lengths are in.
+double lengthUnit(const Layout& layout, int column) {
+  const std::string unit = unitText(layout, column);
+  if (unit == "mm") return 0.001;
+  return unit == "cm" ? 0.01 : 1.0;
+}
+
+}  // namespace
+
+int PoseColumns::last() const {
+  return std::max({stamp, p[0], p[1], p[2], q[0], q[1], q[2], q[3]});
+}
+
+>>>>>>> a15
 int ImuColumns::last() const {
   return std::max({stamp, gyro[0], gyro[1], gyro[2], acc[0], acc[1], acc[2]});
 }

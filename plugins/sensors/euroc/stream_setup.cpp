@@ -19,7 +19,8 @@ Units unitsOf(const EurocOptions& o) {
   Units u;
   if (o.acc_unit != "auto")
     u.acc = o.acc_unit == "g" ? kGravity : o.acc_unit == "mg" ? kGravity / 1000 : 1;
-  if (o.gyro_unit != "auto") u.gyro = o.gyro_unit == "deg/s" ? kRadPerDeg : 1;
+  if (o.gyro_unit != "auto")
+    u.gyro = o.gyro_unit == "deg/s" ? kRadPerDeg : o.gyro_unit == "mdeg/s" ? kRadPerDeg / 1000 : 1;
   if (o.range_unit != "auto") {
     u.range = o.range_unit == "mm" ? 0.001 : o.range_unit == "cm" ? 0.01 : 1;
   }

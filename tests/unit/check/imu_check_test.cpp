@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "found.h"
@@ -70,6 +71,86 @@ TEST(ImuCheck, NamesUnits) {
   EXPECT_EQ(kinds([](ImuSample* s) { s->acc *= 0.05; }), Kinds{"gravity_removed"});
 }
 
+TEST(ImuCheck, NamesMillidegrees) {
+  const auto findings = findingsAfter([](ImuSample* s) { s->gyro *= 57295.8; });
+  ASSERT_EQ(seriousKinds(findings), Kinds{"gyro_scale"});
+  EXPECT_NE(findings[0].what.find("mdeg/s"), std::string::npos) << findings[0].what;
+}
+
+/// At one end or both, one axis or more; what is just coarse, or says two numbers only, is not.
+TEST(ImuCheck, NamesClippedReadings) {
+  const auto both =
+      findingsAfter([](ImuSample* s) { s->gyro.z() = std::clamp(s->gyro.z(), -0.6, 0.6); });
+  ASSERT_EQ(seriousKinds(both), Kinds{"gyro_clipped"});
+  EXPECT_NE(both[0].what.find("z at +-0.6 rad/s"), std::string::npos) << both[0].what;
+  EXPECT_EQ(both[0].what.find('x'), std::string::npos) << both[0].what;
+  const auto above = findingsAfter([](ImuSample* s) { s->gyro.z() = std::min(s->gyro.z(), 0.5); });
+  ASSERT_EQ(seriousKinds(above), Kinds{"gyro_clipped"});
+  EXPECT_NE(above[0].what.find("z at 0.5 rad/s"), std::string::npos) << above[0].what;
+  // Below gravity: not a wrong scale.
+  const auto force = findingsAfter([](ImuSample* s) { s->acc = s->acc.cwiseMin(7.5); });
+  ASSERT_EQ(seriousKinds(force), Kinds{"acc_clipped"});
+  EXPECT_NE(force[0].what.find("z at 7.5 m/s^2"), std::string::npos) << force[0].what;
+}
+
+TEST(ImuCheck, CoarseNumbersAreNotClipped) {
+  for (const double step : {0.01, 0.1, 0.4}) {
+    const auto findings = findingsAfter([step](ImuSample* s) {
+      s->gyro = (s->gyro / step).array().round() * step;
+      s->acc = (s->acc / step).array().round() * step;
+    });
+    EXPECT_EQ(seriousKinds(findings), Kinds{}) << step;
+  }
+  // Without noise: it stands, or turns at one rate.
+  const auto steps = findingsAfter([](ImuSample* s) { s->gyro = Vec3(0, 0, s->gyro.z() > 0); });
+  EXPECT_EQ(std::count_if(steps.begin(), steps.end(),
+                          [](const Finding& f) { return f.kind == "gyro_clipped"; }),
+            0);
+}
+
+TEST(ImuCheck, NamesReadingsThatAreThereTwice) {
+  for (const TimeNs later : {0LL, 2500000LL, 1000LL}) {
+    ImuCheck check("IMU0");
+    for (ImuSample s : carried()) {
+      check.add(s);
+      s.t += later;
+      check.add(s);
+    }
+    const auto copies = check.copies();
+    ASSERT_TRUE(copies) << later;
+    EXPECT_EQ(copies->severity, Severity::doubtful);
+    EXPECT_EQ(copies->what, "each reading is there twice");
+    EXPECT_NE(copies->evidence.find(later == 0 ? "the same stamp" : "other stamps"),
+              std::string::npos)
+        << copies->evidence;
+  }
+  ImuCheck once("IMU0"), still("IMU0");
+  for (const ImuSample& s : carried()) {
+    once.add(s);
+    ImuSample at_rest = s;
+    if (toSeconds(s.t - 1400000000000000000) < 10) at_rest.acc = at_rest.gyro = Vec3(0, 0, 9);
+    still.add(at_rest);
+  }
+  EXPECT_FALSE(once.copies());
+  EXPECT_FALSE(still.copies());
+}
+
+TEST(ImuCheck, TellsMotionFromNoise) {
+  ImuCheck check("IMU0");
+  Random random(4);
+  for (int i = 0; i < 2000; ++i) {
+    const double t = 0.005 * i;
+    ImuSample s;
+    s.t = fromSeconds(t);
+    s.gyro = Vec3(0.1, 0.1, t > 5 ? 0.2 * std::sin(t) : 0) + Vec3::Constant(0.01 * random.normal());
+    s.acc = Vec3(0, 0, 9.81) + Vec3::Constant(0.3 * random.normal());
+    check.add(s);
+  }
+  EXPECT_EQ(check.moves(fromSeconds(1), fromSeconds(4)), false);
+  EXPECT_EQ(check.moves(fromSeconds(6), fromSeconds(9)), true);
+  EXPECT_EQ(check.moves(fromSeconds(20), fromSeconds(30)), std::nullopt);
+}
+
 TEST(ImuCheck, NamesSwappedColumns) {
   EXPECT_EQ(seriousKinds(findingsAfter([](ImuSample* s) { std::swap(s->acc, s->gyro); })),
             Kinds{"imu_columns_swapped"});
@@ -128,6 +209,19 @@ TEST(ImuCheck, NamesAxesOfTheAccelerometerThatAreNotTheGyros) {
     s->acc = -s->acc;
   };
   EXPECT_EQ(seriousKinds(findingsAfter(all)), Kinds{});
+}
+
+/// Which turns gravity on, too.
+TEST(ImuCheck, ABiasThatIsKnownIsNoWrongAxis) {
+  ImuCheck check("IMU0");
+  const Vec3 bias(0.3, -0.3, 0);
+  for (ImuSample s : carried()) {
+    s = turning(s.t);
+    s.gyro += bias;
+    check.add(s);
+  }
+  EXPECT_EQ(seriousKinds(check.findings(std::nullopt, std::nullopt)), Kinds{"acc_axes"});
+  EXPECT_EQ(seriousKinds(check.findings(std::nullopt, std::nullopt, true, bias)), Kinds{});
 }
 
 /// One reading in thousands, as a bit error makes it, is said and spoils nothing else.

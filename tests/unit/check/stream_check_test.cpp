@@ -61,6 +61,24 @@ TEST(StreamCheck, NamesBurstsAndJitter) {
   EXPECT_TRUE(checkStreams({exposure.summary(), imu()}).empty());
 }
 
+TEST(StreamCheck, NamesARateThatChanges) {
+  StreamCheck half("IMU0", StreamKind::imu);
+  TimeNs t = kDate;
+  for (int i = 0; i < 3000; ++i) half.add(t += i < 2000 ? 5000000 : 10000000);
+  const auto findings = checkStreams({images(), half.summary()});
+  ASSERT_EQ(seriousKinds(findings), Kinds{"rate_changes"});
+  EXPECT_NE(findings[0].what.find("from 200 to 100 Hz, 10.01 s after"), std::string::npos)
+      << findings[0].what;
+  // A camera may go with the light, and one hole or slow second is no other rate.
+  StreamCheck camera("CAM0", StreamKind::images), hole("IMU0", StreamKind::imu);
+  t = kDate;
+  for (int i = 0; i < 300; ++i) camera.add(t += i < 200 ? 50000000 : 100000000);
+  EXPECT_EQ(seriousKinds(checkStreams({camera.summary(), imu()})), Kinds{});
+  t = kDate;
+  for (int i = 0; i < 3000; ++i) hole.add(t += i > 1000 && i < 1030 ? 9000000 : 5000000);
+  EXPECT_EQ(seriousKinds(checkStreams({images(), hole.summary()})), Kinds{});
+}
+
 TEST(StreamCheck, NamesClocksThatDoNotMeet) {
   const auto findings = checkStreams({images(), imu(43847434001234)});
   ASSERT_EQ(seriousKinds(findings), Kinds{"no_overlap"});

@@ -17,6 +17,8 @@ Vec3 rate(double t) {
   return {0.7 * std::sin(1.1 * t), 0.5 * std::cos(0.8 * t), 0.6 * std::sin(0.6 * t + 1)};
 }
 
+constexpr TimeNs kDate = 1400000000000000000;
+
 Mat3 forward() {
   Mat3 R_B_C;
   R_B_C << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -80,9 +82,85 @@ TEST(TurningCheck, FindsTheClocksOffset) {
   EXPECT_NE(f[0].evidence.find("-5"), std::string::npos) << f[0].evidence;  // -50 ms, or near
 }
 
+/// Stamps of the IMU that run fast, or those of the images; both begin together. In order of
+/// stamps.
+std::vector<Finding> clocksFound(double imu_rate, double image_rate, double offset_s = 0) {
+  TurningCheck check("IMU0", "CAM0");
+  Random random(3);
+  const auto stamp = [](double t, double clock) { return kDate + fromSeconds(t * clock); };
+  int next = 60;
+  for (int i = 0; i < 6000; ++i) {
+    const double t = 0.005 * i;
+    const TimeNs at = stamp(t, imu_rate) + fromSeconds(offset_s);
+    for (; next < 6000 && stamp(0.005 * next, image_rate) <= at; next += 10) {
+      const double seen = 0.005 * next;
+      ImageTurn turn;
+      turn.t0 = stamp(seen - 0.05, image_rate);
+      turn.t1 = stamp(seen, image_rate);
+      const Vec3 noise(random.normal(), random.normal(), random.normal());
+      turn.rotation_C = forward().transpose() * rate(seen - 0.025) * 0.05 + 0.001 * noise;
+      check.add(turn);
+    }
+    check.add(ImuSample{at, rate(t), Vec3(0, 0, 9.81)});
+  }
+  return check.findings(forward(), 0);
+}
+
+TEST(TurningCheck, TellsAClockThatRunsFastFromOneThatIsOff) {
+  struct Case {
+    double imu, images;
+    const char *stream, *said;
+  };
+  for (const Case& c : {Case{1.02, 1, "IMU0", " % fast against that of the images"},
+                        Case{1.002, 1, "IMU0", " % fast against that of the images"},
+                        Case{1, 1.02, "CAM0", " % fast against that of the IMU"},
+                        Case{1, 0.995, "CAM0", " % slow against that of the IMU"}}) {
+    const auto findings = clocksFound(c.imu, c.images);
+    ASSERT_EQ(seriousKinds(findings), Kinds{"clock_rate"}) << c.imu << " " << c.images;
+    EXPECT_EQ(findings[0].stream, c.stream) << findings[0].what;
+    EXPECT_NE(findings[0].what.find(c.said), std::string::npos) << findings[0].what;
+    // To a tenth of it.
+    const double percent = std::stod(findings[0].what.substr(findings[0].what.find("runs") + 5));
+    const double truth = 100 * std::abs(c.imu / c.images - 1);
+    EXPECT_NEAR(percent, truth, 0.1 * truth) << findings[0].what;
+  }
+  EXPECT_EQ(seriousKinds(clocksFound(1, 1, 0.03)), Kinds{"time_offset"});
+  // As quartz differs.
+  EXPECT_EQ(seriousKinds(clocksFound(1.00005, 1)), Kinds{});
+}
+
+/// A constant is no scale, no lens and no other axis.
+TEST(TurningCheck, TellsABiasFromAScale) {
+  for (const Vec3& bias : {Vec3(0.2, 0, 0), Vec3(0, -0.2, 0), Vec3(0, 0, 0.2)}) {
+    const auto findings =
+        findingsOf([&](const Vec3& w) { return Vec3(w + bias); }, forward(), forward());
+    ASSERT_EQ(seriousKinds(findings), Kinds{"gyro_bias"});
+    EXPECT_EQ(findings.back().stream, "IMU0");
+  }
+  const Vec3 small(0.08, 0, 0);
+  const auto slight =
+      findingsOf([&](const Vec3& w) { return Vec3(w + small); }, forward(), forward());
+  EXPECT_EQ(seriousKinds(slight), Kinds{});
+  EXPECT_EQ(slight.back().kind, "gyro_bias");
+  EXPECT_NE(slight.back().what.find("(0.08"), std::string::npos) << slight.back().what;
+  const auto both = findingsOf([](const Vec3& w) { return Vec3(1.3 * w + Vec3(0.2, 0, 0)); },
+                               forward(), forward());
+  EXPECT_EQ(seriousKinds(both), (Kinds{"camera_scale", "gyro_bias"}));
+  // Neither does it hide what is wrong, or make it another fault.
+  const Vec3 large(0.1, 0.1, 0);
+  EXPECT_EQ(seriousKinds(
+                findingsOf([&](const Vec3& w) { return Vec3(large - w); }, forward(), forward())),
+            Kinds{"gyro_mirrored"});
+  EXPECT_EQ(seriousKinds(findingsOf([&](const Vec3& w) { return Vec3(w + large); }, forward(),
+                                    forward().transpose())),
+            Kinds{"camera_pose_inverted"});
+}
+
 TEST(TurningCheck, NamesDegrees) {
   const auto degrees = [](const Vec3& w) { return Vec3(57.3 * w); };
   EXPECT_EQ(seriousKinds(findingsOf(degrees, forward(), forward())), Kinds{"gyro_in_deg"});
+  const auto milli = [](const Vec3& w) { return Vec3(57300 * w); };
+  EXPECT_EQ(seriousKinds(findingsOf(milli, forward(), forward())), Kinds{"gyro_in_mdeg"});
   const auto twice = [](const Vec3& w) { return Vec3(3 * w); };
   EXPECT_EQ(seriousKinds(findingsOf(twice, forward(), forward())), Kinds{"gyro_scale"});
 }

@@ -6,6 +6,8 @@
 
 #include "vir/check/finding.h"
 #include "vir/check/force_sign.h"
+#include "vir/check/imu_clipping.h"
+#include "vir/check/imu_copies.h"
 #include "vir/imu/preintegration.h"
 #include "vir/types/imu_sample.h"
 
@@ -16,6 +18,7 @@ struct Mounting {
   Mat3 R_B_C = Mat3::Identity();  ///< camera in the body, as given or as found
   std::string camera;             ///< its label
   ForceSign force;                ///< by the images
+  bool as_given = true;           ///< false: found by the images, which is a finding already
 };
 
 /// Memory: four entries a second.
@@ -24,13 +27,18 @@ class ImuCheck {
   explicit ImuCheck(std::string label) : label_(std::move(label)) {}
   void add(const ImuSample& sample);
 
+  /// Whether it moves between two times of its clock, shaking aside; nothing where it says too
+  /// little of that time.
+  std::optional<bool> moves(TimeNs from, TimeNs to) const;
   /// |a| at rest, or in the quietest moments there are [m/s^2, if that is its unit]; 0: too short.
   double restMagnitude() const;
+  /// Whether readings are there more than once, which is to be known even where stamps are wrong.
+  std::optional<Finding> copies() const { return copies_.finding(label_); }
   /// `given`: the densities an estimator would use. `mounting`: where there is a camera.
-  /// `gyro_trusted`: nothing else has been found against it.
+  /// `gyro_trusted`: nothing else has been found against it. `gyro_bias`: as found [rad/s].
   std::vector<Finding> findings(const std::optional<imu::ImuNoise>& given,
-                                const std::optional<Mounting>& mounting,
-                                bool gyro_trusted = true) const;
+                                const std::optional<Mounting>& mounting, bool gyro_trusted = true,
+                                const Vec3& gyro_bias = Vec3::Zero()) const;
 
  private:
   /// A quarter of a second.
@@ -46,13 +54,17 @@ class ImuCheck {
   std::vector<Block> quietest() const;
   bool columnsSwapped(std::vector<Finding>* out) const;
   void checkGravity(std::vector<Finding>* out) const;
+  void checkAccelerometer(std::vector<Finding>* out) const;
+  void checkGyro(std::vector<Finding>* out) const;
   void checkRates(std::vector<Finding>* out) const;
-  bool forceAxesWrong(std::vector<Finding>* out) const;
+  bool forceAxesWrong(const Vec3& gyro_bias, std::vector<Finding>* out) const;
   void checkUp(const Mounting& mounting, std::vector<Finding>* out) const;
   void noteNoise(const std::optional<imu::ImuNoise>& given, std::vector<Finding>* out) const;
 
   std::string label_;
   std::vector<Block> blocks_;
+  ImuClipping clipping_;
+  ImuCopies copies_;
   std::vector<ImuSample> open_;  ///< of the block that is being filled
   long not_finite_ = 0, count_ = 0, spikes_ = 0;
   double highest_spike_ = 0;  ///< distance from its neighbours, in its unit

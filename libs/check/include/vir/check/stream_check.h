@@ -10,6 +10,12 @@ namespace vir::check {
 
 enum class StreamKind { images, imu, ranges, poses, other };
 
+/// From here on it comes at another rate.
+struct RateChange {
+  TimeNs at = 0;
+  double from_hz = 0, to_hz = 0;
+};
+
 struct StreamSummary {
   std::string label;
   StreamKind kind = StreamKind::other;
@@ -19,6 +25,8 @@ struct StreamSummary {
   double jitter_s = 0;  ///< median distance of a period from the median period
   double longest_gap_s = 0;
   long out_of_order = 0, repeated = 0;
+  std::vector<RateChange>
+      rate_changes;  ///< the first ones, by 30 % or more; exact to some readings
 };
 
 /// Memory does not grow with the stream.
@@ -30,9 +38,14 @@ class StreamCheck {
   StreamSummary summary() const;
 
  private:
+  void followRate(TimeNs t, TimeNs period);
+
   StreamSummary s_;
   TimeNs newest_ = 0;
   std::vector<TimeNs> periods_;  ///< the first ones
+  std::vector<TimeNs> latest_;   ///< of the block that is being filled
+  TimeNs block_start_ = 0, other_since_ = 0;
+  TimeNs usual_ = 0, other_ = 0;  ///< median periods: as it is, and of a block that differs
 };
 
 /// Rates that cannot be (stamps in another unit), gaps, order, and streams that do not overlap.

@@ -11,7 +11,13 @@
 #include "vir/check/turning.h"
 #include "vir/types/imu_sample.h"
 
+namespace vir::imu {
+class ImuBuffer;
+}
+
 namespace vir::check {
+
+struct ClockFit;
 
 /// The same piece of time, as seen by both.
 struct TurnPair {
@@ -25,8 +31,9 @@ struct TurningVerdict {
   std::vector<Finding> findings;
   /// The camera in the body, as given or as found; empty where turning cannot confirm any.
   std::optional<Mat3> R_B_C;
-  ForceSign force;           ///< with that rotation
-  bool gyro_trusted = true;  ///< unit and axes of the gyro are right, as far as is known
+  ForceSign force;                ///< with that rotation
+  Vec3 gyro_bias = Vec3::Zero();  ///< [rad/s]
+  bool gyro_trusted = true;       ///< unit and axes of the gyro are right, as far as is known
 };
 
 class TurningCheck {
@@ -45,6 +52,9 @@ class TurningCheck {
   }
 
  private:
+  std::vector<TurnPair> aligned(const imu::ImuBuffer& readings, const ClockFit& clock) const;
+  void judgeScale(std::vector<TurnPair> turning, const imu::ImuBuffer& readings,
+                  const ClockFit& clock, const Mat3& R_B_C_given, TurningVerdict* out) const;
   void pairUp();
   void keepBeside(const ImuSample& sample);
 
