@@ -90,7 +90,10 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     camera->R_B_C = T_B_C.R();
     camera->lever_m = T_B_C.p.norm();
     camera->calibrated = camera->calibration.fx > 0 && camera->calibration.cx > 0;
-    if (camera->calibrated && depth_ == Depth::full && cameras_.size() == 1) {
+    // The first by its label is held against the gyro, whichever came first.
+    const bool first = cameras_.begin()->first == image.sensorLabel;
+    if (camera->calibrated && depth_ == Depth::full && first) {
+      for (auto& [label, other] : cameras_) other->turning.reset();
       camera->turning =
           std::make_unique<check::ImageTurning>(camera::makeCamera(camera->calibration));
     }
