@@ -118,6 +118,8 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
   const bool covered = putOnImuClock(packet);
   const vision::TrackedFrame& frame = packet->frame;
   out->state.t = frame.t;
+  elapsed.begin(frame.t);
+  doubts.begin(frame.t);
   out->tracks = static_cast<int>(frame.features.size());
   out->ms.pyramid = frame.ms_pyramid;
   out->ms.flow = frame.ms_flow;
@@ -357,8 +359,8 @@ std::string BackEnd::failure(const vision::TrackedFrame& frame, const window::So
 void BackEnd::restart(const std::string& why) {
   ++segment;
   doubts.restarted(last_image, why);
-  warn("segment " + std::to_string(segment) + " starts at " + std::to_string(last_image) +
-       " ns: " + why);
+  warn("segment " + std::to_string(segment) + " starts at " + elapsed.text(last_image) + ": " +
+       why);
   window->moveAllToLongWindow();
   collectRetired();
   window->clear();

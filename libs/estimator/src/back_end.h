@@ -129,6 +129,7 @@ struct BackEnd {
   RangeLayer ranges;
   std::vector<StateEstimate> results;
   Doubts doubts;
+  Elapsed elapsed;
   std::vector<StampedPose> old_keyframes;
   std::vector<Landmark> old_landmarks;  // thinned out in a long run
   std::vector<std::string> warnings;

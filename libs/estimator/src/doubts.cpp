@@ -38,12 +38,6 @@ std::string number(double x) {
   return text;
 }
 
-std::string seconds(TimeNs t) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.2f", toSeconds(t));
-  return text;
-}
-
 }  // namespace
 
 template <typename Text>
@@ -56,7 +50,7 @@ void Doubts::raiseIf(bool bad, TimeNs t, const char* kind, const Text& made) {
 
 void Doubts::add(const std::string& kind, TimeNs t, const std::string& text) {
   const auto [at, fresh] = known_.emplace(kind, texts_.size());
-  if (fresh) texts_.push_back(text + " (from " + seconds(t) + " s on)");
+  if (fresh) texts_.push_back(text + " (from " + elapsed_.text(t) + " on)");
 }
 
 void Doubts::addCause(const std::string& kind, TimeNs t, const std::string& text) {

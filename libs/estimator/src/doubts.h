@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "elapsed.h"
 #include "vir/types/state.h"
 
 namespace vir::estimator {
@@ -19,6 +20,8 @@ struct Evidence {
 /// (docs/decisions.md). Kinds of doubt are told once, with the time they first held.
 class Doubts {
  public:
+  /// The first image: times are told since then.
+  void begin(TimeNs t) { elapsed_.begin(t); }
   /// A state in order of time; what follows from it is in current().
   void look(const StateEstimate& estimate, const Evidence& evidence);
   /// The windows were given up.
@@ -52,6 +55,7 @@ class Doubts {
   Vec3 against_path_ = Vec3::Zero();  // mean velocity beside that of the positions [m/s]
   int compared_ = 0;                  // images in it
   TimeNs blind_since_ = 0;            // 0: nothing was looked at yet
+  Elapsed elapsed_;
   std::map<std::string, std::size_t> known_;
   std::vector<std::string> texts_;
   std::string current_;

@@ -74,9 +74,9 @@ bool BackEnd::contradicted(const State& previous, const vision::TrackedFrame& fr
     contradicted_since = frame.t;
     char text[160];
     std::snprintf(text, sizeof text,
-                  "readings of the IMU before %.3f s put the sights %.1f px off: left out, bridged "
+                  "readings of the IMU before %s put the sights %.1f px off: left out, bridged "
                   "by the images",
-                  toSeconds(frame.t), seen->predicted.median_px);
+                  elapsed.text(frame.t).c_str(), seen->predicted.median_px);
     warn(text);
   }
   const double since_s = toSeconds(frame.t - contradicted_since);

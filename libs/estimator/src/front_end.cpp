@@ -44,6 +44,7 @@ void FrontEnd::addImage(WaitingImage image) {
     ++counters_.images_out_of_order;
     return;
   }
+  elapsed_.begin(t);
   if (waiting_.empty() && imu_.covers(t)) {
     process(image);
     return;
@@ -171,8 +172,8 @@ void FrontEnd::track(TimeNs t, const WaitingImage& image) {
   next_.tracker_resets = resets_;
   if (!frame.usable) ++counters_.images_unusable;
   if (!frame.usable && !in_dark_) {
-    next_.warnings.push_back("images from " + std::to_string(t) +
-                             " ns on cannot be used: " + frame.reason);
+    next_.warnings.push_back("images from " + elapsed_.text(t) +
+                             " on cannot be used: " + frame.reason);
   }
   in_dark_ = !frame.usable;
 }

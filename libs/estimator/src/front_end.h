@@ -5,6 +5,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 
+#include "elapsed.h"
 #include "packet.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 #include "vir/imu/spike_filter.h"
@@ -70,6 +71,7 @@ class FrontEnd {
   bool in_dark_ = false;  // warn once per stretch
   long stepped_back_ = 0;
   bool any_image_ = false;
+  Elapsed elapsed_;
   TimeNs last_image_ = 0;   // on the IMU clock
   TimeNs last_usable_ = 0;  // 0: nothing to be matched against
 };

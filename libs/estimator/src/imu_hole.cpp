@@ -26,7 +26,7 @@ void BackEnd::noteHole(bool gap, TimeNs previous, TimeNs t) {
   if (gap) {
     ++imu_gaps;
     if (!in_gap) {
-      warn("IMU readings missing before " + std::to_string(t) + " ns: bridged, position uncertain");
+      warn("IMU readings missing before " + elapsed.text(t) + ": bridged, position uncertain");
       hole.from = previous;
     }
     hole.to = t;
