@@ -138,6 +138,27 @@ void report(const roles::RecordedSource& source, const Statistics& statistics,
   std::printf("look at it: (cd %s && RawLogViewer %s)\n", folder.c_str(), path.filename().c_str());
 }
 
+/// False, and said, where the rawlog is a part only of what the source has.
+bool isComplete(const roles::RecordedSource& source, const std::string& out) {
+  bool complete = true;
+  for (const auto& [name, n] : source.counters()) {
+    if (n == 0) continue;
+    if (name == roles::kDamageCounter) {
+      std::fprintf(stderr, "vir-slam: the source is damaged or was cut off; %s ends early\n",
+                   out.c_str());
+      complete = false;
+    }
+    if (name == roles::kUselessCounter) {
+      std::fprintf(stderr,
+                   "vir-slam: %s is a part only: of %ld stream%s of the source nothing could be "
+                   "used (see above)\n",
+                   out.c_str(), n, n == 1 ? "" : "s");
+      complete = false;
+    }
+  }
+  return complete;
+}
+
 }  // namespace
 
 void requireRawlogName(const std::string& rawlog) { stemOf(rawlog); }
@@ -164,13 +185,7 @@ bool recordToRawlog(const RecordingJob& job) {
   const std::vector<std::string> doubts = briefLines(check);
   for (const std::string& line : doubts) std::printf("%s\n", line.c_str());
   if (!doubts.empty()) std::printf("more: vir-slam check %s\n", job.out.c_str());
-  for (const auto& [name, n] : job.source->counters()) {
-    if (name != roles::kDamageCounter || n == 0) continue;
-    std::fprintf(stderr, "vir-slam: the source is damaged or was cut off; %s ends early\n",
-                 job.out.c_str());
-    return false;
-  }
-  return true;
+  return isComplete(*job.source, job.out);
 }
 
 }  // namespace vir::app

@@ -132,6 +132,9 @@ void BagSource::finish() {
     std::string why = log_.first("undecodable_" + s.label);
     if (why.empty() && s.role == bag::Role::camera) why = log_.first("image_wrong_size");
     log_.note(s.topic + ": gave nothing" + (why.empty() ? "" : "; first problem: " + why));
+    const bool needed = s.label == rawlog::kCameraLabel || s.label == rawlog::kImuLabel ||
+                        s.role == bag::Role::range;
+    if (needed && !why.empty()) log_.count(roles::kUselessCounter);
   }
   if (all == 0) {
     throw InputError(options_.source + ": nothing in it could be used" +
@@ -146,14 +149,14 @@ void BagSource::emit(bag::Reading* reading) {
   if (const auto* imu = std::get_if<ImuSample>(&reading->what)) {
     obs = rawlog::toObservation(*imu, s.label);
   } else if (const auto* range = std::get_if<Range>(&reading->what)) {
-    obs = rawlog::toObservation(*range, s.label);
+    obs = rawlog::toObservation(*range, reading->label.empty() ? s.label : reading->label);
   } else if (const auto* pose = std::get_if<StampedPose>(&reading->what)) {
     obs = rawlog::toObservation(*pose, s.label);
   } else {
     obs = imageObservation(reading->t, &std::get<bag::ImageReading>(reading->what), s.label,
                            &written);
   }
-  ++given_[s.label];
+  ++given_[obs->sensorLabel];
   files_waited_for_ += written.valid() ? 1 : 0;
   waiting_.push_back({obs, std::move(written)});
   release(kMostFiles);

@@ -6,6 +6,7 @@
 
 #include "input_error.h"
 #include "lever_arms.h"
+#include "vir/rawlog/labels.h"
 #include "whole_png.h"
 
 namespace vir::bag {
@@ -73,6 +74,7 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
                      (look.damage.empty() ? "" : "; " + look.damage.front()));
   }
   choice_ = chooseTopics(look, wishes, log);
+  for (const Stream& s : choice_.streams) next_antenna_ += s.role == Role::range ? 1 : 0;
   for (const auto& [topic, info] : look.topics) looked_at_.insert(topic);
   for (const Stream& s : choice_.streams) {
     by_topic_[s.topic].push_back(static_cast<int>(&s - choice_.streams.data()));
@@ -348,9 +350,30 @@ void BagRecording::takeRanges(const MessageView& m, const Stream& s, TimeNs t, T
     range.anchor = static_cast<std::uint64_t>(anchors_.numberOfAny(r.anchor));
     range.range_m = r.range_m;
     range.sigma_m = r.sigma_m > 0 ? r.sigma_m : options_.range_sigma_m;
-    range.p_B_U = r.antenna.value_or(leverArm(options_.lever_arm_m, s.antenna));
-    hold({range.t, index, range}, received, 0);
+    const std::size_t antenna = antennaOf(s, index, r.tag);
+    range.p_B_U = r.antenna.value_or(leverArm(options_.lever_arm_m, antenna));
+    const bool own = antenna == s.antenna;
+    const std::string label =
+        own ? "" : rawlog::furtherLabel(rawlog::kRangeLabel, std::to_string(antenna));
+    hold({range.t, index, range, label}, received, 0);
   }
+}
+
+std::size_t BagRecording::antennaOf(const Stream& s, int index, const std::string& tag) {
+  if (tag.empty()) return s.antenna;
+  const auto known = antennas_.find({index, tag});
+  if (known != antennas_.end()) return known->second;
+  bool first = true;
+  for (const auto& [key, number] : antennas_) first = first && key.first != index;
+  const std::size_t number = first ? s.antenna : next_antenna_++;
+  antennas_[{index, tag}] = number;
+  if (!first) {
+    log_->note(s.topic + ": tag " + tag + " is labelled " +
+               rawlog::furtherLabel(rawlog::kRangeLabel, std::to_string(number)) +
+               "; its place in the body: the three numbers of lever_arm_m after those of the "
+               "tags before it, where the messages tell none");
+  }
+  return number;
 }
 
 void BagRecording::hold(Reading reading, TimeNs received, std::size_t bytes) {

@@ -31,6 +31,7 @@ struct Reading {
   TimeNs t = 0;
   int stream = 0;
   std::variant<ImuSample, Range, StampedPose, ImageReading> what;
+  std::string label = {};  ///< of a further radio in the stream; empty: the stream's own
 };
 
 /// Opens the recording, chooses topics, and gives their readings. What is wrong with single
@@ -51,6 +52,8 @@ class BagRecording {
   const tables::AnchorNames& anchors() const { return anchors_; }
 
  private:
+  /// Of ranges of the stream `s` by this tag: the stream's own for the first that is heard.
+  std::size_t antennaOf(const Stream& s, int index, const std::string& tag);
   struct Held {
     Reading reading;
     TimeNs received = 0;
@@ -86,6 +89,8 @@ class BagRecording {
   std::set<std::string> warned_;
   ImuPairing pairing_;
   tables::AnchorNames anchors_;
+  std::map<std::pair<int, std::string>, std::size_t> antennas_;  // by stream and tag
+  std::size_t next_antenna_ = 0;                                 // after those of the topics
   std::multimap<std::pair<TimeNs, int>, Held> held_;
   std::size_t held_bytes_ = 0;
   bool ended_ = false;

@@ -1,5 +1,6 @@
 #include "range_fields.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "input_error.h"
@@ -78,7 +79,8 @@ void addCommon(const MessageView& m, const RangeFields& f, ReadRange* r) {
     const double s = m.number(f.sigma);
     if (std::isfinite(s) && s > 0) r->sigma_m = f.sigma_squared ? std::sqrt(s) : s;
   }
-  if (!f.antenna.empty() && m.has(f.antenna)) {
+  if (!f.tag.empty() && (f.asked || m.has(f.tag))) r->tag = anchorText(m, f.tag);
+  if (!f.antenna.empty() && (f.asked || m.has(f.antenna))) {
     const Vec3 p(m.number(f.antenna + ".x"), m.number(f.antenna + ".y"),
                  m.number(f.antenna + ".z"));
     if (p.allFinite() && p.norm() < 20) r->antenna = p;
@@ -153,6 +155,10 @@ constexpr Names kAnchorLists = {"anchors", "anchor_ids",      "anchor_id",
                                 "ids",     "to_ids",          "destination_id",
                                 "id",      "destination_ids", "responder_ids"};
 constexpr Names kDistanceLists = {"ranges", "distances", "distance", "range", "dist", "data"};
+constexpr Names kTagNames = {"tag",         "tag_id",     "tagId",   "tagid",        "requester_id",
+                             "requesterId", "antenna_id", "from_id", "initiator_id", "mobile_id"};
+constexpr Names kAntennaNames = {"tag_offset", "antenna_offset", "antenna_position", "lever_arm",
+                                 "tag_position_body"};
 constexpr Names kValidNames = {"valid", "valid_range", "is_valid", "range_valid"};
 
 const Field* fieldNamed(const bags::MessageType& type, Names names, bool array) {
@@ -186,6 +192,18 @@ void addGuessedOptions(const bags::MessageType& type, const Field& distance, boo
   }
   const Field* valid = fieldNamed(type, kValidNames, false);
   if (valid != nullptr && valid->kind == Kind::boolean) out->push_back("valid=" + valid->name);
+  const Field* tag = fieldNamed(type, kTagNames, false);
+  if (tag != nullptr && !isReal(tag->kind) && tag->kind != Kind::boolean) {
+    out->push_back("tag=" + tag->name);
+  }
+  for (const Field& f : type.fields) {
+    const bool point =
+        f.type != nullptr && !f.array &&
+        (f.type->name == "geometry_msgs/Point" || f.type->name == "geometry_msgs/Vector3");
+    const bool named =
+        std::find(kAntennaNames.begin(), kAntennaNames.end(), f.name) != kAntennaNames.end();
+    if (point && named) out->push_back("antenna=" + f.name);
+  }
 }
 
 /// Anchor and distance of one message, or, where `array`, a list of each of them side by side.
@@ -202,14 +220,14 @@ std::vector<std::string> pairIn(const bags::MessageType& type, const std::string
   return out;
 }
 
-/// `unit=mm`, `stamp=field`, `sigma=field`, `valid=field`.
+/// `unit=mm`, `stamp=field`, `sigma=field`, `valid=field`, `tag=field`, `antenna=field`.
 void applyOption(const std::string& topic, const std::string& option, RangeFields* f) {
   const std::size_t equals = option.find('=');
   const std::string key = option.substr(0, equals);
   std::string value = option.substr(equals + 1);
   // Within a list fields are those of its elements, however they are written.
   if (!f->list.empty() && value.rfind(f->list + "[].", 0) == 0) value.erase(0, f->list.size() + 3);
-  f->asked = f->asked || key == "stamp" || key == "sigma";
+  f->asked = f->asked || key == "stamp" || key == "sigma" || key == "tag" || key == "antenna";
   if (key == "stamp") {
     f->stamp = value;
   } else if (key == "sigma") {
@@ -217,11 +235,16 @@ void applyOption(const std::string& topic, const std::string& option, RangeField
     f->sigma_squared = false;
   } else if (key == "valid") {
     f->valid = value;
+  } else if (key == "tag") {
+    f->tag = value;
+  } else if (key == "antenna") {
+    f->antenna = value;
   } else if (key == "unit" && (value == "m" || value == "cm" || value == "mm")) {
     f->unit_m = value == "m" ? 1.0 : value == "cm" ? 0.01 : 0.001;
   } else {
     throw InputError(topic + ": `" + option +
-                     "` is not known; unit=m|cm|mm, stamp=FIELD, sigma=FIELD and valid=FIELD are");
+                     "` is not known; unit=m|cm|mm, stamp=FIELD, sigma=FIELD, valid=FIELD, "
+                     "tag=FIELD and antenna=FIELD are");
   }
 }
 

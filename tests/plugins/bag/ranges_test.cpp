@@ -32,6 +32,37 @@ TEST_F(Recording, TagsHaveLabelsAndPlacesOfTheirOwn) {
   EXPECT_NE(complaint().find("lever_arm_m"), std::string::npos);
 }
 
+/// Both in one topic, told by a field.
+TEST_F(Recording, TagsInOneTopicHaveLabelsAndPlacesOfTheirOwn) {
+  {
+    test::Ros1Writer bag(path());
+    bag.define("some_driver/UwbRange",
+               "Header header\nstring tag\nuint16 anchor\nfloat64 range\n"
+               "geometry_msgs/Point tag_offset\n" +
+                   std::string(80, '=') +
+                   "\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n");
+    for (int i = 0; i < 6; ++i) {
+      test::WireBytes m = bag.message();
+      m.header(kStart + i * kMs, "").text(i % 3 == 0 ? "left" : i % 3 == 1 ? "right" : "top");
+      m.put(std::uint16_t{7}).put(2.5).put(0.1 * i).put(0.2).put(0.3);
+      bag.write("/uwb", "some_driver/UwbRange", m.bytes(), kStart + i * kMs);
+    }
+  }
+  const auto all = readAll();
+  ASSERT_EQ(all.size(), 6u);
+  EXPECT_EQ(all[0].label, "");
+  EXPECT_EQ(all[1].label, "UWB1");
+  EXPECT_EQ(all[5].label, "UWB2");
+  EXPECT_EQ(std::get<Range>(all[4].what).p_B_U, Vec3(0.1 * 4, 0.2, 0.3));
+  EXPECT_TRUE(noted("tag right is labelled UWB1"));
+  options.lever_arm_m = {0, 0, 0, 1, 2, 3, 4, 5, 6};
+  options.topics = {"range=/uwb:anchor,range,tag=tag"};
+  EXPECT_EQ(std::get<Range>(readAll()[4].what).p_B_U, Vec3(1, 2, 3));
+  options.topics = {"range=/uwb:anchor,range,tag=no_such"};
+  readAll();
+  EXPECT_TRUE(noted("no_such") || complaint().find("no_such") != std::string::npos);
+}
+
 TEST_F(Recording, RangesOfATypeNobodyKnowsByTheNamesOfItsFields) {
   {
     test::Ros1Writer bag(path());

@@ -13,6 +13,10 @@ namespace vir::roles {
 /// it is a part only.
 inline constexpr const char* kDamageCounter = "damage";
 
+/// Among the counters of a source: streams that an estimator needs (camera, IMU, ranges) whose data
+/// are there, and of which not one could be used.
+inline constexpr const char* kUselessCounter = "streams_without_use";
+
 /// Where an anchor truly is, in the world of the ground truth.
 struct TrueAnchor {
   std::uint64_t id = 0;  ///< as that of its ranges (rawlog::rangesOf)
