@@ -58,6 +58,28 @@ class EvaluateCli : public testing::Test {
   fs::path folder_;
 };
 
+TEST_F(EvaluateCli, SaysWhatSeemsToBeWrong) {
+  std::istringstream in(line(200, 0.0));
+  std::string in_mm;
+  for (std::string row; std::getline(in, row);) {
+    double t = 0, x = 0, y = 0, z = 0;
+    ASSERT_EQ(std::sscanf(row.c_str(), "%lf %lf %lf %lf", &t, &x, &y, &z), 4);
+    char text[160];
+    std::snprintf(text, sizeof text, "%.6f %.6f %.6f %.6f 0 0 0 1\n", t, 1000 * x, 1000 * y,
+                  1000 * z);
+    in_mm += text;
+  }
+  write("mm.tum", in_mm);
+  const Outcome outcome = vir::test::virSlam(
+      "evaluate --reference '" + (folder_ / "mm.tum").string() + "' '" +
+      (folder_ / "est.tum").string() + "' --json '" + (folder_ / "e.json").string() + "'");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_NE(outcome.text.find("the positions of the reference seem to be in mm"), std::string::npos)
+      << outcome.text;
+  std::ifstream json(folder_ / "e.json");
+  EXPECT_EQ(nlohmann::json::parse(json)["estimates"][0]["hints"].size(), 1u);
+}
+
 TEST_F(EvaluateCli, TableJsonAndPlots) {
   const std::string both = "--reference " + path("ref.tum") + " " + path("est.tum") + " " +
                            path("ref.tum") + " --json " + path("o.json");

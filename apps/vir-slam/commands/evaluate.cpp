@@ -11,6 +11,7 @@
 #include "output/overwrite.h"
 #include "output/picture_file.h"
 #include "recordings/trajectory_file.h"
+#include "vir/evaluation/likely_mistakes.h"
 #include "vir/results/results_folder.h"
 
 namespace vir::app {
@@ -59,6 +60,10 @@ std::vector<Evaluated> evaluateAll(const Arguments& args,
                      "%s: the %s has positions only: errors of rotation and relative errors are "
                      "left out\n",
                      e.file.c_str(), e.read.positions_only ? "estimate" : "reference");
+      }
+      e.hints = evaluation::likelyMistakes(reference, estimate, own, *e.result);
+      for (const std::string& hint : e.hints) {
+        std::fprintf(stderr, "%s: %s\n", e.file.c_str(), hint.c_str());
       }
       if (!e.result->transform.note.empty()) {
         std::fprintf(stderr, "%s: %s\n", e.file.c_str(), e.result->transform.note.c_str());

@@ -70,6 +70,15 @@ const char* levelName(LogLevel level) {
   return "error";
 }
 
+std::string printable(const std::string& text) {
+  constexpr std::size_t kMost = 1000;
+  std::string out = text.substr(0, kMost);
+  for (char& c : out) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
+  }
+  return text.size() > kMost ? out + "..." : out;
+}
+
 std::string fixed(double v, int decimals) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f", decimals, v);

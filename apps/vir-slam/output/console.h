@@ -33,6 +33,10 @@ void printTable(const std::vector<TableRow>& rows);
 const char* levelName(LogLevel level);
 
 /// `v` with `decimals` digits behind the point.
+/// What files hold, for the terminal: control characters, which could change how it looks or what
+/// it shows, as `?`, and no more than 1000 bytes.
+std::string printable(const std::string& text);
+
 std::string fixed(double v, int decimals);
 
 /// From now on Ctrl-C or SIGTERM only sets what interrupted() tells; a second one ends the program.

@@ -227,6 +227,7 @@ json evaluationJson(const std::string& reference_file, const evaluation::Evaluat
     j["file"] = e.file;
     j["name"] = e.name;
     j["read"] = toJson(e.read);
+    j["hints"] = e.hints;
     j["error"] = e.error.empty() ? json(nullptr) : json(e.error);
     if (e.images) {
       j["images"] = {{"total", e.images->images},

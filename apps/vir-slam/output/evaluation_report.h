@@ -25,6 +25,7 @@ struct Evaluated {
   evaluation::ReadReport read;
   std::optional<ImageCoverage> images;
   std::optional<evaluation::EvaluationResult> result;
+  std::vector<std::string> hints;  ///< likely mistakes in how the files are written
   std::string error;
 };
 

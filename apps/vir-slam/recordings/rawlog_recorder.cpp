@@ -119,7 +119,7 @@ std::string anchorsText(const roles::RecordedSource& source) {
 
 void report(const roles::RecordedSource& source, const Statistics& statistics,
             const std::string& out, const std::string& companions) {
-  for (const std::string& w : source.warnings()) std::printf("note: %s\n", w.c_str());
+  for (const std::string& w : source.warnings()) std::printf("note: %s\n", printable(w).c_str());
   std::printf("%-8s %10s %10s %10s %14s\n", "label", "count", "rate [Hz]", "span [s]",
               "longest gap [s]");
   for (const auto& [label, s] : statistics) {

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "commands/commands.h"
+#include "output/console.h"
 #include "vir/evaluation/leaps.h"
 
 namespace vir::app {
@@ -22,11 +23,11 @@ Trajectory readTrajectoryFile(const std::string& path, const std::string& what,
                  path.c_str(), r.skipped(), r.malformed, r.not_finite, r.zero_quaternions,
                  r.repeated);
     for (const std::string& message : r.messages) {
-      std::fprintf(stderr, "  %s:%s\n", path.c_str(), message.c_str());
+      std::fprintf(stderr, "  %s:%s\n", path.c_str(), printable(message).c_str());
     }
   }
   for (const std::string& note : r.notes) {
-    std::fprintf(stderr, "%s: %s\n", path.c_str(), note.c_str());
+    std::fprintf(stderr, "%s: %s\n", path.c_str(), printable(note).c_str());
   }
   if (r.out_of_order > 0) {
     std::fprintf(stderr, "%s: %ld poses were out of order in time and have been sorted\n",
