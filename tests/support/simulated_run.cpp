@@ -32,7 +32,9 @@ class Feeder {
 
   void run() {
     std::size_t next = 0, next_range = 0;
-    for (const TimeNs t : tracks_.times()) {
+    const std::vector<TimeNs>& times = tracks_.times();
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      const TimeNs t = times[k];
       for (; next < imu_.samples.size() && imu_.samples[next].t <= t; ++next) {
         const ImuSample& s = imu_.samples[next];
         if (silent(s.t)) continue;
@@ -41,7 +43,7 @@ class Feeder {
       for (; next_range < ranges_.size() && ranges_[next_range].t <= t; ++next_range) {
         addRange(ranges_[next_range]);
       }
-      vision::TrackedFrame seen = seenAt(t);
+      vision::TrackedFrame seen = shown(k);
       seen.t += fromSeconds(settings_.images_late_s + 1e-6 * settings_.camera_clock_ppm *
                                                           toSeconds(t - imu_.samples.front().t));
       estimator_.addTracks(seen);
@@ -61,6 +63,17 @@ class Feeder {
   bool within(const std::pair<double, double>& stretch_s, TimeNs t) const {
     const double s = toSeconds(t - imu_.samples.front().t);
     return s > stretch_s.first && s < stretch_s.second;
+  }
+  /// What comes as the k-th image.
+  vision::TrackedFrame shown(std::size_t k) {
+    const std::vector<TimeNs>& times = tracks_.times();
+    vision::TrackedFrame seen = std::exchange(swapped_, {});
+    if (seen.features.empty()) seen = seenAt(times[k]);
+    if (k % 20 == 0 && within(settings_.swapped_images_s, times[k])) {
+      swapped_ = std::exchange(seen, seenAt(times[k + 1]));
+    }
+    seen.t = times[k];
+    return seen;
   }
   bool silent(TimeNs t) const { return within(settings_.silent_imu_s, t); }
   vision::TrackedFrame seenAt(TimeNs t) {
@@ -99,7 +112,7 @@ class Feeder {
   simulation::SimulatedImu imu_;
   simulation::TrackSimulator tracks_;
   std::shared_ptr<const camera::CameraModel> given_camera_;
-  vision::TrackedFrame last_seen_;
+  vision::TrackedFrame last_seen_, swapped_;
   estimator::VisualInertialEstimator estimator_;
   std::vector<simulation::SimulatedRange> ranges_;
   std::vector<StateEstimate> frames_;

@@ -35,6 +35,8 @@ struct RunSettings {
   /// In this stretch the IMU reads what it does not feel.
   std::pair<double, double> false_imu_s{0, 0};
   std::function<ImuSample(const ImuSample&)> false_imu;
+  /// In this stretch every 20th image and the next exchange their stamps.
+  std::pair<double, double> swapped_images_s{0, 0};
   double images_late_s = 0;     ///< how much later than they were taken images are stamped
   double camera_clock_ppm = 0;  ///< how much faster than the IMU's clock the camera's runs
   std::FILE* log = nullptr;     ///< what the estimator says goes there

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "vir/camera/camera_model.h"
+#include "vir/core/time_bounds.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 #include "vir_test_extremes.h"
 
@@ -78,13 +79,13 @@ class RandomInput {
   }
 
   ImuSample reading(TimeNs t) const {
-    const double s = toSeconds(t - kStart);
+    const double s = toSeconds(timeBetween(kStart, t));
     return {t, Vec3(0, 0, 0.27 * std::cos(0.9 * s)),
             attitude(s).conjugate() * (acceleration(s) + Vec3(0, 0, 9.81))};
   }
 
   vision::TrackedFrame tracks(TimeNs t) const {
-    const double s = toSeconds(t - kStart);
+    const double s = toSeconds(timeBetween(kStart, t));
     const Pose T_C_W = (Pose(attitude(s), position(s)) * T_B_C_).inverse();
     vision::TrackedFrame frame;
     frame.t = t;
@@ -94,7 +95,7 @@ class RandomInput {
                      std::fmod(k * 1.3, 4.0) - 2);
       vision::FeatureObservation f;
       f.id = id;
-      f.age = static_cast<int>((t - kStart) / kImage);
+      f.age = static_cast<int>(timeBetween(kStart, t) / kImage);
       const Vec3 p_C = T_C_W * p_W;
       if (!camera_->project(p_C, &f.px)) continue;
       f.bearing = p_C.normalized();

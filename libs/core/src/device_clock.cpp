@@ -9,6 +9,9 @@ inline namespace core {
 namespace {
 
 constexpr int kFewestInPeriod = 10;
+/// What waited in buffers while the host slept comes at once after it; a device that slept too has
+/// to measure first [ns].
+constexpr TimeNs kAtOnce = 20'000'000;
 
 }  // namespace
 
@@ -42,6 +45,7 @@ TimeNs DeviceClock::emit(TimeNs t, TimeNs step, TimeNs arrival) {
 void DeviceClock::start(TimeNs raw, TimeNs device, TimeNs arrival) {
   started_ = true;
   suspects_ = 0;
+  sleep_ = 0;
   last_raw_ = raw;
   last_device_ = device;
   points_.clear();
@@ -65,7 +69,12 @@ TimeNs DeviceClock::stamp(TimeNs raw, TimeNs arrival) {
   }
   glitches_ += suspects_;
   suspects_ = 0;
-  if (shifted(arrival, late)) {
+  if (sleptToo(arrival, late) && as_late_as_sleep_ < options_.confirmations) {
+    last_raw_ = raw;
+    last_device_ = device;
+    return emit(arrival, 0, arrival);
+  }
+  if (sleep_ != 0 || shifted(arrival, late)) {
     ++restarts_;
     start(raw, device, arrival);
     return emit(arrival, 0, arrival);
@@ -94,6 +103,27 @@ TimeNs DeviceClock::contradicted(TimeNs raw, TimeNs arrival) {
     start(raw, raw, arrival);
   }
   return emit(arrival, 0, arrival);
+}
+
+void DeviceClock::hostSlept(TimeNs in_all) {
+  // Two clocks are not read at the very same time.
+  if (slept_ && in_all - *slept_ > options_.tolerance) {
+    sleep_ = in_all - *slept_;
+    as_late_as_sleep_ = 0;
+  }
+  slept_ = in_all;
+}
+
+/// Did the device sleep with the host, as far as is known by now?
+bool DeviceClock::sleptToo(TimeNs arrival, TimeNs late) {
+  if (sleep_ == 0) return false;
+  if (late < sleep_ - options_.tolerance) {
+    sleep_ = 0;
+    return false;
+  }
+  if (as_late_as_sleep_ == 0) woken_ = arrival;
+  if (as_late_as_sleep_ == 0 || arrival - woken_ > kAtOnce) ++as_late_as_sleep_;
+  return true;
 }
 
 /// True when for a whole period nothing came even nearly in time: a clock was set.

@@ -37,7 +37,8 @@ std::optional<TimeNs> pinned() {
 }  // namespace
 
 HostClocks systemClocks() {
-  return {[] { return read(CLOCK_REALTIME); }, [] { return read(CLOCK_BOOTTIME); }};
+  return {[] { return read(CLOCK_REALTIME); }, [] { return read(CLOCK_BOOTTIME); },
+          [] { return read(CLOCK_MONOTONIC); }};
 }
 
 void useHostClocks(const HostClocks& other) { clocks() = other; }
@@ -56,6 +57,8 @@ TimeNs hostClockStep() {
   const std::optional<TimeNs> offset = pinned();
   return offset ? clocks().wall() - clocks().monotonic() - *offset : 0;
 }
+
+TimeNs hostSlept() { return clocks().monotonic() - clocks().awake(); }
 
 std::string localDateTime() {
   const std::time_t now = std::time(nullptr);

@@ -244,9 +244,14 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
   bool guessed = gap;
   if (gap) {
     guessAcrossHole(previous, frame, &predicted);
-  } else if (contradicted(previous, frame, &predicted)) {
-    link = linkBySight(previous, predicted);
-    guessed = true;
+  } else {
+    turning_C.reset();
+    const auto seen = contradiction(previous, frame, predicted.T_W_B);
+    if (wronglyStamped(frame, predicted, seen)) return leaveOut(predicted, out);
+    if (contradicted(previous, frame, seen, &predicted)) {
+      link = linkBySight(previous, predicted);
+      guessed = true;
+    }
   }
   rememberSights(frame);
   window->push(predicted, std::move(link), frame.features, rest.standing());
@@ -367,6 +372,7 @@ void BackEnd::restart(const std::string& why) {
   startup->reset();
   rest.reset();
   contradicted_since = 0;
+  wrong_stamps_in_a_row = 0;
   turning_C.reset();
   running = false;
 }

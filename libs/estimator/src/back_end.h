@@ -74,8 +74,20 @@ struct BackEnd {
                                                 const Pose& predicted);
   bool hangs(const State& previous, const vision::TrackedFrame& frame) const;
   /// Do they? Then `predicted` is what the sights say. A burst of readings only: not for long.
-  bool contradicted(const State& previous, const vision::TrackedFrame& frame, State* predicted);
+  bool contradicted(const State& previous, const vision::TrackedFrame& frame,
+                    const std::optional<window::Resected>& seen, State* predicted);
   imu::Preintegration linkBySight(const State& previous, const State& seen) const;
+  /// Is what contradicts the readings an image that was taken at another time (wrong_stamps.cpp)?
+  /// It is counted, and the first one told.
+  bool wronglyStamped(const vision::TrackedFrame& frame, const State& predicted,
+                      const std::optional<window::Resected>& seen);
+  /// When it was taken after its stamp [s], where that explains sights that are `off_px` off.
+  std::optional<double> stampIsOffBy(const vision::TrackedFrame& frame, const State& predicted,
+                                     double off_px);
+  /// In O, by the readings alone; beyond `newest`, where they lead, as if the motion went on.
+  std::optional<Pose> poseByReadings(TimeNs t, const State& newest);
+  /// The state of an image that does not get into the window.
+  void leaveOut(const State& predicted, StateEstimate* out) const;
   /// Says once that the images have the lens otherwise than given.
   void tellLens();
   void rememberSights(const vision::TrackedFrame& frame);
@@ -139,6 +151,8 @@ struct BackEnd {
   long imu_gaps = 0;
   long imu_contradicted = 0;      // images whose readings were left out
   TimeNs contradicted_since = 0;  // 0: they fit
+  long images_misstamped = 0;     // left out
+  int wrong_stamps_in_a_row = 0;
   Vec3 turning_B = Vec3::Zero();  // before the newest state [rad/s]
   std::optional<Vec3> turning_C;  // of the camera, while they do not fit [rad/s]
   double usual_off_px = 0;        // how far sights are from where readings put them

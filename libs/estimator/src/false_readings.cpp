@@ -63,9 +63,7 @@ std::optional<window::Resected> BackEnd::contradiction(const State& previous,
 }
 
 bool BackEnd::contradicted(const State& previous, const vision::TrackedFrame& frame,
-                           State* predicted) {
-  turning_C.reset();
-  const auto seen = contradiction(previous, frame, predicted->T_W_B);
+                           const std::optional<window::Resected>& seen, State* predicted) {
   if (!seen) {
     contradicted_since = 0;
     return false;

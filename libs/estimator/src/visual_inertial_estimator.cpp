@@ -166,6 +166,7 @@ EstimatorCounters VisualInertialEstimator::counters() const {
   out.imu_gaps += impl_->back_end.imu_gaps;
   out.bad_stamps = impl_->bad_stamps;
   out.bad_features = impl_->bad_features;
+  out.images_misstamped = impl_->back_end.images_misstamped;
   out.imu_contradicted = impl_->back_end.imu_contradicted;
   return out;
 }

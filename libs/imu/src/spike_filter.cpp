@@ -27,8 +27,8 @@ double moved(double average, double change, double least, int known) {
 
 }  // namespace
 
-bool SpikeFilter::far(const ImuSample& a, const ImuSample& b) const {
-  const double readings = 1 + static_cast<double>(pending_.size());
+bool SpikeFilter::far(const ImuSample& a, const ImuSample& b, std::size_t between) const {
+  const double readings = 1 + static_cast<double>(between);
   const bool known = known_ == kLearning;
   const double least_rate = known ? kFarRate : kFarAtFirstRate;
   const double least_acceleration = known ? kFarAcceleration : kFarAtFirstAcceleration;
@@ -52,6 +52,24 @@ void SpikeFilter::acceptPending() {
   pending_.clear();
 }
 
+/// Nothing came before, so that only what is far from rest can be doubted: the next ones tell.
+void SpikeFilter::begin(const ImuSample& s) {
+  const bool doubted = s.gyro.norm() > kFarAtFirstRate || s.acc.norm() > kFarAtFirstAcceleration;
+  const bool gap = !pending_.empty() && toSeconds(s.t - pending_.back().t) > kGapS;
+  const bool agrees = !pending_.empty() && !far(pending_.back(), s, 0);
+  if (doubted && !gap && !agrees && pending_.size() < kMostPending) {
+    pending_.push_back(s);
+    return;
+  }
+  if (doubted || gap || agrees) {
+    acceptPending();
+  } else {
+    spikes_ += static_cast<long>(pending_.size());
+    pending_.clear();
+  }
+  accept(s);
+}
+
 void SpikeFilter::restart() {
   last_.reset();
   pending_.clear();
@@ -67,15 +85,17 @@ const std::vector<ImuSample>& SpikeFilter::add(const ImuSample& s) {
     ++impossible_;
     return accepted_;
   }
-  const bool gap = last_ && toSeconds(s.t - last_->t) > kGapS;
-  if (!last_ || gap) {
+  if (!last_) {
+    begin(s);
+  } else if (toSeconds(s.t - last_->t) > kGapS) {
     acceptPending();
     accept(s);
-  } else if (!far(*last_, s)) {
+  } else if (!far(*last_, s, pending_.size())) {
     spikes_ += static_cast<long>(pending_.size());
     pending_.clear();
     accept(s);
-  } else if (pending_.size() == kMostPending || (!pending_.empty() && !far(pending_.back(), s))) {
+  } else if (pending_.size() == kMostPending ||
+             (!pending_.empty() && !far(pending_.back(), s, pending_.size()))) {
     acceptPending();
     accept(s);
   } else {

@@ -144,7 +144,7 @@ GyroBiasEstimate estimateGyroBias(const std::vector<AlignmentFrame>& frames, con
     for (Pair& p : pairs) solveDirection(&p, rotation(p));
   }
   out.bias = bias;
-  out.ok = bias.norm() < 1.0;
+  out.ok = bias.norm() < 1.0 && std::isfinite(out.rms_px);
   if (!out.ok) out.reason = "implausible gyro bias";
   return out;
 }

@@ -165,6 +165,10 @@ InertialAlignment alignInertial(const std::vector<AlignmentFrame>& frames, const
     const double cost = c0 - 2 * b.dot(y) + y.dot(N * y);
     out.residual_px = std::sqrt(std::max(0.0, cost) / static_cast<double>(2 * used)) * focal_px;
   }
+  if (!y.allFinite() || !std::isfinite(out.residual_px)) {
+    out.reason = "the sights or the readings are no numbers";
+    return out;
+  }
   out.g_B0 = y.tail<3>();
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const double t = time[k];

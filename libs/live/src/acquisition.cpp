@@ -258,7 +258,9 @@ class Acquisition::Sensor {
         status_.clock_mapped = true;
       }
     }
-    if (*own_clock_) observation->timestamp = rawlog::toMrptTime(clock_.stamp(t, now));
+    if (!*own_clock_) return;
+    clock_.hostSlept(hostSlept());
+    observation->timestamp = rawlog::toMrptTime(clock_.stamp(t, now));
   }
 
   void fail(const std::string& problem) {

@@ -35,7 +35,7 @@ std::vector<Stream> streams() {
   return {
       {kImages,
        {"images", "images_without_calibration"},
-       {"images_unusable", "images_out_of_order", "images_without_imu",
+       {"images_unusable", "images_out_of_order", "images_without_imu", "images_misstamped",
         "images_without_calibration"}},
       {kImuReadings,
        {"imu_readings", "imu_not_finite", "imu_out_of_order", "imu_spikes", "imu_impossible",

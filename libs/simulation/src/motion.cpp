@@ -3,15 +3,26 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 #include "vir/types/interpolation.h"
 
 namespace vir::simulation {
 namespace {
 
+/// Farther away nothing moves, and splines of it run out of numbers [m].
+constexpr double kFarthestM = 1e12;
+
 std::vector<Vec3> positions(const Trajectory& poses) {
   std::vector<Vec3> out;
-  for (const StampedPose& s : poses) out.push_back(s.T_W_B.p);
+  for (const StampedPose& s : poses) {
+    if (!s.T_W_B.q.coeffs().allFinite() || !(s.T_W_B.p.cwiseAbs().maxCoeff() < kFarthestM) ||
+        !s.T_W_B.p.allFinite()) {
+      throw std::invalid_argument("Motion: the pose at " + std::to_string(s.t) +
+                                  " ns is no number, or farther away than anything moves");
+    }
+    out.push_back(s.T_W_B.p);
+  }
   return out;
 }
 
@@ -76,6 +87,17 @@ double Motion::pathLength() const {
 
 Motion flyAgain(const Trajectory& recorded, const FlyAgainOptions& options) {
   if (recorded.size() < 2) throw std::invalid_argument("flyAgain: fewer than 2 poses");
+  const auto check = [](const char* name, double x, double least, double most) {
+    if (x >= least && x <= most) return;
+    throw std::invalid_argument(std::string("flyAgain: ") + name + " = " + std::to_string(x) +
+                                " must be from " + std::to_string(least) + " to " +
+                                std::to_string(most));
+  };
+  constexpr double kYears = 1e9;
+  check("from_s", options.from_s, 0, kYears);
+  check("duration_s", options.duration_s, 0, kYears);
+  check("knot_s", options.knot_s, 0.001, 10);
+  check("smooth_s", options.smooth_s, 0, 100);
   const TimeNs begin = recorded.front().t + fromSeconds(options.from_s);
   TimeNs end = recorded.back().t;
   if (options.duration_s > 0) end = std::min(end, begin + fromSeconds(options.duration_s));

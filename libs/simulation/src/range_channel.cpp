@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace vir::simulation {
 namespace {
+
+/// Positions farther away are none [m].
+constexpr double kFarthestM = 1e8;
 
 double curve(const std::vector<double>& points, double x) {
   if (points.empty()) return 0;
@@ -72,6 +76,16 @@ void checkRangeOptions(const RangeSimulationOptions& o) {
     refuse("anchor_id must hold one number per anchor");
   }
   if (o.lever_arm_m.size() != 3) refuse("lever_arm_m must hold 3 numbers");
+  const auto far = [](double x) { return !(std::abs(x) <= kFarthestM); };
+  const auto any_far = [far](const std::vector<double>& v) {
+    return std::any_of(v.begin(), v.end(), far);
+  };
+  if (any_far(o.lever_arm_m) || any_far(o.anchor_m) || any_far(o.jump)) {
+    refuse("lever_arm_m, anchor_m and jump must be within 100,000 km");
+  }
+  for (const double id : o.anchor_id) {
+    if (!(std::abs(id) <= std::numeric_limits<int>::max())) refuse("anchor_id must fit in 32 bits");
+  }
   if (o.bias_curve.size() % 2 != 0) refuse("bias_curve must hold pairs (distance, bias)");
   if (o.jump.size() % 5 != 0) refuse("jump must hold 5 numbers (index, time, x, y, z) per jump");
   if (!(o.rate_hz > 0)) refuse("rate_hz must be positive");

@@ -178,7 +178,7 @@ double medianNorm(const Layout& layout, const int columns[3]) {
       whole = c < row.size() && parseFinite(row[c], &v);
       squared += v * v;
     }
-    if (whole) norms.push_back(std::sqrt(squared));
+    if (whole && std::isfinite(squared)) norms.push_back(std::sqrt(squared));
   }
   return medianInPlace(&norms);
 }

@@ -182,6 +182,7 @@ roles::EstimatorReport VirEstimator::report() const {
                 {"features_unusable", track_reader_.unusable()},
                 {"images_out_of_order", c.images_out_of_order},
                 {"images_without_imu", c.images_without_imu},
+                {"images_misstamped", c.images_misstamped},
                 {"image_gaps", c.image_gaps},
                 {"bad_stamps", c.bad_stamps},
                 {"imu_readings", i.accepted},

@@ -92,6 +92,7 @@ TimeNs DeviceSensor::onHostClock(TimeNs device_time, TimeNs arrival, TimeNs wrap
     options.wrap = wrap;
     clock_ = std::make_unique<DeviceClock>(options);
   }
+  clock_->hostSlept(hostSlept());
   return clock_->stamp(device_time, arrival);
 }
 

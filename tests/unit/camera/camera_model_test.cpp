@@ -296,5 +296,16 @@ TEST(CameraModel, RefusesImpossibleCalibrationsByName) {
   EXPECT_NE(message(bad).find("coefficient 3"), std::string::npos) << message(bad);
 }
 
+/// theta + k2 theta^5 turns back where 1 + 5 k2 theta^4 = 0: nothing is seen beyond.
+TEST(CameraModel, NothingIsSeenBeyondWhereTheLensTurnsBack) {
+  const auto fisheye = makeCamera(calibration(Distortion::equidistant, {0, -0.02, 0, 0}));
+  const double edge = std::pow(10.0, 0.25);
+  for (const double theta : {edge - 0.01, edge + 0.01}) {
+    Vec2 px;
+    EXPECT_EQ(fisheye->project(Vec3(std::sin(theta), 0, std::cos(theta)), &px), theta < edge)
+        << theta;
+  }
+}
+
 }  // namespace
 }  // namespace vir::camera

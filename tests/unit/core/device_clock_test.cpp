@@ -15,6 +15,7 @@ using vir::DeviceClock;
 using vir::DeviceClockOptions;
 using vir::Random;
 using vir::TimeNs;
+using vir::toSeconds;
 
 constexpr TimeNs kMs = 1'000'000, kS = 1'000'000'000;
 constexpr TimeNs kEpoch = 1'700'000'000 * kS;
@@ -28,6 +29,8 @@ struct Device {
   double mean_delay_s = 0.002;
   /// Extra delay of what is measured at a time since kEpoch.
   std::function<TimeNs(TimeNs)> extra = [](TimeNs) { return TimeNs{0}; };
+  /// What the host has slept in all when what is measured at a time since kEpoch arrives.
+  std::function<TimeNs(TimeNs)> slept = nullptr;
   /// Device time at a time since its start; for restarts.
   std::function<TimeNs(TimeNs)> device = nullptr;
 };
@@ -54,6 +57,7 @@ std::vector<Sample> run(const Device& d, DeviceClock* clock, int n) {
     s.arrival = s.truth + vir::fromSeconds(delay_s) + d.extra(on_host);
     // Bytes of a wire keep their order.
     s.arrival = last_arrival = std::max(last_arrival, s.arrival);
+    if (d.slept) clock->hostSlept(d.slept(on_host));
     s.result = clock->stamp(raw, s.arrival);
     const TimeNs last = samples.empty() ? 0 : samples.back().result;
     EXPECT_GT(s.result, last) << "sample " << i;
@@ -165,6 +169,41 @@ TEST(DeviceClock, HostClockSetForward) {
   EXPECT_EQ(clock.restarts(), 1);
   for (std::size_t i = 200 * 60; i < samples.size(); ++i) {
     EXPECT_LT(std::abs(samples[i].result - samples[i].truth - 700 * kMs), kMs / 4);
+  }
+}
+
+/// Too short to be told by the arrivals alone: 3 s of delay may be a burst.
+TEST(DeviceClock, ADeviceThatSleptWithTheHostIsFollowedAtOnce) {
+  for (const TimeNs slept : {300 * kMs, 3 * kS, 4900 * kMs, 20 * kS}) {
+    Device d;
+    d.extra = [slept](TimeNs t) { return t > 30 * kS ? slept : 0; };
+    d.slept = [slept](TimeNs t) { return (t > 30 * kS ? slept : 0) - 1000; };  // no sleep yet
+    DeviceClock clock;
+    const auto samples = run(d, &clock, 200 * 60);
+    EXPECT_EQ(clock.restarts(), 1) << slept;
+    double worst = 0;
+    for (std::size_t i = 200 * 30 + 2; i < samples.size(); ++i) {
+      worst = std::max(worst, std::abs(toSeconds(samples[i].result - samples[i].truth - slept)));
+    }
+    EXPECT_LT(worst, 0.025) << slept << ": no worse than arrival times";
+  }
+}
+
+TEST(DeviceClock, ADeviceThatWentOnWhileTheHostSleptIsToo) {
+  for (const TimeNs slept : {300 * kMs, 3 * kS, 4900 * kMs}) {
+    Device d;
+    // What it measured meanwhile was lost but for the last, which waited.
+    d.device = [slept](TimeNs t) { return 123 * kS + (t < 30 * kS ? t : t + slept); };
+    const auto waited = [](TimeNs t) { return t > 30 * kS - 50 * kMs && t <= 30 * kS; };
+    d.extra = [=](TimeNs t) { return waited(t) ? 30 * kS - t + slept : t > 30 * kS ? slept : 0; };
+    d.slept = [=](TimeNs t) { return 7 * kS + (waited(t) || t > 30 * kS ? slept : 0); };
+    d.drift_ppm = 0;
+    DeviceClock clock;
+    const auto samples = run(d, &clock, 200 * 60);
+    EXPECT_EQ(clock.restarts(), 0) << slept;
+    for (std::size_t i = 200 * 30 + 4; i < samples.size(); ++i) {
+      ASSERT_NEAR(toSeconds(samples[i].result - samples[i].truth - slept), 0, 0.001) << i;
+    }
   }
 }
 

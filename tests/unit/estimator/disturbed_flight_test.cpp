@@ -91,8 +91,6 @@ TEST(DisturbedFlight, TwoSecondsWithoutReadingsAreBridgedByTheImages) {
   EXPECT_LT(bridged, 1.5 * whole + 0.03);
 }
 
-/// More in a row than are a spike, in the middle of the flight; what they say is left out where
-/// the sights contradict it, and nothing else is.
 /// Turns faster than the gyro's range: what it says there is too little, and was believed.
 TEST(DisturbedFlight, MotionBeyondTheSensorsRangeCostsLittle) {
   simulation::FlightOptions o;
@@ -109,6 +107,8 @@ TEST(DisturbedFlight, MotionBeyondTheSensorsRangeCostsLittle) {
   }
 }
 
+/// More in a row than are a spike, in the middle of the flight; what they say is left out where
+/// the sights contradict it, and nothing else is.
 TEST(DisturbedFlight, FalseReadingsAreLeftOutWhereTheImagesContradictThem) {
   struct Case {
     const char* what;
@@ -141,6 +141,7 @@ TEST(DisturbedFlight, FalseReadingsAreLeftOutWhereTheImagesContradictThem) {
   const RunResult whole = simulateRun(motion, exact, 1);
   ASSERT_TRUE(whole.valid);
   EXPECT_EQ(whole.counters.imu_contradicted, 0);
+  EXPECT_EQ(whole.counters.images_misstamped, 0);
   for (const Case& c : cases) {
     RunSettings s = exact;
     s.false_imu_s = {15.0, 15.0 + c.duration_s};
@@ -150,6 +151,7 @@ TEST(DisturbedFlight, FalseReadingsAreLeftOutWhereTheImagesContradictThem) {
     std::printf("%s: ATE %.4f m (%.4f m), %ld images\n", c.what, r.evaluation.ate_position_m.rmse,
                 whole.evaluation.ate_position_m.rmse, r.counters.imu_contradicted);
     EXPECT_EQ(r.resets, 0) << c.what;
+    EXPECT_EQ(r.counters.images_misstamped, 0) << c.what;
     EXPECT_LT(r.evaluation.ate_position_m.rmse, 1.3 * whole.evaluation.ate_position_m.rmse + 0.02)
         << c.what;
     EXPECT_GE(r.counters.imu_contradicted, 1) << c.what;
@@ -159,6 +161,31 @@ TEST(DisturbedFlight, FalseReadingsAreLeftOutWhereTheImagesContradictThem) {
       return w.find("bridged by the images") != std::string::npos;
     })) << c.what;
   }
+}
+
+/// Two images that exchange their stamps contradict the readings like a burst of false ones, but
+/// fit them at each other's time.
+TEST(DisturbedFlight, ImagesWithEachOthersStampsAreLeftOutAndTold) {
+  const auto motion = flightOf("eight", 60);
+  RunSettings s = lookingAhead();
+  const RunResult whole = simulateRun(motion, s, 1);
+  s.swapped_images_s = {10, 40};
+  const RunResult r = simulateRun(motion, s, 1);
+  ASSERT_TRUE(whole.valid && r.valid);
+  std::printf("ATE: %.4f m (%.4f m), %ld images left out\n", r.evaluation.ate_position_m.rmse,
+              whole.evaluation.ate_position_m.rmse, r.counters.images_misstamped);
+  EXPECT_EQ(r.resets, 0);
+  EXPECT_TRUE(r.doubts.empty()) << r.doubts.front();
+  EXPECT_EQ(r.counters.imu_contradicted, 0);
+  EXPECT_GE(r.counters.images_misstamped, 54);
+  EXPECT_LE(r.counters.images_misstamped, 60);
+  EXPECT_EQ(r.estimate.size(), whole.estimate.size()) << "a pose for every image";
+  EXPECT_LT(r.evaluation.ate_position_m.rmse, 1.3 * whole.evaluation.ate_position_m.rmse + 0.02);
+  EXPECT_EQ(std::count_if(r.warnings.begin(), r.warnings.end(),
+                          [](const std::string& w) {
+                            return w.find("images_misstamped counts them") != std::string::npos;
+                          }),
+            1);
 }
 
 /// Found while it starts in motion: what came before and the image of that very moment are put on

@@ -44,6 +44,21 @@ TEST(Align, RecoversAKnownTransformOfEachKind) {
   }
 }
 
+/// Below four hundredths of a metre rms: the attitudes say how it is turned.
+TEST(Align, AReferenceThatHardlyMovesStandsStill) {
+  for (const double radius_m : {0.03, 0.05}) {
+    std::vector<PosePair> pairs(4);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double x = i % 2 == 0 ? radius_m : -radius_m;
+      pairs[i].reference.p = pairs[i].estimate.p = i < 2 ? Vec3(x, 0, 0) : Vec3(0, x, 0);
+    }
+    for (const Alignment kind : {Alignment::posyaw, Alignment::se3}) {
+      const bool still = align(pairs, kind).note.find("stands still") != std::string::npos;
+      EXPECT_EQ(still, radius_m < 0.04) << radius_m;
+    }
+  }
+}
+
 TEST(Align, PosYawByHand) {
   // Estimate: (0,0,0), (2,0,0), (2,2,0); reference the same turned by +90 deg and moved by (1,0,5):
   // (1,0,5), (1,2,5), (-1,2,5).

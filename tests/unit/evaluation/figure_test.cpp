@@ -44,6 +44,24 @@ class Recorder : public Canvas {
   std::string all_text;
 };
 
+TEST(Draw, DataFarFromZeroLiesBetweenTheAxes) {
+  Figure figure;
+  Panel panel;
+  panel.corner = {50, 30};
+  panel.size = {400, 100};
+  panel.curves.push_back({{0, 0, 0}, 1.5, {{{100, -7}, {101, -6}}}});
+  figure.panels.push_back(panel);
+  Recorder recorder;
+  draw(figure, &recorder);
+  ASSERT_EQ(recorder.lines.size(), 1u);
+  const std::vector<Vec2>& p = recorder.lines[0];
+  ASSERT_EQ(p.size(), 2u);
+  EXPECT_NEAR(p[0].x() - 50, 450 - p[1].x(), 1e-6) << "the same margin on both sides";
+  EXPECT_NEAR(p[1].y() - 30, 130 - p[0].y(), 1e-6);
+  EXPECT_GT(p[1].x() - p[0].x(), 300);
+  EXPECT_GT(p[0].y() - p[1].y(), 60);
+}
+
 TEST(Draw, EqualAspectKeepsASquareSquare) {
   Figure figure;
   Panel panel;

@@ -67,6 +67,35 @@ TEST(SpikeFilter, OneBadReadingAmongTheFirst) {
   }
 }
 
+TEST(SpikeFilter, TheVeryFirstReadingMayBeBad) {
+  for (const double acceleration : {80.0, -200.0, 3000.0}) {
+    const Fed fed([&](int k, ImuSample* s) { s->acc.z() += k == 0 ? acceleration : 0; });
+    ASSERT_EQ(fed.taken.size(), 399u) << acceleration;
+    EXPECT_EQ(fed.taken.front().t, kPeriod);
+    EXPECT_EQ(fed.filter.spikes(), 1) << acceleration;
+  }
+  const Fed two([](int k, ImuSample* s) { s->gyro.x() += k == 0 ? 50 : k == 1 ? -50 : 0; });
+  EXPECT_EQ(two.taken.size(), 398u);
+  EXPECT_EQ(two.filter.spikes(), 2);
+}
+
+/// Switched on in a fast turn, or while it is thrown.
+TEST(SpikeFilter, ABeginInFastMotionIsKeptWhole) {
+  for (const int until : {400, 60}) {
+    const Fed fed([until](int k, ImuSample* s) { s->gyro.z() += k < until ? 12 : 0; });
+    EXPECT_EQ(fed.taken.size(), 400u) << until;
+    EXPECT_EQ(fed.filter.spikes(), 0) << until;
+  }
+  const Fed wild([](int k, ImuSample* s) { s->gyro.z() += k < 8 ? (k % 2 == 0 ? 60 : -60) : 0; });
+  EXPECT_EQ(wild.taken.size(), 400u) << "four that disagree are no spike";
+  // A hole says nothing of what came before it.
+  const Fed hole([](int k, ImuSample* s) {
+    s->gyro.z() += k == 0 ? 12 : 0;
+    s->t += k == 0 ? 0 : 1'000'000'000;
+  });
+  EXPECT_EQ(hole.taken.size(), 400u);
+}
+
 TEST(SpikeFilter, TwoThatDisagreeAreLeftOutToo) {
   const Fed fed([](int k, ImuSample* s) {
     if (k == 300) s->gyro.x() = 30;

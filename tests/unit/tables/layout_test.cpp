@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace vir::tables {
 namespace {
 
@@ -47,6 +49,25 @@ TEST(Layout, ImuByName) {
   // A header that leaves names out says nothing.
   EXPECT_EQ(gyroOf(imuColumns(layoutOfText("#timestamp,w_RS_S_x,...,a_RS_S_z\n1,2\n"))),
             (Columns{1, 2, 3}));
+}
+
+/// Behind the names, or in brackets behind the first of the three alone.
+TEST(Layout, ImuWithUnitsInTheNames) {
+  const ImuColumns c = imuColumns(
+      layoutOfText("time,imu_gyro_x_dps,imu_gyro_y_dps,imu_gyro_z_dps,acc_x_g,acc_y_g,acc_z_g\n"
+                   "1,0,0,0,0.1,0,1\n2,0,0,0,0.1,0,1\n"));
+  ASSERT_TRUE(c.named);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(c.gyro[i], 1 + i);
+    EXPECT_EQ(c.acc[i], 4 + i);
+  }
+  EXPECT_DOUBLE_EQ(c.gyro_unit, std::acos(-1.0) / 180);
+  EXPECT_DOUBLE_EQ(c.acc_unit, 9.80665);
+  const ImuColumns once = imuColumns(
+      layoutOfText("t,gx [deg/s],gy,gz,ax [g],ay,az\n1,0,0,0,0.1,0,1\n2,0,0,0,0.1,0,1\n"));
+  ASSERT_TRUE(once.named);
+  EXPECT_DOUBLE_EQ(once.gyro_unit, std::acos(-1.0) / 180);
+  EXPECT_DOUBLE_EQ(once.acc_unit, 9.80665);
 }
 
 TEST(Layout, PosesByNameAndByHabit) {

@@ -79,6 +79,19 @@ WindowState sightsWithNoise(const Vec3& p_W, double noise_px) {
   return w;
 }
 
+/// Sights further off than three times what makes an outlier give no depth.
+TEST(Landmarks, SightsThatContradictEachOtherGiveNoDepth) {
+  for (const double off_px : {0.0, 9.0, 18.0}) {
+    WindowState w = sightsWithNoise(Vec3(2, 0.5, 0.5), 0);
+    w.options.min_parallax_px = 0;
+    WindowLandmark& l = w.landmarks.at(7);
+    l.has_depth = false;
+    Vec3& bearing = l.sights.back().sight.bearing;
+    bearing = (bearing + off_px / Scene::kFocal * Vec3::UnitX()).normalized();
+    EXPECT_EQ(triangulateLandmarks(w), off_px < 3 * w.options.outlier_sigma ? 1 : 0) << off_px;
+  }
+}
+
 /// Noise in a residual and in its own Jacobian pulls what is estimated to one side, however many
 /// sights there are.
 TEST(Landmarks, NoiseOfTheSightsIsNotInTheJacobiansOfTheCalibration) {

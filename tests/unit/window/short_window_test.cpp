@@ -59,6 +59,22 @@ TEST(ShortWindow, ConvergesToTheTruthFromDisturbedPredictions) {
   }
 }
 
+TEST(ShortWindow, BeginsWithTheStateThatItIsGiven) {
+  WindowDriver d(vir_test::circling, 1, WindowOptions(), 0.8);
+  State s = d.scene.truth(d.t);
+  s.v = Vec3(0.1, 0.2, 0.3);
+  s.bg = Vec3(0.01, 0.02, 0.03);
+  s.ba = Vec3(-0.1, 0.15, -0.2);
+  d.start(s, StartPrior());
+  const State newest = d.window.newest();
+  EXPECT_EQ(newest.t, s.t);
+  EXPECT_EQ(newest.T_W_B.p, s.T_W_B.p);
+  EXPECT_LT(newest.T_W_B.q.angularDistance(s.T_W_B.q), 1e-12);
+  EXPECT_EQ(newest.v, s.v);
+  EXPECT_EQ(newest.bg, s.bg);
+  EXPECT_EQ(newest.ba, s.ba);
+}
+
 TEST(ShortWindow, AWrongMatchIsRejectedAndNothingElse) {
   WindowDriver d(vir_test::circling, 2, WindowOptions());
   d.start(d.scene.truth(d.t), StartPrior());

@@ -2,6 +2,7 @@
 /// From a device's own time stamps to the host's clock.
 #include <cstdint>
 #include <deque>
+#include <optional>
 
 #include "vir/core/time.h"
 
@@ -37,6 +38,10 @@ class DeviceClock {
   /// Host time of a message stamped `device` by the device [ns, 0 <= device < wrap] that arrived at
   /// `arrival` on the host's clock.
   TimeNs stamp(TimeNs device, TimeNs arrival);
+  /// The host has slept so long in all (hostSlept(), [ns]): to be said before stamp(). A device
+  /// that slept with it shows by what comes next, all late by the sleep: its stamps are arrival
+  /// times until that is sure.
+  void hostSlept(TimeNs in_all);
 
   /// Host clock rate over device clock rate - 1 [1e-6].
   double driftPpm() const { return drift_ * 1e6; }
@@ -58,6 +63,7 @@ class DeviceClock {
   void start(TimeNs raw, TimeNs device, TimeNs arrival);
   TimeNs contradicted(TimeNs raw, TimeNs arrival);
   bool shifted(TimeNs arrival, TimeNs late);
+  bool sleptToo(TimeNs arrival, TimeNs late);
   void learn(TimeNs device, TimeNs arrival);
   void fit();
   double hullSlope() const;
@@ -74,6 +80,10 @@ class DeviceClock {
   TimeNs suspect_raw_ = 0, suspect_arrival_ = 0;
   TimeNs period_start_ = 0, period_least_late_ = 0;
   int period_samples_ = 0;
+  std::optional<TimeNs> slept_;  ///< by the host in all, as last said
+  TimeNs sleep_ = 0;             ///< did the device sleep as long? 0: that is not the question
+  TimeNs woken_ = 0;             ///< the first arrival after it
+  int as_late_as_sleep_ = 0;     ///< samples since then
   long restarts_ = 0, glitches_ = 0;
 };
 

@@ -10,6 +10,7 @@ inline namespace core {
 struct HostClocks {
   TimeNs (*wall)();       ///< since 1970; somebody may set it
   TimeNs (*monotonic)();  ///< since whenever; goes on while the machine sleeps
+  TimeNs (*awake)();      ///< likewise, but stands while the machine sleeps
 };
 HostClocks systemClocks();
 
@@ -27,6 +28,9 @@ TimeNs hostNow();
 
 /// By how much the wall clock was set since pinHostClock(), forward positive [ns]; 0 without it.
 TimeNs hostClockStep();
+
+/// For how long the machine has slept by now, in all, to some microseconds [ns].
+TimeNs hostSlept();
 
 /// The time of day where we are, for names of files: `20260131-235959`.
 std::string localDateTime();

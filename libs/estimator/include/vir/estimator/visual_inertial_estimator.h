@@ -61,7 +61,8 @@ struct EstimatorCounters {
   long imu_spikes = 0, imu_impossible = 0;  ///< readings left out: see imu::SpikeFilter
   long bad_stamps = 0;    ///< images, readings and ranges left out: no clock shows that (isStamp)
   long bad_features = 0;  ///< of addTracks(), left out: numbers that no image can show
-  long imu_contradicted = 0;  ///< images whose readings were left out: they put the sights far off
+  long images_misstamped = 0;  ///< left out: they show where the readings were at another time
+  long imu_contradicted = 0;   ///< images whose readings were left out: they put the sights far off
 };
 
 class VisualInertialEstimator {

@@ -49,7 +49,8 @@ struct FlyAgainOptions {
 
 /// Flies a recorded trajectory (T_W_B, W with z up). Gaps are filled by interpolation. The result
 /// is near the recording, not on it: it is the truth of the simulation. Throws
-/// std::invalid_argument when the recording has fewer than 2 poses or less than 0.5 s is left.
+/// std::invalid_argument for options that are no numbers or none that make a flight (a knot every
+/// ms to every 10 s), and when the recording has fewer than 2 poses or less than 0.5 s is left.
 Motion flyAgain(const Trajectory& recorded, const FlyAgainOptions& options);
 
 }  // namespace vir::simulation
