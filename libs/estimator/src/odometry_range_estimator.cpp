@@ -296,6 +296,7 @@ std::vector<StateEstimate> OdometryRangeEstimator::take() {
 }
 std::vector<RangeRecord> OdometryRangeEstimator::takeRanges() { return impl_->ranges.take(); }
 std::vector<Anchor> OdometryRangeEstimator::anchors() const { return impl_->ranges.anchors(); }
+std::optional<SurveyFit> OdometryRangeEstimator::survey() const { return impl_->ranges.survey(); }
 
 std::vector<StampedPose> OdometryRangeEstimator::keyframes() const {
   std::vector<StampedPose> out = impl_->retired;

@@ -53,6 +53,10 @@ void describe(OptionVisitor& v, RangeOptions& o) {
           "ranges rejected for so long: the anchor was moved, or its start was wrong");
   v.value("bias_model", o.bias_model_file,
           "file of `vir-slam calibrate uwb`: bias over distance; empty = none");
+  v.value("surveyed_anchors", o.surveyed_anchors,
+          "table id,x,y,z,sigma of anchors measured in a frame of their own [m]; empty = none");
+  v.value("anchor_names", o.anchor_names,
+          "numbers of anchors that the table calls by name: name=number, repeated");
   v.value("anchor_prior", o.anchor_prior, 0,
           "known about anchors in the start's frame: id x y z sigma, repeated [m]");
 }
@@ -187,7 +191,10 @@ bool RangeLayer::accept(const Range& range, const AntennaPrediction& antenna,
   d.decision = accepted ? RangeDecision::accepted : decision;
   s.decisions.push_back(d);
   ++(accepted ? a.used : a.rejected);
-  return accepted;
+  if (accepted || !s.isSurveyed(range.anchor) || decision == RangeDecision::invalid)
+    return accepted;
+  held->anchor = a.doubtedKey();
+  return true;
 }
 
 void RangeLayer::putDown(std::uint64_t id, const Vec3& p_W, double sigma_m) {

@@ -84,6 +84,7 @@ void Vio::tell() {
 }
 
 std::vector<Anchor> Vio::anchors() const { return estimator_->anchors(); }
+std::optional<SurveyFit> Vio::survey() const { return estimator_->survey(); }
 
 std::vector<StampedPose> Vio::keyframes() const {
   std::vector<StampedPose> out;

@@ -148,6 +148,9 @@ std::vector<RangeRecord> VisualInertialEstimator::takeRanges() {
 std::vector<Anchor> VisualInertialEstimator::anchors() const {
   return impl_->back_end.ranges.anchors();
 }
+std::optional<SurveyFit> VisualInertialEstimator::survey() const {
+  return impl_->back_end.ranges.survey();
+}
 std::vector<std::pair<std::string, long>> VisualInertialEstimator::rangeCounters() const {
   return impl_->back_end.ranges.counters();
 }

@@ -20,9 +20,11 @@ constexpr double kUncalibrated = 16;
 /// Beyond, all pairs are too many to try.
 constexpr int kMostForPairs = 10;
 constexpr int kMostFaults = 3;
+/// With fewer anchors left in it a survey fits whatever it says.
+constexpr std::size_t kFewestAnchors = 3;
 /// What an anchor off its place has to show: fewer ranges say nothing; off by at least this [m] and
 /// so many sigmas.
-constexpr int kFewestRanges = 20;
+constexpr int kFewestRanges = 20, kFewestToTell = 8;
 constexpr double kElsewhere = 0.3, kElsewhereSigmas = 5;
 /// What numbers may be that are no metres: mm, cm, feet, inches [m].
 constexpr double kUnits[] = {0.001, 0.01, 0.3048, 0.0254};
@@ -55,21 +57,20 @@ void evaluate(const SurveyMatchOptions& options, SurveyHypothesis* h) {
   if (enough || !h->uncalibrated) *h = std::move(calibrated);
 }
 
-bool believable(const SurveyHypothesis& h) {
-  return h.places.consistent && !h.places.optima.empty() && h.places.bias_spread_m < kBiasSpread;
-}
-
 int rangesOf(const SurveyData& data, std::size_t anchor) {
   int n = 0;
   for (const SurveyRange& r : data.ranges) n += r.anchor == anchor;
   return n;
 }
 
-/// Twice the log of the likelihood ratio to `now`, less what the fault itself is worth.
-double evidenceFor(const SurveyHypothesis& now, const SurveyHypothesis& then, double own_cost,
-                   double price) {
-  const double worth = std::max(then.places.worth, 1.0);
-  return 2 * (now.places.raw_cost - then.places.raw_cost - own_cost) / worth - price;
+/// Twice the log of the likelihood ratio to `now`. What `then` leaves out is taken to fit as well
+/// as what it keeps.
+double evidenceFor(const SurveyHypothesis& now, const SurveyHypothesis& then, double price) {
+  const double worth = std::max(1.0, std::min(now.places.worth, then.places.worth));
+  const double left_out =
+      static_cast<double>(now.places.ranges) - static_cast<double>(then.places.ranges);
+  const double each = then.places.raw_cost / std::max(1.0, static_cast<double>(then.places.ranges));
+  return 2 * (now.places.raw_cost - then.places.raw_cost - left_out * each) / worth - price;
 }
 
 /// Where the ranges of an anchor put it in S, the path lying there as the others say. Empty where
@@ -101,7 +102,8 @@ class FaultSearch {
   explicit FaultSearch(const SurveyMatchOptions& options) : options_(options) {}
 
   /// All single faults that explain more than `now` does, the likeliest first.
-  std::vector<Candidate> candidates(const SurveyHypothesis& now) {
+  /// `doubted`: the ranges do not fit it, or only with biases.
+  std::vector<Candidate> candidates(const SurveyHypothesis& now, bool doubted) {
     out_.clear();
     std::vector<std::size_t> heard;
     const std::vector<char> in = heardIn(now.data, now.survey.size());
@@ -111,7 +113,11 @@ class FaultSearch {
     if (heard.size() < 2) return {};
     if (now.findings.empty()) tryUnits(now);
     if (heard.size() < 3) return sorted();
-    for (const std::size_t a : heard) tryWithout(now, a);
+    // An anchor with a place of its own always fits as well.
+    doubted = doubted || now.uncalibrated;
+    for (const std::size_t a : heard) {
+      if (doubted && heard.size() > kFewestAnchors) tryWithout(now, a);
+    }
     if (static_cast<int>(heard.size()) > kMostForPairs) return sorted();
     for (std::size_t i = 0; i < heard.size(); ++i) {
       for (std::size_t j = i + 1; j < heard.size(); ++j) tryExchange(now, heard[i], heard[j]);
@@ -127,13 +133,11 @@ class FaultSearch {
     return std::move(out_);
   }
   void keepIfBetter(const SurveyHypothesis& now, SurveyHypothesis then, SurveyFinding finding,
-                    double own_cost, double price) {
+                    double price) {
     evaluateFree(options_, &then);
-    if (!believable(then) && then.places.raw_cost >= now.places.raw_cost) return;
-    if (then.places.optima.empty()) return;
-    finding.evidence = evidenceFor(now, then, own_cost, price);
-    if (finding.evidence < kBelieved) return;
-    out_.push_back({finding, std::move(then)});
+    if (!believable(then)) return;
+    finding.evidence = evidenceFor(now, then, price);
+    if (finding.evidence + price > -kApart) out_.push_back({finding, std::move(then)});
   }
   void tryUnits(const SurveyHypothesis& now) {
     for (const double factor : kUnits) {
@@ -142,20 +146,17 @@ class FaultSearch {
       SurveyFinding finding;
       finding.fault = SurveyFault::unit;
       finding.factor = factor;
-      keepIfBetter(now, std::move(then), finding, 0, kUnitCost);
+      keepIfBetter(now, std::move(then), finding, kUnitCost);
     }
   }
   void tryWithout(const SurveyHypothesis& now, std::size_t anchor) {
-    const int own = rangesOf(now.data, anchor);
-    if (own < kFewestRanges) return;
+    if (rangesOf(now.data, anchor) < kFewestToTell) return;
     SurveyHypothesis then = now;
     then.used[anchor] = 0;
     then.data = without(now.data, anchor);
     SurveyFinding finding;
     finding.first = anchor;
-    // The places are found from so many ranges of each anchor.
-    const double counted = std::min(own, 150);
-    keepIfBetter(now, std::move(then), finding, 0.5 * counted, kElsewhereCost);
+    keepIfBetter(now, std::move(then), finding, kElsewhereCost);
   }
   void tryExchange(const SurveyHypothesis& now, std::size_t a, std::size_t b) {
     SurveyHypothesis then = now;
@@ -164,7 +165,7 @@ class FaultSearch {
     finding.fault = SurveyFault::exchanged;
     finding.first = a;
     finding.second = b;
-    keepIfBetter(now, std::move(then), finding, 0, kExchangedCost);
+    keepIfBetter(now, std::move(then), finding, kExchangedCost);
   }
 
   const SurveyMatchOptions& options_;
@@ -176,16 +177,56 @@ std::string oneOf(const std::vector<Candidate>& candidates,
   std::string text;
   for (const Candidate& c : candidates) {
     if (c.finding.evidence < candidates.front().finding.evidence - kApart) break;
-    if (c.finding.fault == SurveyFault::unit) continue;
-    text += (text.empty() ? "" : " or ") + std::to_string(survey[c.finding.first].id);
+    const std::string id = std::to_string(survey[c.finding.first].id);
+    text += text.empty() ? "" : " or ";
+    if (c.finding.fault == SurveyFault::unit) text += "its unit";
+    if (c.finding.fault == SurveyFault::elsewhere) text += "the place of " + id;
     if (c.finding.fault == SurveyFault::exchanged) {
-      text += " exchanged with " + std::to_string(survey[c.finding.second].id);
+      text += id + " exchanged with " + std::to_string(survey[c.finding.second].id);
     }
   }
   return text;
 }
 
+/// The next fault is taken in: true. Else nothing explains more than what there is, which may say
+/// why it is not to be relied on.
+bool takeFault(const SurveyData& data, const SurveyMatchOptions& options, SurveyHypothesis* now) {
+  // Biases of boards that are not calibrated explain much that a fault explains as well: with
+  // calibrated ones first, against what is believed so far.
+  SurveyMatchOptions calibrated = options;
+  calibrated.uncalibrated_bias_sigma_m = 0;
+  SurveyHypothesis reference = *now;
+  if (now->uncalibrated && !believable(*now)) evaluateFree(calibrated, &reference);
+  std::vector<Candidate> found = FaultSearch(calibrated).candidates(reference, !believable(*now));
+  const bool told = !found.empty() && found.front().finding.evidence > kBelieved;
+  if (!told && now->uncalibrated && !believable(*now)) {
+    found = FaultSearch(options).candidates(*now, true);
+  }
+  if (found.empty()) return false;
+  Candidate& best = found.front();
+  if (best.finding.evidence < kBelieved) {
+    if (believable(*now)) now->undecided = oneOf(found, now->survey);
+    return false;
+  }
+  if (found.size() > 1 && found[1].finding.evidence > best.finding.evidence - kApart) {
+    now->suspicion = "the ranges contradict the survey; likely wrong: " + oneOf(found, now->survey);
+    now->places.consistent = false;
+    return false;
+  }
+  evaluate(options, &best.hypothesis);
+  if (best.finding.fault == SurveyFault::elsewhere && !best.hypothesis.places.optima.empty()) {
+    best.finding.found_S = placeOf(best.hypothesis, data, best.finding.first);
+  }
+  best.hypothesis.findings.push_back(best.finding);
+  *now = std::move(best.hypothesis);
+  return true;
+}
+
 }  // namespace
+
+bool believable(const SurveyHypothesis& h) {
+  return h.places.consistent && !h.places.optima.empty() && h.places.bias_spread_m < kBiasSpread;
+}
 
 SurveyHypothesis likeliest(const SurveyData& data, const std::vector<SurveyedAnchor>& survey,
                            const SurveyMatchOptions& options) {
@@ -195,23 +236,9 @@ SurveyHypothesis likeliest(const SurveyData& data, const std::vector<SurveyedAnc
   now.data = data;
   evaluate(options, &now);
   if (!options.look_for_faults) return now;
-  for (int k = 0; k < kMostFaults && !believable(now); ++k) {
-    std::vector<Candidate> found = FaultSearch(options).candidates(now);
-    if (found.empty()) break;
-    Candidate& best = found.front();
-    const bool apart =
-        found.size() == 1 || found[1].finding.evidence < best.finding.evidence - kApart;
-    if (!apart) {
-      now.suspicion = "the ranges contradict the survey; likely wrong: " + oneOf(found, survey);
-      now.places.consistent = false;
-      return now;
-    }
-    evaluate(options, &best.hypothesis);
-    if (best.finding.fault == SurveyFault::elsewhere && !best.hypothesis.places.optima.empty()) {
-      best.finding.found_S = placeOf(best.hypothesis, data, best.finding.first);
-    }
-    best.hypothesis.findings.push_back(best.finding);
-    now = std::move(best.hypothesis);
+  for (int k = 0; k < kMostFaults && (!believable(now) || now.uncalibrated || options.thorough);
+       ++k) {
+    if (!takeFault(data, options, &now)) break;
   }
   return now;
 }

@@ -16,8 +16,12 @@ struct SurveyHypothesis {
   bool uncalibrated = false;
   SurveyPlaces places;
   std::vector<SurveyFinding> findings;
-  std::string suspicion;  ///< nothing explains the ranges; or several things do: which
+  std::string suspicion;  ///< several things explain the ranges: which; the survey is none of them
+  std::string undecided;  ///< it may be the survey, or not: what else it may be
 };
+
+/// The ranges of each anchor fit it, with biases that boards may have.
+bool believable(const SurveyHypothesis& hypothesis);
 
 /// The survey as given where the ranges fit it, else what explains them far better.
 SurveyHypothesis likeliest(const SurveyData& data, const std::vector<SurveyedAnchor>& survey,

@@ -160,7 +160,7 @@ SurveyMatch matchSurvey(const std::vector<SurveyRange>& ranges,
   match.findings = h.findings;
   match.uncalibrated = h.uncalibrated;
   for (std::size_t a = 0; a < survey.size(); ++a) match.anchors[a].used = h.used[a] != 0;
-  if (!h.places.consistent || h.places.optima.empty()) {
+  if (!believable(h)) {
     match.status = h.suspicion.empty() ? SurveyStatus::open : SurveyStatus::contradicted;
     match.reason = h.suspicion.empty() ? "the ranges do not fit the survey so far" : h.suspicion;
     return match;
@@ -172,6 +172,10 @@ SurveyMatch matchSurvey(const std::vector<SurveyRange>& ranges,
   placeAnchors(h.data, x, covariance, h.bias_sigma_m, heard, &match);
   takeTransform(h.data, x, covariance, &match);
   judge(h.data, h.places, options, &match);
+  if (match.status == SurveyStatus::found && !h.undecided.empty()) {
+    match.status = SurveyStatus::open;
+    match.reason = "move further: the survey is right, or wrong about " + h.undecided;
+  }
   return match;
 }
 

@@ -22,6 +22,10 @@ constexpr double kSame = 9, kSameM = 0.05, kSameRad = 0.01;
 /// Fewer ranges of an anchor do not tell whether it fits; share that has to, and how much larger
 /// than claimed the residuals of a survey that fits may be.
 constexpr int kFewest = 8;
+/// Ranges from where the path may have drifted by so much since [m] say nothing, if there are so
+/// many newer ones.
+constexpr double kMostDrift = 0.3;
+constexpr std::size_t kEnough = 200;
 constexpr double kShare = 0.5, kWorstScale = 4;
 
 /// Seen with the survey turned by `yaw`, all ranges are to one point: where the path's end is.
@@ -133,6 +137,7 @@ SurveyData surveyData(const std::vector<SurveyRange>& ranges, std::size_t anchor
                        r->range_m > 0 && r->range_m < 1e5 && r->sigma_m > 0 &&
                        std::isfinite(r->sigma_m);
     if (!valid) continue;
+    if (data.ranges.size() >= kEnough && drift_ratio * travelled > kMostDrift) break;
     if (newer) travelled += (*newer - r->p_W).norm();
     newer = &r->p_W;
     data.ranges.push_back(*r);
@@ -180,6 +185,7 @@ SurveyPlaces placesOf(const SurveyData& data, const std::vector<SurveyedAnchor>&
   std::vector<SurveyOptimum> optima = refined(statesOf(first), full, 30);
   if (optima.empty()) return out;
   out.raw_cost = optima.front().cost;
+  out.ranges = full_data.ranges.size();
   const std::vector<double> r = full.residuals(optima.front().x);
   out.scale = robustScale(r);
   if (options.correlation) out.worth = worthOf(full_data, r, out.scale);

@@ -15,6 +15,7 @@ struct SurveyOptimum {
 struct SurveyPlaces {
   std::vector<SurveyOptimum> optima;  ///< best first; empty: nothing finite
   double raw_cost = 1e12;             ///< of the best one, by the sigmas as claimed
+  std::size_t ranges = 0;             ///< that it is of
   double scale = 1, worth = 1;        ///< as RangeFit::setFactors
   bool consistent = false;            ///< the best one explains most ranges of each anchor
   double bias_spread_m = 0;           ///< of the biases about their median, at most

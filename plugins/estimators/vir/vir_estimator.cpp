@@ -162,6 +162,7 @@ std::vector<StampedPose> VirEstimator::keyframes() const {
 }
 
 std::vector<Anchor> VirEstimator::anchors() const { return estimator_->anchors(); }
+std::optional<SurveyFit> VirEstimator::survey() const { return estimator_->survey(); }
 
 std::vector<Eigen::Vector2f> VirEstimator::trackedPixels() const {
   return estimator_->trackedPixels();

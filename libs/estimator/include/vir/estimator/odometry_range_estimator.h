@@ -2,6 +2,7 @@
 /// Odometry and ranges: poses of a device that drifts (tracking camera, wheels) and ranges to
 /// anchors, in the long window alone (the paper's first robot carries such a camera).
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,6 +64,8 @@ class OdometryRangeEstimator {
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();
   std::vector<Anchor> anchors() const;
+  /// How the survey of the anchors lies in W; empty without one.
+  std::optional<SurveyFit> survey() const;
   /// Nodes as last seen, in W.
   std::vector<StampedPose> keyframes() const;
   std::vector<std::pair<std::string, long>> counters() const;

@@ -96,6 +96,8 @@ class VisualInertialEstimator {
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();
   std::vector<Anchor> anchors() const;
+  /// How the survey of the anchors lies in W; empty without one.
+  std::optional<SurveyFit> survey() const;
   std::vector<std::pair<std::string, long>> rangeCounters() const;
 
   /// Keyframes that left the long window, then those in it and in the short one; in W.

@@ -30,6 +30,8 @@ struct SurveyMatchOptions {
   double mirror_chi2 = 12;    ///< a second solution worse by more than this is rejected
   bool correlation = true;    ///< let the ranges' autocorrelation widen the covariance
   bool look_for_faults = true;
+  /// Faults are looked for although the ranges fit: short paths may fit a wrong survey too.
+  bool thorough = false;
   RobustRange robust;
 };
 

@@ -34,8 +34,6 @@ struct SurveyedResult {
   bool heard = false;       ///< there were ranges of it
   bool used = false;        ///< the survey holds it in place
   std::optional<Vec3> p_S;  ///< where the ranges and the survey together put it [m]
-  double sigma_m = 0;       ///< of that against the survey's frame, longest axis [m]
-  std::string finding;      ///< what is wrong with its entry; empty: nothing
 };
 
 /// How a survey lies in W, as far as that is known.
