@@ -282,6 +282,7 @@ void RangeLayer::Impl::giveUp(TimeNs t, AnchorTrack* a, bool trusted) {
   } else {
     window->removeAnchor(a->key());
   }
+  if (trusted) distances.forget(a->id);
   a->former_evidence = 0;
   a->generation = ++a->generations;
   a->state = Collecting{true, 0};
@@ -370,6 +371,7 @@ bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::He
     }
     if (s.options.correlation && s.keyframes % kCorrelationPeriod == 0) s.reweigh(&a, held);
   }
+  if (changed || s.keyframes % kCorrelationPeriod == 0) s.setDistances();
   // Earlier generations go when no keyframe holds their ranges any more.
   std::vector<std::uint64_t> gone;
   for (const auto& [key, state] : s.window->anchors()) {

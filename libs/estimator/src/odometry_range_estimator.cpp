@@ -281,6 +281,10 @@ void OdometryRangeEstimator::addRange(const Range& range) {
   }
 }
 
+void OdometryRangeEstimator::addAnchorRange(const AnchorRange& range) {
+  if (impl_->config.ranges.use) impl_->ranges.offer(range);
+}
+
 void OdometryRangeEstimator::anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m) {
   Impl& s = *impl_;
   if (s.window.empty()) {

@@ -13,6 +13,10 @@ namespace vir::estimator {
 
 namespace {
 
+/// Nearer together [m] two antennas are one; and so many at most.
+constexpr double kSameAntenna = 1e-3;
+constexpr std::size_t kMostAntennas = 16;
+
 /// What would make a position better known than it is; empty if it is known well enough.
 std::string adviceFor(const Anchor& a, const RangeOptions& options) {
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(a.covariance);
@@ -89,6 +93,22 @@ void RangeLayer::Impl::record(const Range& r, RangeDecision decision) {
   decisions.push_back(d);
 }
 
+/// Two antennas of a robot measure to one anchor at one time: neither repeats the other.
+ranging::RangeCheck& RangeLayer::Impl::checkOf(const Vec3& p_B_U) {
+  for (Antenna& a : antennas) {
+    if ((a.p_B_U - p_B_U).norm() < kSameAntenna) return a.check;
+  }
+  if (antennas.size() < kMostAntennas) {
+    antennas.push_back({p_B_U, ranging::RangeCheck(checkOptions(options))});
+  }
+  return antennas.back().check;
+}
+
+void RangeLayer::offer(const AnchorRange& range) {
+  Impl& s = *impl_;
+  if (!s.distances.add(range, s.options.sigma_m, s.options.max_range_m)) ++s.anchor_ranges_unusable;
+}
+
 void RangeLayer::offer(const Range& range) {
   Impl& s = *impl_;
   // A negative id of the radio arrives as a huge one; both would alias another anchor.
@@ -96,14 +116,14 @@ void RangeLayer::offer(const Range& range) {
     s.record(range, RangeDecision::bad_id);
     return;
   }
-  const RangeDecision problem =
-      s.check.check(static_cast<int>(range.anchor), range.t, range.range_m);
-  if (problem != RangeDecision::accepted) {
-    s.record(range, problem);
-    return;
-  }
   if (!range.p_B_U.allFinite() || !std::isfinite(range.sigma_m)) {
     s.record(range, RangeDecision::not_finite);
+    return;
+  }
+  const RangeDecision problem =
+      s.checkOf(range.p_B_U).check(static_cast<int>(range.anchor), range.t, range.range_m);
+  if (problem != RangeDecision::accepted) {
+    s.record(range, problem);
     return;
   }
   const auto later = [](TimeNs t, const Range& r) { return t < r.t; };
@@ -272,6 +292,9 @@ std::vector<std::pair<std::string, long>> RangeLayer::counters() const {
   }
   if (impl_->put_down_unusable > 0) {
     out.emplace_back("anchors_put_down_unusable", impl_->put_down_unusable);
+  }
+  if (impl_->anchor_ranges_unusable > 0) {
+    out.emplace_back("anchor_ranges_unusable", impl_->anchor_ranges_unusable);
   }
   return out;
 }

@@ -2,6 +2,7 @@
 /// Internal: ranges on their way in (range_layer.cpp) and the anchors' lives (anchor_life.cpp).
 #include <map>
 
+#include "anchor_distances.h"
 #include "anchor_track.h"
 #include "survey_life.h"
 #include "vir/estimator/range_layer.h"
@@ -17,7 +18,7 @@ constexpr double kSettledSigma = 0.3;
 
 struct RangeLayer::Impl {
   Impl(const RangeOptions& o, window::LongWindow* w, LogSink l)
-      : options(o), window(w), log_sink(std::move(l)), check(checkOptions(o)) {
+      : options(o), window(w), log_sink(std::move(l)) {
     for (std::size_t i = 0; i + 4 < o.anchor_prior.size(); i += 5) {
       const double* v = &o.anchor_prior[i];
       setPrior(static_cast<std::uint64_t>(v[0]), Vec3(v[1], v[2], v[3]), v[4]);
@@ -87,6 +88,8 @@ struct RangeLayer::Impl {
   void takeMatch(TimeNs t, ranging::SurveyMatch match);
   void tie(TimeNs t, AnchorTrack* a, const ranging::MatchedAnchor& m, const SurveyedAnchor& given);
   void setTies();
+  /// What anchors have measured to one another, with what is known of their biases by now.
+  void setDistances();
   bool placeNewlyHeard(TimeNs t);
   void addSurveyed(const std::vector<Anchor>& anchors, SurveyFit* out) const;  // survey_result.cpp
   void warn(const std::string& text) {
@@ -97,10 +100,18 @@ struct RangeLayer::Impl {
   RangeOptions options;
   window::LongWindow* window;
   LogSink log_sink;
-  ranging::RangeCheck check;
+  /// Antennas of the robot, by where they are on it: each has a stream of its own to every anchor.
+  struct Antenna {
+    Vec3 p_B_U = Vec3::Zero();
+    ranging::RangeCheck check;
+  };
+  ranging::RangeCheck& checkOf(const Vec3& p_B_U);
+  std::vector<Antenna> antennas;
   std::map<std::uint64_t, AnchorTrack> tracks;
   std::vector<Range> pending;  ///< ordered by time
   SurveyLife survey;
+  AnchorDistances distances;
+  long anchor_ranges_unusable = 0;  ///< between anchors, that cannot be
   std::vector<RangeRecord> decisions;
   std::vector<std::string> warnings;
   long found_anew = 0;         ///< anchors given up and looked for again

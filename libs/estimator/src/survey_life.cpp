@@ -19,6 +19,8 @@ constexpr long kLeastMore = 10;
 constexpr double kFarSigmas = 3, kFar = 0.1;
 /// What the path's drift may have done to where an anchor is in W since the match [m].
 constexpr double kDrifted = 0.1;
+/// How far the biases of uncalibrated boards are from being all alike [m].
+constexpr double kOddBoards = 0.2;
 /// Nothing is known of an anchor but its ranges and its ties [m].
 constexpr double kAnywhere = 1000;
 
@@ -210,6 +212,30 @@ void RangeLayer::Impl::setTies() {
     ties.push_back({at->second.key(), s.p_S, s.sigma_m});
   }
   window->setSurvey(std::move(ties));
+}
+
+void RangeLayer::Impl::setDistances() {
+  if (distances.pairs().empty()) return;
+  std::vector<window::AnchorDistance> out;
+  for (const AnchorDistances::Pair& pair : distances.pairs()) {
+    const auto a = tracks.find(pair.first), b = tracks.find(pair.second);
+    if (a == tracks.end() || b == tracks.end()) continue;
+    const Located *first = a->second.located(), *second = b->second.located();
+    const auto d = distances.of(pair);
+    if (first == nullptr || second == nullptr || !d) continue;
+    // Between two anchors their boards' delays add up as between each of them and the robot's, if
+    // all are of one kind: half of either bias.
+    const double bias =
+        0.5 * (window->anchor(a->second.key())->x[3] + window->anchor(b->second.key())->x[3]);
+    const bool odd = a->second.uncalibrated || b->second.uncalibrated;
+    const bool open = mayBeUncalibrated() && !odd && !(first->bias_known && second->bias_known);
+    const double of_bias = open  ? biasSigma(true)
+                           : odd ? std::max(kOddBoards, biasSigma(false))
+                                 : std::sqrt(2.0) * biasSigma(false);
+    out.push_back(
+        {a->second.key(), b->second.key(), d->range_m - bias, std::hypot(d->sigma_m, of_bias)});
+  }
+  window->setAnchorDistances(std::move(out));
 }
 
 /// An anchor that comes into range later: the others say where it is.

@@ -74,6 +74,8 @@ void Vio::finish() {
   tell();
 }
 
+void Vio::add(const AnchorRange& range) { estimator_->addAnchorRange(range); }
+
 void Vio::tell() {
   for (const StateEstimate& state : estimator_->take()) {
     if (on_state_) on_state_(state);

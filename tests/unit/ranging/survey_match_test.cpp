@@ -184,6 +184,18 @@ TEST(SurveyMatch, OnALevelPathTheHeightStaysOpen) {
   EXPECT_LT((m.T_S_W.t_m - kT_S_W.t_m).head<2>().norm(), 0.3);
 }
 
+TEST(SurveyMatch, TwoAnchorsDo) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Hall hall;
+    hall.seed = seed;
+    hall.anchors.resize(2);
+    hall.amplitude = Vec3(3, 2.5, 0.8);
+    const SurveyMatch m = matchSurvey(flyThrough(hall), surveyOf(hall.anchors), boards());
+    ASSERT_EQ(m.status, SurveyStatus::found) << m.reason;
+    EXPECT_LT(errorOf(m.T_S_W), 0.4) << seed;
+  }
+}
+
 TEST(SurveyMatch, TooLittleIsSaid) {
   Hall hall;
   hall.anchors.resize(1);

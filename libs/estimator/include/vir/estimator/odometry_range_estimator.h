@@ -58,6 +58,8 @@ class OdometryRangeEstimator {
   /// Pose of the body in the odometry's frame O, z up, in time order.
   void addOdometry(TimeNs t, const Pose& T_O_B);
   void addRange(const Range& range);
+  /// Two anchors have measured how far they are apart.
+  void addAnchorRange(const AnchorRange& range);
   /// The robot has just put down an anchor at `p_B` in its body frame; before the first pose this
   /// says nothing of where the anchor is: counted and warned of.
   void anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m);

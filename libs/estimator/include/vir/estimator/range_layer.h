@@ -11,6 +11,7 @@
 #include "vir/core/options.h"
 #include "vir/ranging/range_bias_model.h"
 #include "vir/types/anchor.h"
+#include "vir/types/anchor_range.h"
 #include "vir/types/range.h"
 #include "vir/types/survey.h"
 #include "vir/window/long_window.h"
@@ -59,6 +60,8 @@ class RangeLayer {
 
   /// Takes a range; what cannot be used at all is recorded with its reason.
   void offer(const Range& range);
+  /// A range between two anchors, which ties them; what cannot be is counted.
+  void offer(const AnchorRange& range);
   /// Ranges up to `t`, oldest first, taken out of the queue.
   std::vector<Range> dueUntil(TimeNs t);
   /// Records ranges that came when there was no pose to hang them on.

@@ -47,6 +47,8 @@ class Vio {
   /// another size than the calibration's, or without pixels.
   void add(const Image& image);
   void add(const Range& range);
+  /// Two anchors have measured how far they are apart.
+  void add(const AnchorRange& range);
   /// The input has ended: what waits is worked on.
   void finish();
 
