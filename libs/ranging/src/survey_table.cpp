@@ -38,7 +38,14 @@ Columns columnsOf(const tables::Layout& layout, const std::string& name) {
   Columns c;
   const auto find = [&](const char* axis) {
     const std::string a = axis;
-    return layout.find({a, a + "_m", "pos_" + a, "position_" + a, "p_" + a, a + "_mm", a + "_cm"});
+    const int exact =
+        layout.find({a, a + "_m", "pos_" + a, "position_" + a, "p_" + a, a + "_mm", a + "_cm"});
+    if (exact >= 0) return exact;
+    // `z in the ground truth's frame [m]`
+    const auto begins =
+        std::find_if(layout.names.begin(), layout.names.end(),
+                     [&](const std::string& n) { return n.rfind(a + "_", 0) == 0; });
+    return begins == layout.names.end() ? -1 : static_cast<int>(begins - layout.names.begin());
   };
   c.id = layout.find({"id", "anchor", "anchor_id", "name", "beacon", "tag", "label", "node"});
   c.p[0] = find("x");

@@ -33,6 +33,12 @@ TEST(SurveyTable, ColumnsByName) {
   EXPECT_EQ(a[3].id, 0x200Au) << "as devices print it";
 }
 
+TEST(SurveyTable, AsImportersWriteTruePositions) {
+  const auto a = surveyFromText("#id,x,y,z in the ground truth's frame [m]\n0,-3,4,2.5\n", "x");
+  ASSERT_EQ(a.size(), 1u);
+  EXPECT_EQ(a[0].p_S, Vec3(-3, 4, 2.5));
+}
+
 TEST(SurveyTable, WithoutAHeaderAndWithUnits) {
   auto a = surveyFromText("1 0.5 2 3\n2 4 5 6 0.1\n", "x");
   ASSERT_EQ(a.size(), 2u);
