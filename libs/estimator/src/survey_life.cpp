@@ -24,6 +24,14 @@ constexpr double kOddBoards = 0.2;
 /// Nothing is known of an anchor but its ranges and its ties [m].
 constexpr double kAnywhere = 1000;
 
+/// One that is only left out may be hidden for a while: the gate is there for that.
+bool isFoundElsewhere(const ranging::SurveyMatch& match, std::size_t anchor) {
+  return std::any_of(match.findings.begin(), match.findings.end(),
+                     [&](const ranging::SurveyFinding& f) {
+                       return f.fault == ranging::SurveyFault::elsewhere && f.first == anchor;
+                     });
+}
+
 double longestAxis(const Mat3& covariance) {
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(covariance);
   return std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
@@ -139,9 +147,11 @@ void RangeLayer::Impl::takeMatch(TimeNs t, ranging::SurveyMatch match) {
     const auto at = tracks.find(survey.given[i].id);
     if (at == tracks.end()) continue;
     AnchorTrack& a = at->second;
-    if (survey.found && survey.match.anchors[i].used && !a.left_survey) {
+    if (!survey.found) {
+      a.tied = false;
+    } else if (survey.match.anchors[i].used && !a.left_survey) {
       tie(t, &a, survey.match.anchors[i], survey.match.survey[i]);
-    } else if (a.tied) {
+    } else if (a.tied && isFoundElsewhere(survey.match, i)) {
       untie(t, &a);
     }
   }
@@ -158,6 +168,7 @@ void RangeLayer::Impl::tie(TimeNs t, AnchorTrack* a, const ranging::MatchedAncho
       where + (given.sigma_m * given.sigma_m + kDrifted * kDrifted) * Mat3::Identity();
   a->prior = prior;
   a->tied = true;
+  a->advice.clear();
   const bool young = survey.match.needed_sigma_m >= kSettledSigma;
   if (Located* located = a->located()) {
     window::AnchorNode& state = *window->anchor(a->key());
@@ -185,7 +196,6 @@ void RangeLayer::Impl::tie(TimeNs t, AnchorTrack* a, const ranging::MatchedAncho
   located.mirror = MirrorRuledOut{};
   state.settled = !young;
   a->state = located;
-  a->advice.clear();
   a->gate.reset();
 }
 

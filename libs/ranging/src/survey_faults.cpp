@@ -217,7 +217,11 @@ bool takeFault(const SurveyData& data, const SurveyMatchOptions& options, Survey
   if (best.finding.fault == SurveyFault::elsewhere && !best.hypothesis.places.optima.empty()) {
     best.finding.found_S = placeOf(best.hypothesis, data, best.finding.first);
   }
-  best.hypothesis.findings.push_back(best.finding);
+  // One whose ranges put it nowhere may be hidden for a while: left out, but no fault of the
+  // survey.
+  const bool is_fault =
+      best.finding.fault != SurveyFault::elsewhere || best.finding.found_S.has_value();
+  if (is_fault) best.hypothesis.findings.push_back(best.finding);
   *now = std::move(best.hypothesis);
   return true;
 }

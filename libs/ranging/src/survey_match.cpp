@@ -125,17 +125,13 @@ std::string describe(const SurveyFinding& f, const std::vector<SurveyedAnchor>& 
         f.factor);
   }
   const Vec3& given = survey[f.first].p_S;
-  std::string text = "anchor " + id + " is not where the survey has it";
-  if (f.found_S) {
-    char where[120];
-    std::snprintf(where, sizeof where,
-                  ": its ranges put it at (%.2f, %.2f, %.2f), %.2f m from there", f.found_S->x(),
-                  f.found_S->y(), f.found_S->z(), (*f.found_S - given).norm());
-    text += where;
-  } else {
-    text += ", or its ranges are no distances";
-  }
-  return text + ": not taken from the survey; measure it again";
+  const Vec3 found = f.found_S.value_or(given);
+  char where[160];
+  std::snprintf(where, sizeof where,
+                " is not where the survey has it: its ranges put it at (%.2f, %.2f, %.2f), %.2f m "
+                "from there",
+                found.x(), found.y(), found.z(), (found - given).norm());
+  return "anchor " + id + where + ": not taken from the survey; measure it again";
 }
 
 SurveyMatch matchSurvey(const std::vector<SurveyRange>& ranges,

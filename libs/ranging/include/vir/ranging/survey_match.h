@@ -44,16 +44,16 @@ enum class SurveyFault {
 struct SurveyFinding {
   SurveyFault fault = SurveyFault::elsewhere;
   std::size_t first = 0, second = 0;  ///< indices in the survey
-  std::optional<Vec3> found_S;        ///< where the ranges put it [m]; not always known
+  std::optional<Vec3> found_S;        ///< `elsewhere`: where the ranges put it [m]
   double factor = 1;                  ///< metres per unit of the survey
   double evidence = 0;                ///< twice the log of the likelihood ratio to no fault
 };
 
 /// An anchor of the survey as it would lie in W.
 struct MatchedAnchor {
-  bool used = false;
-  Vec3 p_W = Vec3::Zero();                               ///< [m]
-  double bias_m = 0;                                     ///< of its ranges
+  bool used = false;        ///< false: its entry is wrong, or its ranges do not fit it for now
+  Vec3 p_W = Vec3::Zero();  ///< [m]
+  double bias_m = 0;        ///< of its ranges
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< position in W, bias [m^2]
 };
 
