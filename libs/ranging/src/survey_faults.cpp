@@ -26,6 +26,8 @@ constexpr std::size_t kFewestAnchors = 3;
 /// so many sigmas.
 constexpr int kFewestRanges = 20, kFewestToTell = 8;
 constexpr double kElsewhere = 0.3, kElsewhereSigmas = 5;
+/// Of its ranges, too short for its place.
+constexpr double kTooShortShare = 0.25;
 /// What numbers may be that are no metres: mm, cm, feet, inches [m].
 constexpr double kUnits[] = {0.001, 0.01, 0.3048, 0.0254};
 
@@ -95,6 +97,20 @@ std::optional<Vec3> placeOf(const SurveyHypothesis& others, const SurveyData& al
   const double sigma = std::sqrt(std::max(eigen.eigenvalues()[2], 0.0));
   if (off < kElsewhere || off < kElsewhereSigmas * sigma) return std::nullopt;
   return s.p_W;
+}
+
+/// Are ranges of an anchor shorter than its surveyed place allows? No obstacle makes them so.
+bool tooShort(const SurveyHypothesis& others, const SurveyData& all, std::size_t anchor) {
+  if (others.places.optima.empty()) return false;
+  const LevelTransform T_S_W = transformOf(others.data, others.places.optima.front().x);
+  int too_short = 0, ranges = 0;
+  for (const SurveyRange& r : all.ranges) {
+    if (r.anchor != anchor) continue;
+    const double distance = (T_S_W * r.p_W - others.survey[anchor].p_S).norm();
+    ++ranges;
+    too_short += r.range_m - distance < -kElsewhere - kInlierSigma * r.sigma_m;
+  }
+  return ranges >= kFewestRanges && too_short > kTooShortShare * ranges;
 }
 
 class FaultSearch {
@@ -217,10 +233,9 @@ bool takeFault(const SurveyData& data, const SurveyMatchOptions& options, Survey
   if (best.finding.fault == SurveyFault::elsewhere && !best.hypothesis.places.optima.empty()) {
     best.finding.found_S = placeOf(best.hypothesis, data, best.finding.first);
   }
-  // One whose ranges put it nowhere may be hidden for a while: left out, but no fault of the
-  // survey.
-  const bool is_fault =
-      best.finding.fault != SurveyFault::elsewhere || best.finding.found_S.has_value();
+  // One whose ranges are too long may be hidden for a while: left out, but no fault of the survey.
+  const bool is_fault = best.finding.fault != SurveyFault::elsewhere || best.finding.found_S ||
+                        tooShort(best.hypothesis, data, best.finding.first);
   if (is_fault) best.hypothesis.findings.push_back(best.finding);
   *now = std::move(best.hypothesis);
   return true;

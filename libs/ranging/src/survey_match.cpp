@@ -125,7 +125,12 @@ std::string describe(const SurveyFinding& f, const std::vector<SurveyedAnchor>& 
         f.factor);
   }
   const Vec3& given = survey[f.first].p_S;
-  const Vec3 found = f.found_S.value_or(given);
+  if (!f.found_S) {
+    return "anchor " + id +
+           " is not where the survey has it: its ranges are too short for that; not taken from the "
+           "survey; measure it again";
+  }
+  const Vec3 found = *f.found_S;
   char where[160];
   std::snprintf(where, sizeof where,
                 " is not where the survey has it: its ranges put it at (%.2f, %.2f, %.2f), %.2f m "

@@ -44,7 +44,7 @@ enum class SurveyFault {
 struct SurveyFinding {
   SurveyFault fault = SurveyFault::elsewhere;
   std::size_t first = 0, second = 0;  ///< indices in the survey
-  std::optional<Vec3> found_S;        ///< `elsewhere`: where the ranges put it [m]
+  std::optional<Vec3> found_S;        ///< `elsewhere`: where the ranges put it [m], if they tell
   double factor = 1;                  ///< metres per unit of the survey
   double evidence = 0;                ///< twice the log of the likelihood ratio to no fault
 };
