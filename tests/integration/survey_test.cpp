@@ -160,8 +160,13 @@ TEST_F(Survey, WhatIsWrongWithItIsSaid) {
                   "12,8,-7,0.6,0.02\n");
   test::Outcome o = run("off", "--anchors " + quoted(at("off.csv")));
   ASSERT_EQ(o.code, 0) << o.text;
-  EXPECT_TRUE(contains(o.text, "anchor 7 is not where the survey has it")) << o.text;
-  EXPECT_EQ(summaryOf("off")["survey"]["status"], "found");
+  EXPECT_TRUE(contains(o.text, "survey: anchor 7 is ")) << o.text;
+  EXPECT_TRUE(contains(o.text, "where the survey has it")) << o.text;
+  const auto survey = summaryOf("off")["survey"];
+  EXPECT_EQ(survey["status"], "found");
+  ASSERT_EQ(survey["anchors"].size(), 4u);
+  for (const auto& a : survey["anchors"]) EXPECT_EQ(a["used"], a["id"] != 7) << a;
+  EXPECT_NEAR(survey["anchors"][1]["off"], 2.0, 0.2) << "it is found where it truly is";
   test::writeText(at("others.csv"), "id,x,y,z\n84,9,7,2.5\n70,-8,6,1.2\n");
   o = run("others", "--anchors " + quoted(at("others.csv")));
   ASSERT_EQ(o.code, 0) << o.text;
