@@ -10,6 +10,7 @@
 #include "output/overwrite.h"
 #include "recordings/companion.h"
 #include "setup/auto_driver.h"
+#include "setup/given_survey.h"
 #include "setup/record_options.h"
 #include "setup/run_options.h"
 #include "vir/core/host_clock.h"
@@ -30,7 +31,7 @@ Examples:
 The ini is one of rawlog-grabber: a section per sensor. docs/live.md tells of the sensors.)";
 
 struct Arguments {
-  std::string ini, out, results, calibration;
+  std::string ini, out, results, calibration, anchors;
   std::vector<std::string> set;
   double duration_s = -1;
   bool estimate = false, view = false, verbose = false;
@@ -93,12 +94,15 @@ void run(const Arguments& a, Common& common) {
   loadPlugins(common, roles::kAllPluginRoles);
   const std::vector<std::string> sensors = live::sensorSections(settings);
   resolvePaths(&settings, sensors);
-  std::string companion;
+  std::string companion, recorded;  // the recording that a sensor plays
   for (const std::string& section : sensors) {
     const Setting* rawlog = settings.find(section, "rawlog");
-    if (rawlog != nullptr && companion.empty()) companion = companionOf(rawlog->value);
+    if (rawlog == nullptr) continue;
+    if (companion.empty()) companion = companionOf(rawlog->value);
+    if (recorded.empty()) recorded = rawlog->value;
   }
 
+  takeSurvey(a.anchors, recorded, &settings);
   if (a.estimate || a.view) settings.set("Recording.estimate=true");
   if (a.view) settings.set("Recording.view=true");
 
@@ -126,6 +130,7 @@ void addRecord(CLI::App& app, Common& common) {
                       "Results folder of --estimate (default: results/<date-time>)");
   command->add_option("--calibration", a->calibration,
                       "File that goes before what the sensors' sections say");
+  command->add_option("--anchors", a->anchors, "Table id,x,y,z,sigma of surveyed anchors");
   command->add_flag("--estimate", a->estimate, "Estimate while recording");
   command->add_flag("--view", a->view, "Show path, anchors and tracks; implies --estimate");
   command->add_option("--duration-s", a->duration_s, "End after so long")

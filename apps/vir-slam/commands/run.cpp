@@ -128,6 +128,8 @@ void addRun(CLI::App& app, Common& common) {
   command->add_option("--rawlog", arguments->rawlog, "Recording (instead of the one in the ini)");
   command->add_option("--calibration", arguments->calibration,
                       "File that goes before the calibration in the recording");
+  command->add_option("--anchors", arguments->anchors,
+                      "Table id,x,y,z,sigma of surveyed anchors: results also in its frame");
   command->add_option("--out", arguments->out, "Results folder (default: results/<date-time>)");
   command
       ->add_option("--set", arguments->assignments, "Section.key=value, before what the ini says")

@@ -153,6 +153,9 @@ class LiveSession final : public results::RunObserver {
     server_->send(estimateLine(estimate));
     if (!estimate.keyframe) return;
     for (const Anchor& a : estimator.anchors()) server_->send(anchorLine(estimate.state.t, a));
+    if (const auto survey = estimator.survey()) {
+      server_->send(surveyLine(estimate.state.t, *survey));
+    }
   }
 
   /// A window that fails is no reason to stop recording.

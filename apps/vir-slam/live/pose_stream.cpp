@@ -57,4 +57,19 @@ std::string anchorLine(TimeNs t, const Anchor& a) {
   return text(json);
 }
 
+std::string surveyLine(TimeNs t, const SurveyFit& survey) {
+  Json json;
+  json["type"] = "survey";
+  json["t_ns"] = t;
+  json["status"] = name(survey.status);
+  const bool found = survey.status == SurveyStatus::found;
+  json["yaw"] = found ? Json(survey.T_S_W.yaw_rad) : Json(nullptr);
+  json["t"] = found ? array(survey.T_S_W.t_m) : Json(nullptr);
+  const Eigen::Vector4d sigma = survey.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  json["sigma_yaw"] = found ? Json(sigma[0]) : Json(nullptr);
+  json["sigma_t"] = found ? array(sigma.tail<3>()) : Json(nullptr);
+  json["open"] = survey.open;
+  return text(json);
+}
+
 }  // namespace vir::app

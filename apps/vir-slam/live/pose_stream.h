@@ -4,6 +4,7 @@
 
 #include "vir/types/anchor.h"
 #include "vir/types/state.h"
+#include "vir/types/survey.h"
 
 namespace vir::app {
 
@@ -13,5 +14,7 @@ std::string poseLine(const State& state);
 std::string estimateLine(const StateEstimate& estimate);
 /// {"type":"anchor",...}.
 std::string anchorLine(TimeNs t, const Anchor& anchor);
+/// {"type":"survey",...}: how a survey of the anchors lies, p_S = Rz(yaw) p_W + t.
+std::string surveyLine(TimeNs t, const SurveyFit& survey);
 
 }  // namespace vir::app

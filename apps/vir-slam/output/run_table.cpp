@@ -41,6 +41,14 @@ void addRangeRows(const results::RunSummary& s, std::vector<TableRow>* rows) {
   rows->push_back(
       {"anchors found", std::to_string(found) + " of " + std::to_string(s.anchors.size()), ""});
   for (const results::AnchorResult& a : s.anchors) addAnchorRows(a, rows);
+  if (s.survey) {
+    const auto used = std::count_if(s.survey->anchors.begin(), s.survey->anchors.end(),
+                                    [](const SurveyedResult& a) { return a.used; });
+    rows->push_back({"survey of the anchors",
+                     std::string(name(s.survey->status)) + ", " + std::to_string(used) + " of " +
+                         std::to_string(s.survey->anchors.size()) + " hold",
+                     ""});
+  }
   rows->push_back({"ranges used", std::to_string(s.ranges_accepted), ""});
   rows->push_back({"ranges before there was an anchor", std::to_string(s.ranges_collected), ""});
   rows->push_back({"ranges rejected", std::to_string(s.ranges_rejected), ""});

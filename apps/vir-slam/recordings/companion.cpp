@@ -39,6 +39,21 @@ std::string companionOf(const std::string& rawlog) {
   return "";
 }
 
+std::string anchorNamesOf(const std::string& rawlog) {
+  std::ifstream in(stemOfRawlog(rawlog) + ".ini");
+  std::string out;
+  for (std::string line; readLine(in, &line);) {
+    const auto words = wordsOf(line);
+    if (words.size() != 5 || words[0] != "//" || words[1] != "anchor" || words[3] != "is") continue;
+    std::uint64_t number = 0;
+    const std::string_view name = words[4];
+    if (!parseNumber(words[2], &number) || name.size() < 3 || name.front() != '\'') continue;
+    if (!out.empty()) out += ' ';
+    out += std::string(name.substr(1, name.size() - 2)) + "=" + std::to_string(number);
+  }
+  return out;
+}
+
 AnchorTable anchorsTruthOf(const std::string& rawlog) {
   AnchorTable table;
   const std::string path = stemOfRawlog(rawlog) + "_anchors_truth.csv";

@@ -14,6 +14,10 @@ std::string stemOfRawlog(const std::string& rawlog);
 /// file of that name which somebody else wrote is none of our business.
 std::string companionOf(const std::string& rawlog);
 
+/// Which number the importer gave to which anchor's name, by the remarks in the ini beside a
+/// rawlog: `name=number`, blanks between; empty where there are none.
+std::string anchorNamesOf(const std::string& rawlog);
+
 /// Where anchors truly are, by id.
 struct AnchorTable {
   std::string path;  ///< empty if there is no such file

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -14,6 +13,7 @@
 #include "vir/core/text_file.h"
 #include "vir/evaluation/leaps.h"
 #include "vir/ranging/anchor_initialization.h"
+#include "vir/ranging/survey_table.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/rawlog_reader.h"
@@ -28,7 +28,8 @@ namespace {
 constexpr int kFewest = 50;
 constexpr double kUncalibrated = 0.7, kRangeSigma = 0.1;
 constexpr double kKnown = 0.15, kElsewhere = 0.5, kElsewhereSigmas = 5;
-constexpr TimeNs kMaxGap = 100'000'000;  // the ground truth is not interpolated across more
+constexpr std::size_t kLargest = 4'000'000;  // [byte]
+constexpr TimeNs kMaxGap = 100'000'000;      // the ground truth is not interpolated across more
 
 std::vector<std::string> split(const std::string& text) {
   std::vector<std::string> fields;
@@ -116,24 +117,14 @@ void addAnchor(const std::string& text, AnchorPositions* anchors) {
 
 void addAnchorFile(const std::string& path, AnchorPositions* anchors) {
   requireFile(path, "file of anchors");
-  std::ifstream in(path, std::ios::binary);
-  const std::size_t before = anchors->size();
-  int number = 0;
-  bool first = true;
-  for (std::string line; readLine(in, &line);) {
-    ++number;
-    const std::vector<std::string> fields = split(line);
-    if (fields.empty() || fields[0].empty() || fields[0][0] == '#') continue;
-    double value = 0;
-    const bool header = first && !parseFinite(fields[0], &value);
-    first = false;
-    if (header) continue;
-    const std::string problem = takeAnchor(fields, anchors);
-    if (!problem.empty()) {
-      throw UsageError(path + ":" + std::to_string(number) + ": " + problem);
+  try {
+    for (const SurveyedAnchor& a : ranging::surveyFromText(readTextFile(path, kLargest), path)) {
+      if (anchors->emplace(static_cast<int>(a.id), a.p_S).second) continue;
+      throw UsageError(path + ": anchor " + std::to_string(a.id) + " is there already");
     }
+  } catch (const std::runtime_error& e) {
+    throw UsageError(e.what());
   }
-  if (anchors->size() == before) throw UsageError(path + " holds no anchor (id,x,y,z)");
 }
 
 void addRecording(const std::string& rawlog, UwbSamples* out) {

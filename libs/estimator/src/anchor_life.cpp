@@ -17,9 +17,8 @@ constexpr int kCorrelationPeriod = 10;
 /// Twice the difference in loss between the mirror image and the present position that closes the
 /// question, and that decides against the present one.
 constexpr double kMirrorClosed = 30, kMirrorSwitch = 2;
-/// An anchor has settled once a fresh search knows it so well [m], or after so long [s]; until then
-/// a search every few keyframes.
-constexpr double kSettledSigma = 0.3, kLongestYouthS = 30;
+/// An anchor has settled after so long [s], if not before; until then a search every few keyframes.
+constexpr double kLongestYouthS = 30;
 constexpr int kSearchPeriod = 3;
 /// A bias of so many standard deviations is real; one known to so many calibrated sigmas is known.
 constexpr double kRealBias = 4, kToldBias = 2, kBiasKnown = 1;
@@ -168,7 +167,7 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInit
 
 bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, Collecting* collecting,
                                  const Held& held) {
-  const std::vector<window::HeldRange> ranges = held(a->key());
+  const std::vector<window::HeldRange> ranges = allHeld(*a, held);
   std::size_t n = 0;
   for (const window::HeldRange& r : ranges) n += static_cast<std::size_t>(r.merged);
   if (static_cast<int>(n) < options.min_ranges ||
@@ -261,11 +260,18 @@ bool RangeLayer::Impl::decideMirror(TimeNs t, AnchorTrack* a, Located* located, 
   return true;
 }
 
+bool RangeLayer::Impl::trusted(const AnchorTrack& a, bool well_known) {
+  return a.used > 50 && (well_known || static_cast<double>(a.used) >
+                                           kTrusted * static_cast<double>(a.used + a.rejected));
+}
+
 bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located& located) {
   if (!a->gate.suspicious()) return false;
-  const bool trusted = a->used > 50 && (located.well_known ||
-                                        static_cast<double>(a->used) >
-                                            kTrusted * static_cast<double>(a->used + a->rejected));
+  giveUp(t, a, trusted(*a, located.well_known));
+  return true;
+}
+
+void RangeLayer::Impl::giveUp(TimeNs t, AnchorTrack* a, bool trusted) {
   warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges contradict " +
        (trusted ? "its position, it has been moved" : "its first position, which was wrong") +
        "; being found anew");
@@ -276,15 +282,17 @@ bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located
   } else {
     window->removeAnchor(a->key());
   }
+  if (trusted) distances.forget(a->id);
   a->former_evidence = 0;
   a->generation = ++a->generations;
   a->state = Collecting{true, 0};
   a->prior.reset();
   a->uncalibrated = false;
+  a->left_survey = a->left_survey || (a->tied && trusted);
+  a->tied = false;
   a->used = a->rejected = 0;
   a->gate.reset();
   ++found_anew;
-  return true;
 }
 
 void RangeLayer::Impl::compareWithFormer(AnchorTrack* a, const AntennaPrediction& antenna,
@@ -342,7 +350,7 @@ void RangeLayer::Impl::reweigh(AnchorTrack* a, const Held& held) {
 bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& head) {
   Impl& s = *impl_;
   ++s.keyframes;
-  bool changed = false;
+  bool changed = s.updateSurvey(t, held);
   for (auto& [id, a] : s.tracks) {
     changed = s.returnIfFormerFits(t, &a) || changed;
     if (Collecting* collecting = a.collecting()) {
@@ -354,14 +362,16 @@ bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::He
       changed = true;
       continue;
     }
-    changed = s.searchAgain(t, &a, located, held, head) || changed;
+    // Where a surveyed anchor is, its survey decides, with all the others.
+    if (!a.tied) changed = s.searchAgain(t, &a, located, held, head) || changed;
     changed = s.decideBias(t, &a, located, held) || changed;
-    changed = s.decideMirror(t, &a, located, held, head) || changed;
+    if (!a.tied) changed = s.decideMirror(t, &a, located, held, head) || changed;
     if (s.window->options().anchor_fixed_after_init && t - located->found_at > fromSeconds(1.0)) {
       s.window->anchor(a.key())->fixed = true;
     }
     if (s.options.correlation && s.keyframes % kCorrelationPeriod == 0) s.reweigh(&a, held);
   }
+  if (changed || s.keyframes % kCorrelationPeriod == 0) s.setDistances();
   // Earlier generations go when no keyframe holds their ranges any more.
   std::vector<std::uint64_t> gone;
   for (const auto& [key, state] : s.window->anchors()) {

@@ -61,8 +61,14 @@ struct AnchorTrack {
   /// Its board turned out to be uncalibrated: its bias is as free as such a board's.
   bool uncalibrated = false;
 
+  /// The survey holds it in place; and it must not, since it was moved away from there.
+  bool tied = false, left_survey = false;
+
   /// Name of this generation in the window: an anchor that was moved is another one there.
   std::uint64_t key() const { return id | (static_cast<std::uint64_t>(generation) << 48); }
+  /// Under which ranges to it are held that were not believed: without a factor, as of an anchor
+  /// that nobody knows, but a survey is judged by all of them.
+  std::uint64_t doubtedKey() const { return id | (0x7fffull << 48); }
   Collecting* collecting() { return std::get_if<Collecting>(&state); }
   const Collecting* collecting() const { return std::get_if<Collecting>(&state); }
   /// nullptr while it has no position.

@@ -64,6 +64,7 @@ Feedback BackEnd::process(Packet packet) {
 void BackEnd::takeIn(const Packet& packet) {
   for (const ImuSample& s : packet.readings) imu.add(s);
   for (const Range& r : packet.ranges) ranges.offer(r);
+  for (const AnchorRange& r : packet.anchor_ranges) ranges.offer(r);
   for (const DeployedAnchor& a : packet.deployed_anchors) {
     if (running) {
       ranges.putDown(a.id, inWorld(window->newest()).T_W_B * a.p_B, a.sigma_m);

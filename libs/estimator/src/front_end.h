@@ -32,6 +32,7 @@ class FrontEnd {
   /// Pixels are copied if the image has to wait.
   void addImage(WaitingImage image);
   void addRange(const Range& range) { next_.ranges.push_back(range); }
+  void addAnchorRange(const AnchorRange& range) { next_.anchor_ranges.push_back(range); }
   void addDeployedAnchor(const DeployedAnchor& anchor) { next_.deployed_anchors.push_back(anchor); }
   void finish();
 

@@ -281,6 +281,10 @@ void OdometryRangeEstimator::addRange(const Range& range) {
   }
 }
 
+void OdometryRangeEstimator::addAnchorRange(const AnchorRange& range) {
+  if (impl_->config.ranges.use) impl_->ranges.offer(range);
+}
+
 void OdometryRangeEstimator::anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m) {
   Impl& s = *impl_;
   if (s.window.empty()) {
@@ -296,6 +300,7 @@ std::vector<StateEstimate> OdometryRangeEstimator::take() {
 }
 std::vector<RangeRecord> OdometryRangeEstimator::takeRanges() { return impl_->ranges.take(); }
 std::vector<Anchor> OdometryRangeEstimator::anchors() const { return impl_->ranges.anchors(); }
+std::optional<SurveyFit> OdometryRangeEstimator::survey() const { return impl_->ranges.survey(); }
 
 std::vector<StampedPose> OdometryRangeEstimator::keyframes() const {
   std::vector<StampedPose> out = impl_->retired;

@@ -8,6 +8,7 @@
 #include "vir/estimator/range_layer.h"
 #include "vir/imu/preintegration.h"
 #include "vir/types/anchor.h"
+#include "vir/types/anchor_range.h"
 #include "vir/vision/feature_tracker.h"
 
 namespace vir::estimator {
@@ -28,6 +29,7 @@ struct Packet {
   Kind kind = Kind::image;
   std::vector<ImuSample> readings;
   std::vector<Range> ranges;
+  std::vector<AnchorRange> anchor_ranges;
   std::vector<DeployedAnchor> deployed_anchors;
   std::vector<std::string> warnings;  ///< of the front end, told by the back end: one order
   TimeNs stamp = 0;                   ///< the image's own clock

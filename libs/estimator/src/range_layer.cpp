@@ -13,6 +13,10 @@ namespace vir::estimator {
 
 namespace {
 
+/// Nearer together [m] two antennas are one; and so many at most.
+constexpr double kSameAntenna = 1e-3;
+constexpr std::size_t kMostAntennas = 16;
+
 /// What would make a position better known than it is; empty if it is known well enough.
 std::string adviceFor(const Anchor& a, const RangeOptions& options) {
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(a.covariance);
@@ -53,6 +57,10 @@ void describe(OptionVisitor& v, RangeOptions& o) {
           "ranges rejected for so long: the anchor was moved, or its start was wrong");
   v.value("bias_model", o.bias_model_file,
           "file of `vir-slam calibrate uwb`: bias over distance; empty = none");
+  v.value("surveyed_anchors", o.surveyed_anchors,
+          "table id,x,y,z,sigma of anchors measured in a frame of their own [m]; empty = none");
+  v.value("anchor_names", o.anchor_names,
+          "numbers of anchors that the table calls by name: name=number, repeated");
   v.value("anchor_prior", o.anchor_prior, 0,
           "known about anchors in the start's frame: id x y z sigma, repeated [m]");
 }
@@ -85,6 +93,22 @@ void RangeLayer::Impl::record(const Range& r, RangeDecision decision) {
   decisions.push_back(d);
 }
 
+/// Two antennas of a robot measure to one anchor at one time: neither repeats the other.
+ranging::RangeCheck& RangeLayer::Impl::checkOf(const Vec3& p_B_U) {
+  for (Antenna& a : antennas) {
+    if ((a.p_B_U - p_B_U).norm() < kSameAntenna) return a.check;
+  }
+  if (antennas.size() < kMostAntennas) {
+    antennas.push_back({p_B_U, ranging::RangeCheck(checkOptions(options))});
+  }
+  return antennas.back().check;
+}
+
+void RangeLayer::offer(const AnchorRange& range) {
+  Impl& s = *impl_;
+  if (!s.distances.add(range, s.options.sigma_m, s.options.max_range_m)) ++s.anchor_ranges_unusable;
+}
+
 void RangeLayer::offer(const Range& range) {
   Impl& s = *impl_;
   // A negative id of the radio arrives as a huge one; both would alias another anchor.
@@ -92,14 +116,14 @@ void RangeLayer::offer(const Range& range) {
     s.record(range, RangeDecision::bad_id);
     return;
   }
-  const RangeDecision problem =
-      s.check.check(static_cast<int>(range.anchor), range.t, range.range_m);
-  if (problem != RangeDecision::accepted) {
-    s.record(range, problem);
-    return;
-  }
   if (!range.p_B_U.allFinite() || !std::isfinite(range.sigma_m)) {
     s.record(range, RangeDecision::not_finite);
+    return;
+  }
+  const RangeDecision problem =
+      s.checkOf(range.p_B_U).check(static_cast<int>(range.anchor), range.t, range.range_m);
+  if (problem != RangeDecision::accepted) {
+    s.record(range, problem);
     return;
   }
   const auto later = [](TimeNs t, const Range& r) { return t < r.t; };
@@ -187,7 +211,10 @@ bool RangeLayer::accept(const Range& range, const AntennaPrediction& antenna,
   d.decision = accepted ? RangeDecision::accepted : decision;
   s.decisions.push_back(d);
   ++(accepted ? a.used : a.rejected);
-  return accepted;
+  if (accepted || !s.isSurveyed(range.anchor) || decision == RangeDecision::invalid)
+    return accepted;
+  held->anchor = a.doubtedKey();
+  return true;
 }
 
 void RangeLayer::putDown(std::uint64_t id, const Vec3& p_W, double sigma_m) {
@@ -265,6 +292,9 @@ std::vector<std::pair<std::string, long>> RangeLayer::counters() const {
   }
   if (impl_->put_down_unusable > 0) {
     out.emplace_back("anchors_put_down_unusable", impl_->put_down_unusable);
+  }
+  if (impl_->anchor_ranges_unusable > 0) {
+    out.emplace_back("anchor_ranges_unusable", impl_->anchor_ranges_unusable);
   }
   return out;
 }

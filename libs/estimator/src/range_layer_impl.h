@@ -2,7 +2,9 @@
 /// Internal: ranges on their way in (range_layer.cpp) and the anchors' lives (anchor_life.cpp).
 #include <map>
 
+#include "anchor_distances.h"
 #include "anchor_track.h"
+#include "survey_life.h"
 #include "vir/estimator/range_layer.h"
 #include "vir/ranging/range_check.h"
 
@@ -11,13 +13,17 @@ namespace vir::estimator {
 /// A prior narrower than this leaves nothing for a solver in double precision to weigh [m].
 constexpr double kLeastPriorSigma = 1e-4;
 
+/// An anchor has settled once a fresh search knows it so well [m].
+constexpr double kSettledSigma = 0.3;
+
 struct RangeLayer::Impl {
   Impl(const RangeOptions& o, window::LongWindow* w, LogSink l)
-      : options(o), window(w), log_sink(std::move(l)), check(checkOptions(o)) {
+      : options(o), window(w), log_sink(std::move(l)) {
     for (std::size_t i = 0; i + 4 < o.anchor_prior.size(); i += 5) {
       const double* v = &o.anchor_prior[i];
       setPrior(static_cast<std::uint64_t>(v[0]), Vec3(v[1], v[2], v[3]), v[4]);
     }
+    survey.given = o.survey;
   }
   static ranging::RangeCheckOptions checkOptions(const RangeOptions& o) {
     ranging::RangeCheckOptions c;
@@ -63,8 +69,29 @@ struct RangeLayer::Impl {
                    const std::vector<window::HeldRange>& head);
   void moveTo(TimeNs t, AnchorTrack* a, Located* located, const Vec3& p_W);
   void endYouth(const AnchorTrack& a, Located* located);
+  /// It has explained its ranges for so long that it was moved if it does so no more.
+  static bool trusted(const AnchorTrack& a, bool well_known);
+  void giveUp(TimeNs t, AnchorTrack* a, bool trusted);
   bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located& located);
   void reweigh(AnchorTrack* a, const Held& held);
+  // survey_life.cpp
+  /// Finds how the survey lies in W, holds its anchors to it, and notices what is wrong with it.
+  /// True if the anchors changed.
+  bool updateSurvey(TimeNs t, const Held& held);
+  bool isSurveyed(std::uint64_t id) const;
+  /// All ranges held to an anchor, those that were not believed too where it is surveyed.
+  std::vector<window::HeldRange> allHeld(const AnchorTrack& a, const Held& held) const;
+  void untie(TimeNs t, AnchorTrack* a);
+  std::vector<ranging::SurveyRange> surveyRanges(const Held& held) const;
+  ranging::SurveyMatch matchAgain(std::vector<ranging::SurveyRange> ranges,
+                                  const ranging::SurveyMatchOptions& o) const;
+  void takeMatch(TimeNs t, ranging::SurveyMatch match);
+  void tie(TimeNs t, AnchorTrack* a, const ranging::MatchedAnchor& m, const SurveyedAnchor& given);
+  void setTies();
+  /// What anchors have measured to one another, with what is known of their biases by now.
+  void setDistances();
+  bool placeNewlyHeard(TimeNs t);
+  void addSurveyed(const std::vector<Anchor>& anchors, SurveyFit* out) const;  // survey_result.cpp
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);
     warnings.push_back(text);
@@ -73,9 +100,18 @@ struct RangeLayer::Impl {
   RangeOptions options;
   window::LongWindow* window;
   LogSink log_sink;
-  ranging::RangeCheck check;
+  /// Antennas of the robot, by where they are on it: each has a stream of its own to every anchor.
+  struct Antenna {
+    Vec3 p_B_U = Vec3::Zero();
+    ranging::RangeCheck check;
+  };
+  ranging::RangeCheck& checkOf(const Vec3& p_B_U);
+  std::vector<Antenna> antennas;
   std::map<std::uint64_t, AnchorTrack> tracks;
   std::vector<Range> pending;  ///< ordered by time
+  SurveyLife survey;
+  AnchorDistances distances;
+  long anchor_ranges_unusable = 0;  ///< between anchors, that cannot be
   std::vector<RangeRecord> decisions;
   std::vector<std::string> warnings;
   long found_anew = 0;         ///< anchors given up and looked for again

@@ -1,5 +1,6 @@
 /// What the bounds of single settings cannot say.
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <set>
 #include <string>
@@ -45,6 +46,24 @@ void checkPriors(const std::vector<double>& list) {
   }
 }
 
+void checkSurvey(const std::vector<SurveyedAnchor>& survey) {
+  std::set<std::uint64_t> ids;
+  for (const SurveyedAnchor& a : survey) {
+    const auto refuse = [&](const std::string& problem) {
+      refuseSetting("Ranges", "surveyed_anchors", "anchor " + std::to_string(a.id), problem);
+    };
+    if (a.id > static_cast<std::uint64_t>(std::numeric_limits<int>::max())) {
+      refuse("allowed: ids from 0 to 2147483647");
+    }
+    if (!ids.insert(a.id).second) refuse("is there twice; allowed: one place for every anchor");
+    if (!a.p_S.allFinite()) refuse("is at a place that is no number");
+    if (!(a.sigma_m >= kLeastPriorSigma && a.sigma_m <= kLargestPriorSigma)) {
+      refuse("has sigma " + numberText(a.sigma_m) + "; allowed: a number from " +
+             numberText(kLeastPriorSigma) + " to " + numberText(kLargestPriorSigma) + " m");
+    }
+  }
+}
+
 /// A setting that must not be above another.
 void atMost(const char* section, const char* key, double value, const std::string& other,
             double limit, const char* why) {
@@ -81,6 +100,12 @@ void checkThree(const char* key, const std::vector<double>& list) {
 void RangeOptions::validate() const {
   checkBounds(*this);
   checkPriors(anchor_prior);
+  checkSurvey(survey);
+  if (!surveyed_anchors.empty() && survey.empty()) {
+    refuseSetting("Ranges", "surveyed_anchors", surveyed_anchors,
+                  "named, but no survey has been read; allowed: a file whose anchors are in "
+                  "RangeOptions::survey, or none");
+  }
   if (!bias_model_file.empty() && bias_model.empty()) {
     refuseSetting("Ranges", "bias_model", bias_model_file,
                   "named, but no model has been read; allowed: a file whose model is in "

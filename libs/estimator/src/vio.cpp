@@ -74,6 +74,8 @@ void Vio::finish() {
   tell();
 }
 
+void Vio::add(const AnchorRange& range) { estimator_->addAnchorRange(range); }
+
 void Vio::tell() {
   for (const StateEstimate& state : estimator_->take()) {
     if (on_state_) on_state_(state);
@@ -84,6 +86,7 @@ void Vio::tell() {
 }
 
 std::vector<Anchor> Vio::anchors() const { return estimator_->anchors(); }
+std::optional<SurveyFit> Vio::survey() const { return estimator_->survey(); }
 
 std::vector<StampedPose> Vio::keyframes() const {
   std::vector<StampedPose> out;

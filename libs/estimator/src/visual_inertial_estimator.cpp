@@ -125,6 +125,10 @@ void VisualInertialEstimator::addRange(const Range& range) {
   if (impl_->config.ranges.use && impl_->hasStamp(range.t)) impl_->front_end.addRange(range);
 }
 
+void VisualInertialEstimator::addAnchorRange(const AnchorRange& range) {
+  if (impl_->config.ranges.use) impl_->front_end.addAnchorRange(range);
+}
+
 void VisualInertialEstimator::anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m) {
   impl_->front_end.addDeployedAnchor({id, p_B, sigma_m});
 }
@@ -147,6 +151,9 @@ std::vector<RangeRecord> VisualInertialEstimator::takeRanges() {
 }
 std::vector<Anchor> VisualInertialEstimator::anchors() const {
   return impl_->back_end.ranges.anchors();
+}
+std::optional<SurveyFit> VisualInertialEstimator::survey() const {
+  return impl_->back_end.ranges.survey();
 }
 std::vector<std::pair<std::string, long>> VisualInertialEstimator::rangeCounters() const {
   return impl_->back_end.ranges.counters();

@@ -12,30 +12,11 @@ namespace vir::ranging {
 namespace {
 
 constexpr std::size_t kCoarse = 100, kProbe = 300, kStarts = 8;
-constexpr double kInlierSigma = 3;
 constexpr int kMostSteps = 200;
 /// Twice the cost between two optima below which they are one.
 constexpr double kSeparate = 4;
 /// An optimum so much worse on the few ranges looked at first is not followed up.
 constexpr double kHopeless = 30;
-
-/// Robust standard deviation of whitened residuals; 1 where they agree with their sigma. Outliers
-/// are all on one side and would widen even a median, so they are cut off step by step.
-double robustScale(std::vector<double> r) {
-  double scale = 1;
-  for (int k = 0; k < 5; ++k) {
-    const double middle = median(r);
-    std::vector<double> size;
-    for (const double v : r) size.push_back(std::abs(v - middle));
-    scale = 1.4826 * median(size);
-    const auto outside = std::remove_if(r.begin(), r.end(), [&](double v) {
-      return std::abs(v - middle) > kInlierSigma * std::max(scale, 1.0);
-    });
-    if (outside == r.end()) break;
-    r.erase(outside, r.end());
-  }
-  return scale > 1.2 ? scale : 1.0;
-}
 
 /// Covariance of position and bias, the path's scale being as uncertain as it is.
 Mat4 covarianceOf(const Mat5& information) {

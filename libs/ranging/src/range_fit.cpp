@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/core/order_statistics.h"
+
 namespace vir::ranging {
 namespace {
 
@@ -15,6 +17,22 @@ constexpr double kZeroDistance = 1e-9;
 constexpr double kNoBias = 1e-6, kNoScale = 1e-6;
 
 }  // namespace
+
+double robustScale(std::vector<double> r) {
+  double scale = 1;
+  for (int k = 0; k < 5; ++k) {
+    const double middle = median(r);
+    std::vector<double> size;
+    for (const double v : r) size.push_back(std::abs(v - middle));
+    scale = 1.4826 * median(size);
+    const auto outside = std::remove_if(r.begin(), r.end(), [&](double v) {
+      return std::abs(v - middle) > kInlierSigma * std::max(scale, 1.0);
+    });
+    if (outside == r.end()) break;
+    r.erase(outside, r.end());
+  }
+  return scale > 1.2 ? scale : 1.0;
+}
 
 FitData FitData::thinned(std::size_t count) const {
   FitData out;

@@ -14,6 +14,12 @@ using Mat4 = Eigen::Matrix4d;
 using Vec5 = Eigen::Matrix<double, 5, 1>;
 using Mat5 = Eigen::Matrix<double, 5, 5>;
 
+/// Beyond so many standard deviations a range does not fit.
+constexpr double kInlierSigma = 3;
+/// Robust standard deviation of whitened residuals; 1 where they agree with their sigma. Outliers
+/// are all on one side and would widen even a median, so they are cut off step by step.
+double robustScale(std::vector<double> r);
+
 /// What the fit is made from; sigma includes the path's drift.
 struct FitData {
   std::vector<Vec3> p;

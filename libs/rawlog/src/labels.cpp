@@ -22,6 +22,8 @@ std::optional<std::uint64_t> numberAt(const std::string& text, std::size_t from)
 
 bool isDeployedAnchorLabel(const std::string& label) { return deployedAnchorOf(label).has_value(); }
 
+std::string anchorLabel(std::uint64_t id) { return kDeployedAnchor + std::to_string(id); }
+
 std::string furtherLabel(const std::string& first, const std::string& number) {
   return first.substr(0, first.find_last_not_of("0123456789") + 1) + number;
 }

@@ -10,6 +10,7 @@
 #include "range_recorder.h"
 #include "report_html.h"
 #include "run_figures.h"
+#include "survey_files.h"
 #include "thumbnails.h"
 #include "vir/evaluation/figure_parts.h"
 #include "vir/evaluation/leaps.h"
@@ -322,6 +323,19 @@ void RunRecorder::summariseRanges(RunSummary* summary) const {
   summary->counters.insert(summary->counters.end(), counters.begin(), counters.end());
 }
 
+/// Of the anchors: results in its frame, and what is wrong with it.
+void RunRecorder::takeSurvey(const roles::Estimator& estimator, RunSummary* summary) {
+  summary->survey = estimator.survey();
+  if (!summary->survey) return;
+  writeSurveyFiles(folder_, *summary->survey, trajectory_, smoothed_);
+  for (const std::string& line : surveyWarnings(*summary->survey)) {
+    vir::log(log_, LogLevel::warning, line);
+    summary->warnings.push_back(line);
+  }
+  if (summary->survey->status != SurveyStatus::contradicted) return;
+  summary->doubts.push_back("the survey of the anchors is wrong: " + summary->survey->reason);
+}
+
 void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) {
   trajectory_file_.close();
   covariance_file_.close();
@@ -339,6 +353,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_frame_);
   if (not_finite_ > 0) summary->counters.emplace_back("poses_not_finite", not_finite_);
   if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
+  takeSurvey(estimator, summary);
   fillVerdict(summary, explain_);
   if (summary->calibration && summary->calibration_sigma) {
     OutputFile file(folder_.file("calibration.yaml"));

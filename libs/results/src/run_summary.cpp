@@ -76,6 +76,34 @@ Json toJson(const team::PeerResult& peer) {
   return json;
 }
 
+/// Angles in rad, lengths in m.
+Json toJson(const SurveyFit& survey) {
+  Json json;
+  json["status"] = name(survey.status);
+  if (!survey.reason.empty()) json["reason"] = survey.reason;
+  if (survey.status == SurveyStatus::found) {
+    json["yaw_rad"] = survey.T_S_W.yaw_rad;
+    json["t_m"] = toJson(survey.T_S_W.t_m);
+    json["covariance"] = Json::array();
+    for (int r = 0; r < 4; ++r) {
+      for (int c = 0; c < 4; ++c) json["covariance"].push_back(survey.covariance(r, c));
+    }
+  }
+  json["open"] = survey.open;
+  json["anchors"] = Json::array();
+  for (const SurveyedResult& a : survey.anchors) {
+    Json one;
+    one["id"] = a.given.id;
+    one["heard"] = a.heard;
+    one["used"] = a.used;
+    one["p"] = a.p_S ? toJson(*a.p_S) : Json(nullptr);
+    if (a.p_S) put(&one, "off", (*a.p_S - a.given.p_S).norm());
+    json["anchors"].push_back(one);
+  }
+  json["findings"] = survey.findings;
+  return json;
+}
+
 }  // namespace
 
 void takeReport(const roles::EstimatorReport& report, RunSummary* s) {
@@ -117,6 +145,7 @@ std::string toJson(const RunSummary& s) {
   json["ranges"] = {{"accepted", s.ranges_accepted},
                     {"collected", s.ranges_collected},
                     {"rejected", s.ranges_rejected}};
+  if (s.survey) json["survey"] = toJson(*s.survey);
   if (!s.peers.empty()) json["peers"] = Json::array();
   for (const team::PeerResult& p : s.peers) json["peers"].push_back(toJson(p));
   if (s.calibration) json["calibration"] = toJson(*s.calibration);

@@ -1,6 +1,7 @@
 #include "vir/types/anchor.h"
 #include "vir/types/range.h"
 #include "vir/types/state.h"
+#include "vir/types/survey.h"
 
 namespace vir {
 inline namespace types {
@@ -78,6 +79,20 @@ const char* name(AnchorState state) {
       break;
   }
   return "moved";
+}
+
+const char* name(SurveyStatus status) {
+  switch (status) {
+    case SurveyStatus::waiting:
+      return "waiting";
+    case SurveyStatus::open:
+      return "open";
+    case SurveyStatus::found:
+      return "found";
+    case SurveyStatus::contradicted:
+      break;
+  }
+  return "contradicted";
 }
 
 bool parse(const std::string& word, AnchorState* state) {

@@ -172,6 +172,7 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& head_ranges) {
     const Eigen::Vector4d d = Eigen::Map<const Eigen::Vector4d>(a.x) - a.prior_mean;
     sum += d.dot(a.prior_information * d);
   }
+  sum += costOfTies();
   Eigen::VectorXd d(prior.lin.size());
   int c = 0;
   for (int k = 0; k < prior.nodes; ++k) {

@@ -27,6 +27,8 @@ struct LongWindow::Impl {
   LongNode head;
   bool started = false;
   std::map<std::uint64_t, AnchorNode> anchors;
+  std::vector<SurveyTie> survey;
+  std::vector<AnchorDistance> distances;
   LongPrior prior;
   std::vector<LongNode> retired;
   Eigen::Matrix4d claim = Eigen::Matrix4d::Zero();  ///< information; zero: none
@@ -54,6 +56,13 @@ struct LongWindow::Impl {
   }
   void addPrior(Frontal* f) const;
   void addAnchorPriors(Frontal* f) const;
+  // anchor_ties.cpp: what ties anchors to one another.
+  LevelFit surveyFit() const;
+  void addSurvey(Frontal* f) const;
+  void addDistances(Frontal* f) const;
+  double costOfTies() const;
+  factors::RangePrediction predictDistance(const AnchorDistance& d, const AnchorNode& a,
+                                           const AnchorNode& b) const;
   void addNode(std::size_t k, Frontal* f);
   void addRanges(const LongNode& n, const std::vector<HeldRange>& ranges, Frontal* f) const;
   void addClaim(Frontal* f) const;

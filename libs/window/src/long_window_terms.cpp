@@ -156,6 +156,8 @@ const NormalEquations& LongWindow::eliminate() {
   Impl& s = *impl_;
   Frontal f(s.band(), static_cast<int>(s.anchors.size()));
   s.addAnchorPriors(&f);
+  s.addSurvey(&f);
+  s.addDistances(&f);
   s.addPrior(&f);
   s.eliminated.resize(s.nodes.size());
   for (std::size_t k = 0; k < s.nodes.size(); ++k) {

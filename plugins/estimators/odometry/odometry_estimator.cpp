@@ -1,6 +1,7 @@
 #include "odometry_estimator.h"
 
 #include "bias_model_file.h"
+#include "vir/rawlog/anchor_ranges.h"
 #include "vir/rawlog/convert.h"
 #include "vir/roles/range_labels.h"
 
@@ -39,6 +40,10 @@ void OdometryEstimator::add(const mrpt::obs::CObservation& observation) {
     for (const Range& r : rawlog::rangesOf(observation)) estimator_.addRange(r);
   } else if (const auto anchor = rawlog::deployedAnchorOf(observation)) {
     estimator_.anchorDeployed(anchor->id, anchor->p_B, anchor->sigma_m);
+  } else {
+    for (const AnchorRange& r : rawlog::anchorRangesOf(observation)) {
+      estimator_.addAnchorRange(r);
+    }
   }
 }
 

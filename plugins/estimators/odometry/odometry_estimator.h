@@ -29,6 +29,7 @@ class OdometryEstimator final : public roles::Estimator {
   std::vector<Landmark> landmarks() const override { return {}; }
   std::vector<StampedPose> keyframes() const override { return estimator_.keyframes(); }
   std::vector<Anchor> anchors() const override { return estimator_.anchors(); }
+  std::optional<SurveyFit> survey() const override { return estimator_.survey(); }
   roles::EstimatorReport report() const override;
 
  private:

@@ -11,6 +11,7 @@
 #include <cstdio>
 
 #include "bias_model_file.h"
+#include "vir/rawlog/anchor_ranges.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/mrpt_camera.h"
@@ -88,6 +89,10 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
     for (const Range& r : rawlog::rangesOf(observation)) estimator_->addRange(r);
   } else if (const auto anchor = rawlog::deployedAnchorOf(observation)) {
     estimator_->anchorDeployed(anchor->id, anchor->p_B, anchor->sigma_m);
+  } else {
+    for (const AnchorRange& r : rawlog::anchorRangesOf(observation)) {
+      estimator_->addAnchorRange(r);
+    }
   }
 }
 
@@ -166,6 +171,7 @@ std::vector<StampedPose> VirEstimator::keyframes() const {
 }
 
 std::vector<Anchor> VirEstimator::anchors() const { return estimator_->anchors(); }
+std::optional<SurveyFit> VirEstimator::survey() const { return estimator_->survey(); }
 
 std::vector<Eigen::Vector2f> VirEstimator::trackedPixels() const {
   return estimator_->trackedPixels();

@@ -48,6 +48,7 @@ class VirEstimator final : public roles::Estimator {
   std::vector<Landmark> landmarks() const override;
   std::vector<StampedPose> keyframes() const override;
   std::vector<Anchor> anchors() const override;
+  std::optional<SurveyFit> survey() const override;
   std::vector<Eigen::Vector2f> trackedPixels() const override;
   roles::EstimatorReport report() const override;
 

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,7 @@ struct RangeRun {
   std::vector<vir::RangeRecord> decisions;
   std::vector<std::pair<std::string, long>> counters;
   std::vector<std::string> warnings;
+  std::optional<vir::SurveyFit> survey;
 
   long count(RangeDecision decision) const {
     long n = 0;
@@ -115,6 +117,7 @@ inline RangeRun fly(const RangeWorld& world, const vir::estimator::OdometryRange
   out.decisions = estimator.takeRanges();
   out.counters = estimator.counters();
   out.warnings = estimator.warnings();
+  out.survey = estimator.survey();
   return out;
 }
 

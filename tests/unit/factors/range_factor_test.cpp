@@ -9,6 +9,7 @@
 #include "vir/factors/head_range_factor.h"
 #include "vir/factors/mutual_range_factor.h"
 #include "vir/factors/node_edge_factor.h"
+#include "vir/factors/node_range_difference_factor.h"
 #include "vir/factors/node_range_factor.h"
 #include "vir/factors/position_link_factor.h"
 #include "vir/factors/window_range_factor.h"
@@ -127,6 +128,31 @@ TEST(NodeRangeFactor, AtAndNearTheAnchor) {
     // The pull on the position fades, the pull on the bias does not.
     EXPECT_NEAR(J[0].leftCols(3).norm(), 10 * std::min(1.0, d / kMinDistance), 1e-6) << d;
     EXPECT_NEAR(J[1](0, 3), 10, 1e-12);
+  }
+}
+
+TEST(NodeRangeDifferenceFactor, ResidualByHand) {
+  // Antenna as above at (0, 3, 0.5); anchor 1 as above: 5 + 0.1. The reference at (0, -9, 5.5) is
+  // 13 away, its bias 0.3. 5.1 - 13.3 = -8.2; measured -8.4, over sigma 0.1: 2.
+  const NodeRangeDifferenceFactor f(plain(-8.4, 0.1), Vec3(2, 0, 1), Vec3(0, 1, 0));
+  const Blocks x = {{1, 2, 0, M_PI / 2, std::log(2.0)}, {0, -9, 5.5, 0.3}, {0, 0, 4.5, 0.1}};
+  EXPECT_NEAR(residualOf(f, x)[0], 2.0, 1e-9);
+}
+
+TEST(NodeRangeDifferenceFactor, JacobiansEverywhereAndTheSameLossForBothSigns) {
+  const Vec3 motion(0.6, -0.3, 0.1), lever(0.1, 0.2, -0.15);
+  const std::vector<double> reference = {-4, 1, 2, -0.02}, anchor = {2, 3, -1, 0.07};
+  for (const NamedNode& n : difficultNodes()) {
+    const Vec3 p_U = Vec3(n.x.data()) + rotZ(n.x[3]) * (std::exp(-n.x[4]) * motion + lever);
+    const double expected = (p_U - Vec3(anchor.data())).norm() + anchor[3] -
+                            (p_U - Vec3(reference.data())).norm() - reference[3];
+    for (double error : rangeErrors()) {
+      const NodeRangeDifferenceFactor f({expected + error, 0.1, {}}, motion, lever);
+      const Blocks x = {n.x, reference, anchor};
+      vir_test::expectJacobians(f, x, n.name + ", " + std::to_string(error));
+      const NodeRangeDifferenceFactor other({expected - error, 0.1, {}}, motion, lever);
+      EXPECT_NEAR(residualOf(f, x)[0], -residualOf(other, x)[0], 1e-9) << n.name << error;
+    }
   }
 }
 

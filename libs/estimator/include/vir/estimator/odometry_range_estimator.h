@@ -2,6 +2,7 @@
 /// Odometry and ranges: poses of a device that drifts (tracking camera, wheels) and ranges to
 /// anchors, in the long window alone (the paper's first robot carries such a camera).
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -57,12 +58,16 @@ class OdometryRangeEstimator {
   /// Pose of the body in the odometry's frame O, z up, in time order.
   void addOdometry(TimeNs t, const Pose& T_O_B);
   void addRange(const Range& range);
+  /// Two anchors have measured how far they are apart.
+  void addAnchorRange(const AnchorRange& range);
   /// The robot has just put down an anchor at `p_B` in its body frame; before the first pose this
   /// says nothing of where the anchor is: counted and warned of.
   void anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m);
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();
   std::vector<Anchor> anchors() const;
+  /// How the survey of the anchors lies in W; empty without one.
+  std::optional<SurveyFit> survey() const;
   /// Nodes as last seen, in W.
   std::vector<StampedPose> keyframes() const;
   std::vector<std::pair<std::string, long>> counters() const;

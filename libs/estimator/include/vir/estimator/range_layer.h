@@ -3,6 +3,7 @@
 /// them, watched, and found anew when they turn out to be elsewhere.
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,9 @@
 #include "vir/core/options.h"
 #include "vir/ranging/range_bias_model.h"
 #include "vir/types/anchor.h"
+#include "vir/types/anchor_range.h"
 #include "vir/types/range.h"
+#include "vir/types/survey.h"
 #include "vir/window/long_window.h"
 
 namespace vir::estimator {
@@ -33,6 +36,9 @@ struct RangeOptions {
   std::vector<double> anchor_prior;
   std::string bias_model_file;         ///< for the caller, who reads it into:
   ranging::RangeBiasModel bias_model;  ///< b_d(d) of the paper; empty: none
+  std::string surveyed_anchors;        ///< for the caller, who reads it into:
+  std::vector<SurveyedAnchor> survey;  ///< anchors with positions in a frame of their own
+  std::string anchor_names;            ///< for who reads it: `name=number`, repeated
 
   /// Throws std::invalid_argument for a value that is not allowed, and for values that contradict
   /// each other.
@@ -54,6 +60,8 @@ class RangeLayer {
 
   /// Takes a range; what cannot be used at all is recorded with its reason.
   void offer(const Range& range);
+  /// A range between two anchors, which ties them; what cannot be is counted.
+  void offer(const AnchorRange& range);
   /// Ranges up to `t`, oldest first, taken out of the queue.
   std::vector<Range> dueUntil(TimeNs t);
   /// Records ranges that came when there was no pose to hang them on.
@@ -78,6 +86,8 @@ class RangeLayer {
   void putDownUnseen(std::uint64_t id);
 
   std::vector<Anchor> anchors() const;
+  /// How the survey lies in W; empty without one.
+  std::optional<SurveyFit> survey() const;
   std::vector<RangeRecord> take();
   std::vector<std::pair<std::string, long>> counters() const;
   std::vector<std::string> takeWarnings();

@@ -2,6 +2,7 @@
 /// Camera, IMU and ranges to states, for programs of one's own: `examples/library` is one.
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "vir/types/imu_sample.h"
 #include "vir/types/range.h"
 #include "vir/types/state.h"
+#include "vir/types/survey.h"
 
 namespace vir::estimator {
 
@@ -45,11 +47,15 @@ class Vio {
   /// another size than the calibration's, or without pixels.
   void add(const Image& image);
   void add(const Range& range);
+  /// Two anchors have measured how far they are apart.
+  void add(const AnchorRange& range);
   /// The input has ended: what waits is worked on.
   void finish();
 
   /// Anchors ordered by id, in W.
   std::vector<Anchor> anchors() const;
+  /// How the survey of the anchors (EstimatorConfig's ranges.survey) lies in W; empty without one.
+  std::optional<SurveyFit> survey() const;
   /// Keyframes as the windows last saw them, in W.
   std::vector<StampedPose> keyframes() const;
   /// Map points that left the window since the start, and those in it, in W.

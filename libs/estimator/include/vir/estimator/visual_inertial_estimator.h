@@ -88,6 +88,8 @@ class VisualInertialEstimator {
   void addTracks(const vision::TrackedFrame& tracks);
   /// Ranges in any order; each is used with the first image at or after its time.
   void addRange(const Range& range);
+  /// Two anchors have measured how far they are apart.
+  void addAnchorRange(const AnchorRange& range);
   /// The robot has just put down an anchor at `p_B` in its body frame. Without a pose at that time
   /// this says nothing of where the anchor is: counted and warned of, and its ranges have to tell.
   void anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m);
@@ -97,6 +99,8 @@ class VisualInertialEstimator {
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();
   std::vector<Anchor> anchors() const;
+  /// How the survey of the anchors lies in W; empty without one.
+  std::optional<SurveyFit> survey() const;
   std::vector<std::pair<std::string, long>> rangeCounters() const;
 
   /// Keyframes that left the long window, then those in it and in the short one; in W.

@@ -24,6 +24,8 @@ std::string furtherLabel(const std::string& first, const std::string& number);
 /// `ANCHOR:<id>`: the robot has just put down this anchor. Empty for any other label.
 std::optional<std::uint64_t> deployedAnchorOf(const std::string& label);
 bool isDeployedAnchorLabel(const std::string& label);
+/// The same of ranges: what this anchor has measured to others.
+std::string anchorLabel(std::uint64_t id);
 
 /// Whose broadcast a label announces, and of which anchor (empty: of the sender's own antenna).
 struct BroadcastSource {

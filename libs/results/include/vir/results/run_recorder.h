@@ -65,6 +65,7 @@ struct RunSummary {
   std::vector<AnchorResult> anchors;  ///< ordered by id
   /// Ranges by what became of them: used, kept for an anchor without a position, not used.
   long ranges_accepted = 0, ranges_collected = 0, ranges_rejected = 0;
+  std::optional<SurveyFit> survey;      ///< of the anchors, if one was given
   std::vector<team::PeerResult> peers;  ///< other robots, ordered by id
   int resets = 0;
   bool interrupted = false;
@@ -130,6 +131,7 @@ class RunRecorder final : public RunObserver {
   void writeKeyframes(const std::vector<StampedPose>& keyframes);
   void writeLandmarks(const std::vector<Landmark>& landmarks);
   void checkGroundTruth(RunSummary* summary);
+  void takeSurvey(const roles::Estimator& estimator, RunSummary* summary);
   void evaluateInto(RunSummary* summary);
   /// By the alignment of the causal trajectory.
   Trajectory truthInWorld() const;

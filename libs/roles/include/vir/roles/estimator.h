@@ -16,6 +16,7 @@
 #include "vir/types/calibration_change.h"
 #include "vir/types/range.h"
 #include "vir/types/state.h"
+#include "vir/types/survey.h"
 
 namespace vir::roles {
 
@@ -82,6 +83,8 @@ class Estimator {
   virtual std::vector<StampedPose> keyframes() const = 0;
   /// Anchors ordered by id; none if the estimator uses no ranges.
   virtual std::vector<Anchor> anchors() const { return {}; }
+  /// How a survey of the anchors lies in W; empty without one.
+  virtual std::optional<SurveyFit> survey() const { return std::nullopt; }
   /// Where features were seen in the last image [px]; none if the estimator uses no images.
   virtual std::vector<Eigen::Vector2f> trackedPixels() const { return {}; }
   virtual EstimatorReport report() const = 0;

@@ -5,23 +5,13 @@
 #include <cstdint>
 
 #include "vir/core/time.h"
+#include "vir/geometry/level_transform.h"
 #include "vir/geometry/pose.h"
 
 namespace vir::team {
 
 /// Takes B's world to A's.
-struct WorldTransform {
-  double yaw_rad = 0;
-  Vec3 t_m = Vec3::Zero();
-
-  Vec3 operator*(const Vec3& p_B) const { return rotZ(yaw_rad) * p_B + t_m; }
-  Pose pose() const { return {Quat(rotZ(yaw_rad)), t_m}; }
-  WorldTransform inverse() const { return {-yaw_rad, -(rotZ(-yaw_rad) * t_m)}; }
-  /// T_A_B * T_B_C = T_A_C.
-  WorldTransform operator*(const WorldTransform& o) const {
-    return {yaw_rad + o.yaw_rad, rotZ(yaw_rad) * o.t_m + t_m};
-  }
-};
+using WorldTransform = LevelTransform;
 
 /// Angle in (-pi, pi].
 double wrapAngle(double angle_rad);

@@ -16,6 +16,7 @@
 #include "vir/core/options.h"
 #include "vir/core/time.h"
 #include "vir/factors/range_factor.h"
+#include "vir/geometry/level_transform.h"
 #include "vir/geometry/pose.h"
 #include "vir/window/marginalization.h"
 
@@ -80,6 +81,20 @@ struct AnchorNode {
   bool fixed = false;
   bool settled = true;  ///< false: its ranges move the short window as a whole, but do not bend it
   Vec3 position() const { return {x[0], x[1], x[2]}; }
+};
+
+/// An anchor at a surveyed position, in the survey's frame S (z up), whose place in W nobody knows.
+struct SurveyTie {
+  std::uint64_t anchor = 0;
+  Vec3 p_S = Vec3::Zero();  ///< [m]
+  double sigma_m = 0.05;
+};
+
+/// How far two anchors are from one another, as they have measured it themselves.
+struct AnchorDistance {
+  std::uint64_t first = 0, second = 0;
+  double range_m = 0;
+  double sigma_m = 0.1;  ///< of their biases and the noise together
 };
 
 /// Whether the odometry was followed from one node to the next.
@@ -159,6 +174,14 @@ class LongWindow {
   /// An antenna at `p_O`, of which `lever_O` is the lever arm: that is as long in W as it is in O,
   /// whatever the odometry's scale.
   Vec3 antennaToWorld(const Vec3& p_O, const Vec3& lever_O) const;
+
+  /// What ties anchors to one another, whatever the path; those that are no anchors (yet, or any
+  /// more) are passed over. Each call replaces what there was.
+  void setSurvey(std::vector<SurveyTie> ties);
+  void setAnchorDistances(std::vector<AnchorDistance> distances);
+  const std::vector<SurveyTie>& survey() const;
+  /// T_S_W by the anchors that the survey ties, where they are now.
+  LevelFit surveyFit() const;
 
   // Anchors, ordered by id.
   AnchorNode& addAnchor(std::uint64_t id, const Eigen::Vector4d& mean,
