@@ -91,11 +91,6 @@ void TermSet::addAll() {
   }
 }
 
-void TermSet::addAllWithRanges() {
-  addAll();
-  if (w_.ranging()) addRanges();
-}
-
 void TermSet::addRanges() {
   LongWindow& lw = *w_.long_window;
   const NormalEquations& known = lw.eliminate();
@@ -177,6 +172,17 @@ void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order) {
   order->push_back({w.extrinsic, 7, 0, nullptr});
   order->push_back({w.camera_parameters, factors::kCameraParameters, 0, nullptr});
   order->push_back({w.imu_intrinsics, imu::kImuIntrinsicsSize, 0, nullptr});
+}
+
+std::vector<BlockRef> leadingOrder(WindowState& w, std::size_t* leading) {
+  std::vector<BlockRef> out;
+  *leading = w.frames.size();
+  for (auto f = w.frames.rbegin(); f != w.frames.rend(); ++f) {
+    out.push_back({(*f)->speed_bias, 9, 0, (*f)->linSpeedBias()});
+  }
+  for (auto& f : w.frames) out.push_back({f->pose, 7, 0, f->linPose()});
+  addCalibrationBlocks(w, &out);
+  return out;
 }
 
 std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count) {

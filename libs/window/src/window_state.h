@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "minimiser.h"
 #include "vir/camera/radial_response.h"
 #include "vir/factors/head_range_factor.h"
 #include "vir/factors/imu_factor.h"
@@ -131,6 +132,9 @@ struct WindowState {
   LongWindow* long_window = nullptr;  ///< not owned; nullptr: no ranges, no covariance in W
   WindowCovariance covariance;
   SightLevel sight_level;
+  Minimiser minimiser, tail_minimiser;
+  /// `minimiser` has the information of the frames as they are now.
+  bool information_known = false;
 
   bool ranging() const { return long_window && !long_window->anchors().empty(); }
 
@@ -149,8 +153,8 @@ class TermSet {
   explicit TermSet(WindowState& w) : w_(w) {}
   /// Everything in the window that camera and IMU say.
   void addAll();
-  /// addAll() and the ranges.
-  void addAllWithRanges();
+  /// What the long window says of its head and the anchors, and the ranges of all frames.
+  void addRanges();
   /// What the frames from index `first` on feel of the rest, with landmarks and older frames taken
   /// as known.
   void addTail(std::size_t first);
@@ -161,8 +165,6 @@ class TermSet {
 
  private:
   void addPrior();
-  /// What the long window says of its head and the anchors, and the ranges of these frames.
-  void addRanges();
   void addLink(Frame& a, Frame& b);
   /// The same with the IMU's intrinsics taken as known.
   void addFixedLink(Frame& a, Frame& b);
@@ -206,7 +208,11 @@ std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t
 /// Of the camera, behind all frames, if it is estimated.
 void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order);
 
-/// Information of all terms of camera and IMU, over all frames.
+/// Blocks in the order that is cheap to solve: `leading` speeds and biases, from the newest on,
+/// then poses and calibration.
+std::vector<BlockRef> leadingOrder(WindowState& w, std::size_t* leading);
+
+/// Information of all terms of camera and IMU, over the poses of all frames and the calibration.
 NormalEquations informationOf(WindowState& w);
 /// Fills in `w.covariance` and the joint covariance of head and anchors.
 void updateCovariance(WindowState& w);
