@@ -265,7 +265,10 @@ Minimised Minimiser::minimise(const LeastSquares& problem, int iterations) {
                                            std::abs(change) <= kFunctionTolerance * now.sums.cost);
     if (converged || !next.finite || !(change / predicted > kLeastPartOfPrediction)) {
       restoreBlocks();
-      if (converged) break;
+      if (converged) {
+        --out.iterations;  // not taken
+        break;
+      }
       region.rejected();
       continue;
     }
