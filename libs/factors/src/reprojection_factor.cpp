@@ -69,11 +69,11 @@ bool ReprojectionFactor::Evaluate(double const* const* x, double* residuals,
   const bool elsewhere = lin_i_ || lin_j_;
   ReprojectionJacobians J;
   Eigen::Map<Vec2> r(residuals);
-  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C_, landmark, camera_,
-                           jacobians && !elsewhere ? &J : nullptr);
+  r = reprojectionResidual(*host_, *sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C_, landmark,
+                           camera_, jacobians && !elsewhere ? &J : nullptr);
   if (!jacobians) return true;
   if (elsewhere) {
-    reprojectionResidual(host_, sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
+    reprojectionResidual(*host_, *sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
                          poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C_, landmark, camera_, &J);
   }
   lift(J.pose_i, jacobians[0]);
@@ -90,11 +90,11 @@ bool ReprojectionCalibrationFactor::Evaluate(double const* const* x, double* res
   const bool elsewhere = lin_i_ || lin_j_;
   ReprojectionJacobians J;
   Eigen::Map<Vec2> r(residuals);
-  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C, landmark, camera,
+  r = reprojectionResidual(*host_, *sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C, landmark, camera,
                            jacobians && !elsewhere ? &J : nullptr);
   if (!jacobians) return true;
   if (elsewhere) {
-    reprojectionResidual(host_, sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
+    reprojectionResidual(*host_, *sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
                          poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C, landmark, camera, &J);
   }
   lift(J.pose_i, jacobians[0]);
@@ -114,9 +114,9 @@ bool PointSightFactor::Evaluate(double const* const* x, double* residuals,
   const double n = std::max(s.norm(), 1e-9);
   const Vec3 su = s / n;
   Eigen::Map<Vec2> r(residuals);
-  r = sight_.weight * (su - sight_.bearing);
+  r = weight_ * (su - bearing_);
   if (jacobians && jacobians[0]) {
-    const Mat23 D = (sight_.weight - (sight_.weight * su) * su.transpose()) / n * R_C_B_;
+    const Mat23 D = (weight_ - (weight_ * su) * su.transpose()) / n * R_C_B_;
     Eigen::Matrix<double, 2, 6> J;
     J.leftCols<3>() = -D * R_B_W;
     J.rightCols<3>() = D * hat(p_B);

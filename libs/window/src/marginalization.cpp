@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "linearization.h"
@@ -83,24 +84,52 @@ void addProcessNoise(int column, double variance, NormalEquations* eq) {
 
 namespace {
 
-/// Directions of which nothing is known are left out.
-void rootByEigenvalues(const Eigen::MatrixXd& A, const Eigen::VectorXd& s, const Eigen::VectorXd& b,
-                       double relative, factors::LinearPrior* prior) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eig(A);
-  std::vector<int> keep;
-  for (int i = 0; i < eig.eigenvalues().size(); ++i) {
-    if (eig.eigenvalues()[i] > relative) keep.push_back(i);
+/// Directions of which nothing is known are left out. The few that might be such are what is left
+/// of A after its large pivots; only there its eigenvalues are looked for, by Rayleigh's quotient
+/// of the whole direction.
+void rootByPivots(const Eigen::MatrixXd& A, const Eigen::VectorXd& s, const Eigen::VectorXd& b,
+                  double relative, factors::LinearPrior* prior) {
+  constexpr double kLarge = 1e-6;
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(A);
+  const auto n = A.rows();
+  const Eigen::VectorXd D = ldlt.vectorD();
+  Eigen::Index large = 0;
+  while (large < n && D[large] > std::max(kLarge, relative)) ++large;
+  const auto few = n - large;
+  const Eigen::MatrixXd L = ldlt.matrixL();
+  const auto L11 = L.topLeftCorner(large, large).triangularView<Eigen::UnitLower>();
+  const auto L21 = L.bottomLeftCorner(few, large);
+  const Eigen::MatrixXd L22 = L.bottomRightCorner(few, few);
+  Eigen::MatrixXd left = L22 * D.tail(few).asDiagonal() * L22.transpose();
+  left = 0.5 * (left + left.transpose()).eval();
+  // With the others where the large pivots want them.
+  const Eigen::MatrixXd others = L11.transpose().solve(L21.transpose());
+  const Eigen::MatrixXd length = Eigen::MatrixXd::Identity(few, few) + others.transpose() * others;
+  Eigen::VectorXd root = D.head(large).cwiseSqrt();
+  Eigen::VectorXd y = ldlt.transpositionsP() * b;
+  Eigen::VectorXd y1 = y.head(large);
+  L11.solveInPlace(y1);
+  const Eigen::VectorXd y2 = y.tail(few) - L21 * y1;
+
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(n, n);
+  J.topRows(large) = root.asDiagonal() * L.leftCols(large).transpose();
+  prior->r0.resize(n);
+  prior->r0.head(large) = y1.cwiseQuotient(root);
+  auto rows = large;
+  if (few > 0) {
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eig(left, length);
+    for (Eigen::Index k = 0; k < few; ++k) {
+      const double l = eig.eigenvalues()[k];
+      if (!(l > relative)) continue;
+      const Eigen::VectorXd u = eig.eigenvectors().col(k);
+      J.row(rows).tail(few) = std::sqrt(l) * (length * u).transpose();
+      prior->r0[rows++] = u.dot(y2) / std::sqrt(l);
+    }
   }
-  const auto rows = static_cast<int>(keep.size());
-  prior->J.resize(rows, A.cols());
-  prior->r0.resize(rows);
-  for (int r = 0; r < rows; ++r) {
-    const int k = keep[static_cast<std::size_t>(r)];
-    const double root = std::sqrt(eig.eigenvalues()[k]);
-    const auto v = eig.eigenvectors().col(k);
-    prior->J.row(r) = root * (v.array() * s.array()).matrix().transpose();
-    prior->r0[r] = v.dot(b) / root;
-  }
+  const Eigen::MatrixXd Jt =
+      ldlt.transpositionsP().transpose() * J.topRows(rows).transpose().eval();
+  prior->J = Jt.transpose() * s.asDiagonal();
+  prior->r0.conservativeResize(rows);
 }
 
 }  // namespace
@@ -128,7 +157,7 @@ factors::LinearPrior toPrior(const NormalEquations& eq, double relative) {
     prior.J *= s.asDiagonal();
     prior.r0 = llt.matrixL().solve(b);
   } else {
-    rootByEigenvalues(A, s, b, relative, &prior);
+    rootByPivots(A, s, b, relative, &prior);
   }
   for (const BlockRef& ref : eq.blocks) {
     factors::LinearPrior::Block block;

@@ -104,7 +104,7 @@ SolveSummary solveTail(WindowState& w, int iterations, std::size_t first) {
   problem.order = frameBlocks(w, first, w.frames.size() - first);
   problem.terms = &set.terms();
   w.information_known = false;
-  return summaryOf(w.minimiser.minimise(problem, iterations), set);
+  return summaryOf(w.tail_minimiser.minimise(problem, iterations), set);
 }
 
 }  // namespace vir::window

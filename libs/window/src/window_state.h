@@ -110,6 +110,35 @@ struct SightLevel {
   void add(double rms, int sights);
 };
 
+/// Factors that are used again in the next problem.
+template <typename Factor>
+class Recycled {
+ public:
+  Factor& next() {
+    if (used_ == factors_.size()) factors_.emplace_back();
+    return factors_[used_++];
+  }
+  void startOver() { used_ = 0; }
+
+ private:
+  std::deque<Factor> factors_;
+  std::size_t used_ = 0;
+};
+
+/// Of the sights. A problem has thousands, and each has memory of its own.
+struct SightFactors {
+  Recycled<factors::ReprojectionFactor> reprojections;
+  Recycled<factors::ReprojectionCalibrationFactor> calibrations;
+  Recycled<factors::HostSightFactor> host_sights;
+  Recycled<factors::PointSightFactor> point_sights;
+  void startOver() {
+    reprojections.startOver();
+    calibrations.startOver();
+    host_sights.startOver();
+    point_sights.startOver();
+  }
+};
+
 struct WindowState {
   WindowOptions options;
   imu::ImuNoise noise;
@@ -133,6 +162,7 @@ struct WindowState {
   WindowCovariance covariance;
   SightLevel sight_level;
   Minimiser minimiser, tail_minimiser;
+  SightFactors sight_factors;  ///< of the last TermSet with sights
   /// `minimiser` has the information of the frames as they are now.
   bool information_known = false;
 
@@ -147,7 +177,8 @@ struct WindowState {
   LandmarkSight sightOf(const vision::FeatureObservation& o) const;
 };
 
-/// The residuals of (part of) the window, with the cost functions they point to.
+/// The residuals of (part of) the window, with the cost functions they point to. Only one at a time
+/// can have sights.
 class TermSet {
  public:
   explicit TermSet(WindowState& w) : w_(w) {}
@@ -178,10 +209,6 @@ class TermSet {
 
   WindowState& w_;
   std::vector<Term> terms_;
-  std::deque<factors::ReprojectionFactor> reprojections_;
-  std::deque<factors::ReprojectionCalibrationFactor> calibrations_;
-  std::deque<factors::HostSightFactor> host_sights_;
-  std::deque<factors::PointSightFactor> point_sights_;
   std::deque<factors::WindowRangeFactor> window_ranges_;
   std::deque<factors::HeadRangeFactor> head_ranges_;
   std::deque<factors::NodeRangeFactor> rigid_ranges_;

@@ -87,7 +87,7 @@ class SolverWindow {
       for (const vir::window::Term& t : *list) {
         problem.AddResidualBlock(const_cast<ceres::CostFunction*>(t.cost),
                                  t.robust > 0 ? const_cast<ceres::LossFunction*>(loss) : nullptr,
-                                 t.blocks);
+                                 std::vector<double*>(t.blocks.begin(), t.blocks.end()));
       }
     }
     for (Frame& f : frames_) problem.SetManifold(f.pose.data(), &pose);
