@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <type_traits>
 
 #include "vir/factors/linear_prior_factor.h"
+#include "vir/factors/pose_manifold.h"
 
 namespace vir::window {
 namespace {
@@ -60,20 +62,52 @@ void addSquare(const Eigen::Matrix<double, size, 2>& J, Eigen::Matrix<double, si
   if constexpr (at + width < size) addSquare<size, at + width>(J, H);
 }
 
-/// A block of Jacobians as it was evaluated, transposed and weighted.
-template <int size, int stride>
-Eigen::Matrix<double, size, 2> transposed(const double* raw, double weight) {
-  using Raw = Eigen::Matrix<double, stride, 2>;
-  return weight * Eigen::Map<const Raw>(raw).template topRows<size>();
+/// At the current values, or where Jacobians are taken.
+void geometriesOf(const TermLayout& layout, bool linearized, SightGeometries* out) {
+  out->clear();
+  for (const TermLayout::Pair& p : layout.pairs()) {
+    const double* i = linearized && p.lin_i ? p.lin_i : p.pose_i;
+    const double* j = linearized && p.lin_j ? p.lin_j : p.pose_j;
+    out->emplace_back(factors::poseFrom(i), factors::poseFrom(j),
+                      p.extrinsic ? factors::poseFrom(p.extrinsic) : p.T_B_C);
+  }
+}
+
+template <typename Factor>
+constexpr bool kCalibrated = std::is_same_v<Factor, factors::ReprojectionCalibrationFactor>;
+
+/// One sight between its frames.
+template <typename Factor>
+Vec2 residualOf(const Term& t, const factors::SightGeometry& between,
+                factors::ReprojectionJacobians* J) {
+  const auto& f = static_cast<const Factor&>(*t.cost);
+  const Vec3 landmark(t.landmark);
+  if constexpr (kCalibrated<Factor>) {
+    return factors::reprojectionResidual(f.host(), f.sight(), between, landmark,
+                                         factors::CameraVector(t.blocks[4]), J);
+  } else {
+    return factors::reprojectionResidual(f.host(), f.sight(), between, landmark, f.camera(), J);
+  }
 }
 
 }  // namespace
 
 TermSums evaluate(const TermLayout& layout) {
   TermSums sums;
-  std::vector<double> r;
+  std::vector<double> r(2);
+  SightGeometries now;
+  geometriesOf(layout, false, &now);
   for (const Entry& e : layout.entries()) {
     const Term& t = *e.term;
+    if (e.shape == TermShape::sight || e.shape == TermShape::calibrated_sight) {
+      const factors::SightGeometry& between = now[static_cast<std::size_t>(e.pair)];
+      const Vec2 residual =
+          e.shape == TermShape::sight
+              ? residualOf<factors::ReprojectionFactor>(t, between, nullptr)
+              : residualOf<factors::ReprojectionCalibrationFactor>(t, between, nullptr);
+      addToSums(e, residual.data(), 2, &sums);
+      continue;
+    }
     const int rows = t.cost->num_residuals();
     r.resize(std::max(r.size(), static_cast<std::size_t>(rows)));
     if (!t.cost->Evaluate(t.blocks.data(), r.data(), nullptr)) cannotEvaluate();
@@ -88,6 +122,8 @@ void Linearization::linearize(const TermLayout& layout) {
   own_.assign(layout.landmarks().size(), OwnBlock());
   coupling_.assign(static_cast<std::size_t>(layout.slots()), Coupling::Zero());
   sums_ = TermSums();
+  geometriesOf(layout, false, &now_);
+  geometriesOf(layout, true, &linearized_);
   std::size_t landmark = 0;
   for (std::size_t k = 0; k < layout.entries().size(); ++k) {
     const Entry& e = layout.entries()[k];
@@ -104,10 +140,10 @@ void Linearization::linearize(const TermLayout& layout) {
         addPrior(layout, e);
         break;
       case TermShape::sight:
-        addSight<false>(layout, e, own);
+        addSight<factors::ReprojectionFactor>(layout, e, own);
         break;
       case TermShape::calibrated_sight:
-        addSight<true>(layout, e, own);
+        addSight<factors::ReprojectionCalibrationFactor>(layout, e, own);
         break;
       case TermShape::any_of_landmark:
         addOfLandmark(layout, e, own);
@@ -141,25 +177,27 @@ void Linearization::flush(CommonSum* sum) {
   sum->b.setZero();
 }
 
-template <bool calibrated>
+template <typename Factor>
 void Linearization::addSight(const TermLayout& layout, const Entry& e, OwnBlock* own) {
   static_assert(factors::kCameraParameters == 8);
+  constexpr bool calibrated = kCalibrated<Factor>;
   constexpr int kCommon = calibrated ? 20 : 6;
   const Term& t = *e.term;
-  double r[2], host[14], other[14], extrinsic[14], landmark[6], camera[16];
-  double* with[5] = {host, other, extrinsic, landmark, camera};
-  double* without[3] = {host, other, landmark};
-  if (!t.cost->Evaluate(t.blocks.data(), r, calibrated ? with : without)) cannotEvaluate();
-  const double weight = addToSums(e, r, 2, &sums_);
-  const Vec2 residual = weight * Vec2(r[0], r[1]);
+  const auto pair = static_cast<std::size_t>(e.pair);
+  const bool elsewhere = layout.pairs()[pair].linearizedElsewhere();
+  factors::ReprojectionJacobians J;
+  const Vec2 r = residualOf<Factor>(t, now_[pair], elsewhere ? nullptr : &J);
+  if (elsewhere) residualOf<Factor>(t, linearized_[pair], &J);
+  const double weight = addToSums(e, r.data(), 2, &sums_);
+  const Vec2 residual = weight * r;
   Eigen::Matrix<double, kCommon, 2> common;
-  common.template topRows<6>() = transposed<6, 7>(host, weight);
+  common.template topRows<6>() = weight * J.pose_i.transpose();
   if constexpr (calibrated) {
-    common.template middleRows<6>(6) = transposed<6, 7>(extrinsic, weight);
-    common.template bottomRows<8>() = transposed<8, 8>(camera, weight);
+    common.template middleRows<6>(6) = weight * J.extrinsic.transpose();
+    common.template bottomRows<8>() = weight * J.camera.transpose();
   }
-  const Eigen::Matrix<double, 6, 2> Jj = transposed<6, 7>(other, weight);
-  const Eigen::Matrix<double, 3, 2> Jl = transposed<3, 3>(landmark, weight);
+  const Eigen::Matrix<double, 6, 2> Jj = weight * J.pose_j.transpose();
+  const Eigen::Matrix<double, 3, 2> Jl = weight * J.landmark.transpose();
 
   CommonSum& sum = calibrated ? with_calibration_ : without_;
   const int i = layout.columnOf(e, 0), j = layout.columnOf(e, 1);

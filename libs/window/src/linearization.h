@@ -6,6 +6,7 @@
 
 #include "term_layout.h"
 #include "vir/factors/camera_parameters.h"
+#include "vir/factors/reprojection_factor.h"
 #include "vir/geometry/pose.h"
 
 namespace vir::window {
@@ -19,6 +20,9 @@ struct TermSums {
   double link_squares = 0;
   int links = 0;
 };
+
+/// Of the pairs of a layout.
+using SightGeometries = std::vector<factors::SightGeometry>;
 
 /// Residuals only.
 TermSums evaluate(const TermLayout& layout);
@@ -51,7 +55,7 @@ class Linearization {
     Eigen::Matrix<double, 20, 20> H;
     Eigen::Matrix<double, 20, 1> b;
   };
-  template <bool calibrated>
+  template <typename Factor>
   void addSight(const TermLayout& layout, const TermLayout::Entry& e, OwnBlock* own);
   void addDense(const TermLayout& layout, const TermLayout::Entry& e);
   void addPrior(const TermLayout& layout, const TermLayout::Entry& e);
@@ -71,6 +75,7 @@ class Linearization {
   std::vector<Coupling, Eigen::aligned_allocator<Coupling>> coupling_;
   TermSums sums_;
   CommonSum with_calibration_, without_;
+  SightGeometries now_, linearized_;
   // Scratch of terms of any kind: blocks as evaluated, stacked, and their products.
   std::vector<double> raw_;
   std::vector<double*> pointers_;

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <functional>
-#include <stdexcept>
+#include <type_traits>
+#include <typeinfo>
 
-#include "vir/factors/camera_parameters.h"
 #include "vir/factors/linear_prior_factor.h"
+#include "vir/factors/reprojection_factor.h"
 
 namespace vir::window {
 namespace {
@@ -15,21 +16,35 @@ namespace {
 constexpr int kNone = -1;
 
 TermShape shapeOf(const Term& t) {
+  const std::type_info& type = typeid(*t.cost);
   if (!t.landmark) {
-    const bool prior =
-        t.robust <= 0 && dynamic_cast<const factors::LinearPriorFactor*>(t.cost) != nullptr;
+    const bool prior = t.robust <= 0 && type == typeid(factors::LinearPriorFactor);
     return prior ? TermShape::prior : TermShape::dense;
   }
-  const std::vector<int>& s = t.cost->parameter_block_sizes();
-  const bool of_two_poses = t.cost->num_residuals() == 2 && s.size() >= 3 && s[0] == 7 && s[1] == 7;
-  if (of_two_poses && s.size() == 3 && s[2] == 3 && t.blocks[2] == t.landmark) {
-    return TermShape::sight;
-  }
-  if (of_two_poses && s.size() == 5 && s[2] == 7 && s[3] == 3 && t.blocks[3] == t.landmark &&
-      s[4] == factors::kCameraParameters) {
-    return TermShape::calibrated_sight;
-  }
+  if (type == typeid(factors::ReprojectionFactor)) return TermShape::sight;
+  if (type == typeid(factors::ReprojectionCalibrationFactor)) return TermShape::calibrated_sight;
   return TermShape::any_of_landmark;
+}
+
+template <typename Factor>
+TermLayout::Pair pairOf(const Term& t) {
+  const auto& f = static_cast<const Factor&>(*t.cost);
+  TermLayout::Pair out;
+  out.pose_i = t.blocks[0];
+  out.pose_j = t.blocks[1];
+  out.lin_i = f.linI();
+  out.lin_j = f.linJ();
+  if constexpr (std::is_same_v<Factor, factors::ReprojectionFactor>) {
+    out.T_B_C = f.extrinsics();
+  } else {
+    out.extrinsic = t.blocks[2];
+  }
+  return out;
+}
+
+bool alike(const TermLayout::Pair& a, const TermLayout::Pair& b) {
+  return a.lin_i == b.lin_i && a.lin_j == b.lin_j && a.extrinsic == b.extrinsic &&
+         a.T_B_C.p == b.T_B_C.p && a.T_B_C.q.coeffs() == b.T_B_C.q.coeffs();
 }
 
 }  // namespace
@@ -37,10 +52,12 @@ TermShape shapeOf(const Term& t) {
 void TermLayout::build(const std::vector<Term>& terms, const std::vector<BlockRef>& order) {
   blocks_.clear();
   by_address_.clear();
+  block_at_.clear();
   size_ = 0;
   for (BlockRef b : order) {
     b.offset = size_;
     size_ += b.local();
+    block_at_.resize(static_cast<std::size_t>(size_), static_cast<int>(blocks_.size()));
     by_address_.emplace_back(b.data, b.offset);
     blocks_.push_back(b);
   }
@@ -53,6 +70,8 @@ void TermLayout::build(const std::vector<Term>& terms, const std::vector<BlockRe
   landmarks_.clear();
   slots_.clear();
   last_.clear();
+  pairs_.clear();
+  pair_table_.assign(blocks_.size() * blocks_.size(), kNone);
   for (const Term& t : terms) {
     const bool open = !landmarks_.empty() && landmarks_.back().slots == kNone;
     if (open && landmarks_.back().x != t.landmark) closeLandmark();
@@ -103,8 +122,24 @@ void TermLayout::addEntry(const Term& t) {
   if (usual && e.shape == TermShape::calibrated_sight) {
     usual = columnOf(e, 1) < columnOf(e, 2) && columnOf(e, 2) < columnOf(e, 4);
   }
-  if (sight && !usual) e.shape = TermShape::any_of_landmark;
+  if (sight && !(usual && findPair(&e))) e.shape = TermShape::any_of_landmark;
   entries_.push_back(e);
+}
+
+bool TermLayout::findPair(Entry* e) {
+  const Pair pair = e->shape == TermShape::sight
+                        ? pairOf<factors::ReprojectionFactor>(*e->term)
+                        : pairOf<factors::ReprojectionCalibrationFactor>(*e->term);
+  const auto block = [&](int k) {
+    return static_cast<std::size_t>(block_at_[static_cast<std::size_t>(columnOf(*e, k))]);
+  };
+  int& at = pair_table_[block(0) * blocks_.size() + block(1)];
+  if (at == kNone) {
+    at = static_cast<int>(pairs_.size());
+    pairs_.push_back(pair);
+  }
+  e->pair = at;
+  return alike(pairs_[static_cast<std::size_t>(at)], pair);
 }
 
 void TermLayout::closeLandmark() {

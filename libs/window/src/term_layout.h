@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "vir/geometry/pose.h"
 #include "vir/window/marginalization.h"
 
 namespace vir::window {
@@ -12,8 +13,8 @@ namespace vir::window {
 enum class TermShape {
   dense,             ///< no landmark
   prior,             ///< a LinearPriorFactor without a robust loss
-  sight,             ///< blocks and residuals of a ReprojectionFactor
-  calibrated_sight,  ///< of a ReprojectionCalibrationFactor
+  sight,             ///< a ReprojectionFactor
+  calibrated_sight,  ///< a ReprojectionCalibrationFactor
   any_of_landmark
 };
 
@@ -27,6 +28,15 @@ class TermLayout {
     TermShape shape = TermShape::dense;
     int first = 0;  ///< its first block in columnOf() and slotOf()
     int blocks = 0;
+    int pair = -1;  ///< of a sight, in pairs()
+  };
+  /// The two frames of a sight, and where its Jacobians are taken.
+  struct Pair {
+    const double *pose_i = nullptr, *pose_j = nullptr;
+    const double *lin_i = nullptr, *lin_j = nullptr;  ///< nullptr: at the current value
+    const double* extrinsic = nullptr;                ///< nullptr: `T_B_C`
+    Pose T_B_C;
+    bool linearizedElsewhere() const { return lin_i || lin_j; }
   };
   /// A block that the terms of one landmark touch.
   struct Slot {
@@ -46,6 +56,7 @@ class TermLayout {
   int size() const { return size_; }
   const std::vector<Entry>& entries() const { return entries_; }
   const std::vector<LandmarkTerms>& landmarks() const { return landmarks_; }
+  const std::vector<Pair>& pairs() const { return pairs_; }
   const Slot& slot(int k) const { return slots_[static_cast<std::size_t>(k)]; }
   int slots() const { return static_cast<int>(slots_.size()); }
   int columnOf(const Entry& e, int block) const {
@@ -59,12 +70,17 @@ class TermLayout {
  private:
   int columnOf(const double* block, std::size_t position);
   void addEntry(const Term& t);
+  /// False if a sight of these frames has been seen that is not alike.
+  bool findPair(Entry* e);
   void closeLandmark();
 
   std::vector<BlockRef> blocks_;
   int size_ = 0;
   std::vector<Entry> entries_;
   std::vector<int> columns_, slot_of_;
+  std::vector<Pair> pairs_;
+  std::vector<int> block_at_;    ///< index of the block that begins at a column
+  std::vector<int> pair_table_;  ///< by both frames' blocks; -1: none yet
   std::vector<LandmarkTerms> landmarks_;
   std::vector<Slot> slots_;
   std::vector<std::pair<const double*, int>> by_address_;  // looked up only

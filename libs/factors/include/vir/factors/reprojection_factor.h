@@ -33,11 +33,23 @@ struct ReprojectionJacobians {
   Eigen::Matrix<double, 2, kCameraParameters> camera;
 };
 
+/// How what camera i sees at frame i stands in camera j: s_Cj = R_Cj_Ci d_Ci + rho t_Cj, for a
+/// point at d / rho in camera i; and what Jacobians need. The same for all sights of two frames.
+struct SightGeometry {
+  SightGeometry() = default;
+  SightGeometry(const Pose& T_W_Bi, const Pose& T_W_Bj, const Pose& T_B_C);
+  Mat3 R_Cj_Ci, R_Cj_Bi, R_Cj_W, R_C_B;
+  Vec3 t_Cj, p_B_C;
+};
+
 /// Whitened residual [2] of the landmark hosted in frame i, seen in frame j. Scaled by the inverse
 /// distance throughout, so that points at infinity (rho = 0) are regular.
 Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T_W_Bi,
                           const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark,
                           const CameraVector& camera, ReprojectionJacobians* J);
+Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const SightGeometry& between,
+                          const Vec3& landmark, const CameraVector& camera,
+                          ReprojectionJacobians* J);
 
 /// What both factors below share: which sight it is, and where its Jacobians are evaluated. Refers
 /// to host and sight, of which a window has thousands: they must outlive it.
@@ -49,6 +61,11 @@ class ReprojectionFactorBase : public ceres::SizedCostFunction<2, Sizes...> {
     lin_i_ = pose_i;
     lin_j_ = pose_j;
   }
+  const HostRay& host() const { return *host_; }
+  const Sight& sight() const { return *sight_; }
+  /// Where Jacobians are evaluated; nullptr: at the current value.
+  const double* linI() const { return lin_i_; }
+  const double* linJ() const { return lin_j_; }
 
  protected:
   ReprojectionFactorBase() = default;
@@ -77,6 +94,8 @@ class ReprojectionFactor final : public ReprojectionFactorBase<7, 7, 3> {
     T_B_C_ = T_B_C;
     camera_ = camera;
   }
+  const Pose& extrinsics() const { return T_B_C_; }
+  const CameraVector& camera() const { return camera_; }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
 
  private:
