@@ -120,6 +120,7 @@ void ShortWindow::clear() {
   impl_->prior = factors::LinearPrior();
   impl_->prior_blocks.clear();
   impl_->information_known = false;
+  impl_->moved_from = 0;
 }
 
 bool ShortWindow::empty() const { return impl_->frames.empty(); }

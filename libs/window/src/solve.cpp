@@ -81,6 +81,7 @@ void SightLevel::add(double rms, int sights) {
 
 SolveSummary solveWindow(WindowState& w, int iterations) {
   relinearizeLinks(w);
+  w.moved_from = 0;
   TermSet set(w), ranges(w);
   set.addAll();
   LeastSquares problem = windowProblem(w);
@@ -104,6 +105,7 @@ SolveSummary solveTail(WindowState& w, int iterations, std::size_t first) {
   problem.order = frameBlocks(w, first, w.frames.size() - first);
   problem.terms = &set.terms();
   w.information_known = false;
+  w.moved_from = std::min(w.moved_from, first);
   return summaryOf(w.tail_minimiser.minimise(problem, iterations), set);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 /// Internal: frames, landmarks and prior of the short window, shared by its translation units.
+#include <cstddef>
 #include <deque>
 #include <map>
 #include <memory>
@@ -36,6 +37,7 @@ struct Frame {
   Mat3 R_B_W = Mat3::Identity();
   Vec3 rate = Vec3::Zero();       ///< of its turning as measured then [rad/s], body
   std::vector<HeldRange> ranges;  ///< vectors in its body frame
+  std::size_t index = 0;          ///< in the window, as of the last rejectOutlierSights()
 
   Pose T_W_B() const { return factors::poseFrom(pose); }
   /// Where Jacobians must be taken; nullptr = at the current value.
@@ -78,6 +80,7 @@ struct WindowLandmark {
   factors::HostRay ray;
   double x[3] = {0, 0, 0};  ///< u, v, inverse distance
   bool has_depth = false;
+  bool unchecked = true;  ///< no rejectOutlierSights() since it has a depth
 
   Frame* host() const { return sights.front().frame; }
   /// Point in the host's camera.
@@ -165,6 +168,8 @@ struct WindowState {
   SightFactors sight_factors;  ///< of the last TermSet with sights
   /// `minimiser` has the information of the frames as they are now.
   bool information_known = false;
+  /// Frames from this index on have moved since the last rejectOutlierSights().
+  std::size_t moved_from = 0;
 
   bool ranging() const { return long_window && !long_window->anchors().empty(); }
 
@@ -268,6 +273,7 @@ State navStateOf(const Frame& f);
 Vec3 landmarkInWorld(const WindowState& w, const WindowLandmark& l);
 
 int triangulateLandmarks(WindowState& w);
+/// Of all sights if everything moved, else of those of the frames that did.
 std::vector<std::uint64_t> rejectOutlierSights(WindowState& w);
 /// Removes the sights of a frame; landmarks hosted there move to their next sight.
 void removeSightsOf(WindowState& w, const Frame* frame);
