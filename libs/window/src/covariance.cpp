@@ -176,11 +176,15 @@ NormalEquations informationOf(WindowState& w) {
     TermSet set(w);
     set.addAll();
     out = eliminateLandmarks(set.terms(), order);
-    for (int i = 0; i < first; ++i) {  // states nothing is known of
-      out.H(i, i) += kNextToNothing * (out.H(i, i) > 0 ? out.H(i, i) : 1);
-    }
+    const NormalEquations all = out;
     LeadingBlocks blocks;
-    if (!blocks.eliminate(sizes, &out.H, &out.b)) out.H.setConstant(NAN);
+    // States nothing is known of: as little is added as lets them be eliminated.
+    for (double part = kNextToNothing; part < 1; part *= 1e3) {
+      out.H = all.H;
+      out.b = all.b;
+      for (int i = 0; i < first; ++i) out.H(i, i) += part * (out.H(i, i) > 0 ? out.H(i, i) : 1);
+      if (blocks.eliminate(sizes, &out.H, &out.b)) break;
+    }
     const auto rest = out.H.rows() - first;
     out.H = out.H.bottomRightCorner(rest, rest).eval();
     out.H.triangularView<Eigen::StrictlyLower>() = out.H.transpose();
