@@ -89,12 +89,11 @@ namespace {
 /// of the whole direction.
 void rootByPivots(const Eigen::MatrixXd& A, const Eigen::VectorXd& s, const Eigen::VectorXd& b,
                   double relative, factors::LinearPrior* prior) {
-  constexpr double kLarge = 1e-6;
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(A);
   const auto n = A.rows();
   const Eigen::VectorXd D = ldlt.vectorD();
   Eigen::Index large = 0;
-  while (large < n && D[large] > std::max(kLarge, relative)) ++large;
+  while (large < n && D[large] > kSafely * relative) ++large;
   const auto few = n - large;
   const Eigen::MatrixXd L = ldlt.matrixL();
   const auto L11 = L.topLeftCorner(large, large).triangularView<Eigen::UnitLower>();
