@@ -23,7 +23,7 @@ constexpr double kSettledSigma = 0.3, kLongestYouthS = 30;
 constexpr int kSearchPeriod = 3;
 /// A bias of so many standard deviations is real; one known to so many calibrated sigmas is known.
 constexpr double kRealBias = 4, kToldBias = 2, kBiasKnown = 1;
-constexpr int kBiasPeriod = 10, kLongestBiasPeriod = 40;
+constexpr int kBiasPeriod = 10;
 /// Nearer to the floor than this share of its sigma, a height starts so many sigmas above it.
 constexpr double kOnTheFloor = 0.25, kLift = 0.5;
 /// Farther from where the long window's own solution ends [m], a young anchor is stuck.
@@ -113,9 +113,7 @@ ranging::AnchorInitialization RangeLayer::Impl::solveEitherWay(
 /// sees no way back. So the held ranges are asked now and then, until they have said what it is.
 bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, const Held& held) {
   if (a->uncalibrated || located->bias_known || --located->next_bias_check > 0) return false;
-  // Whoever has not been told after several times learns little from the next few ranges.
-  located->next_bias_check = std::clamp(located->next_bias_period, kBiasPeriod, kLongestBiasPeriod);
-  located->next_bias_period = located->next_bias_check * 3 / 2;
+  located->next_bias_check = kBiasPeriod;
   window::AnchorNode& state = *window->anchor(a->key());
   if (state.fixed || !mayBeUncalibrated()) return false;
   const ranging::AnchorInitialization found = solve(*a, held(a->key()), true);

@@ -38,10 +38,9 @@ struct Located {
   std::optional<Youth> youth;  ///< none: it has settled
   bool well_known = false;     ///< a fresh search has once found it well determined where it is
   std::variant<MirrorUnseen, MirrorOpen, MirrorRuledOut> mirror;
-  int next_check = 0;        ///< keyframes until the mirror image is looked at again
-  int next_bias_check = 0;   ///< keyframes until the bias is looked at again
-  int next_bias_period = 0;  ///< how many these will be after the next look
-  bool bias_known = false;   ///< no more to be looked at
+  int next_check = 0;       ///< keyframes until the mirror image is looked at again
+  int next_bias_check = 0;  ///< keyframes until the bias is looked at again
+  bool bias_known = false;  ///< no more to be looked at
 
   const MirrorOpen* openMirror() const { return std::get_if<MirrorOpen>(&mirror); }
 };
