@@ -11,17 +11,45 @@ LinearPriorFactor::LinearPriorFactor(const LinearPrior& prior) : prior_(prior) {
   }
 }
 
-bool LinearPriorFactor::Evaluate(double const* const* x, double* residuals,
-                                 double** jacobians) const {
-  Eigen::VectorXd dx(prior_.columns());
+void LinearPriorFactor::difference(double const* const* x, Eigen::VectorXd* dx) const {
+  dx->resize(prior_.columns());
   for (std::size_t k = 0; k < prior_.blocks.size(); ++k) {
     const LinearPrior::Block& b = prior_.blocks[k];
     if (b.ambient == 7) {
-      poseMinus(x[k], b.x0.data(), dx.data() + b.offset);
+      poseMinus(x[k], b.x0.data(), dx->data() + b.offset);
     } else {
-      for (int i = 0; i < b.ambient; ++i) dx[b.offset + i] = x[k][i] - b.x0[i];
+      for (int i = 0; i < b.ambient; ++i) (*dx)[b.offset + i] = x[k][i] - b.x0[i];
     }
   }
+}
+
+void LinearPriorFactor::linearize(double const* const* x, Eigen::MatrixXd* H, Eigen::VectorXd* b,
+                                  double* squared) const {
+  if (JtJ_.size() == 0) {
+    JtJ_.setZero(prior_.columns(), prior_.columns());
+    JtJ_.selfadjointView<Eigen::Upper>().rankUpdate(prior_.J.transpose());
+    JtJ_.triangularView<Eigen::StrictlyLower>() = JtJ_.transpose();
+  }
+  Eigen::VectorXd dx;
+  difference(x, &dx);
+  const Eigen::VectorXd r = prior_.r0 + prior_.J * dx;
+  *squared = r.squaredNorm();
+  *H = JtJ_;
+  b->noalias() = prior_.J.transpose() * r;
+  for (const LinearPrior::Block& block : prior_.blocks) {
+    if (block.ambient != 7) continue;
+    const int at = block.offset + 3;
+    const Mat3 by_theta = rightJacobianInverseSO3(dx.segment<3>(at));  // see Evaluate()
+    H->middleCols<3>(at) *= by_theta;
+    H->middleRows<3>(at).applyOnTheLeft(by_theta.transpose());
+    b->segment<3>(at).applyOnTheLeft(by_theta.transpose());
+  }
+}
+
+bool LinearPriorFactor::Evaluate(double const* const* x, double* residuals,
+                                 double** jacobians) const {
+  Eigen::VectorXd dx;
+  difference(x, &dx);
   const int n = num_residuals();
   Eigen::Map<Eigen::VectorXd>(residuals, n).noalias() = prior_.r0 + prior_.J * dx;
   if (!jacobians) return true;

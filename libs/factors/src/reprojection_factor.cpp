@@ -30,35 +30,49 @@ Mat32 tangentBasis(const Vec3& unit) {
   return B;
 }
 
+SightGeometry::SightGeometry(const Pose& T_W_Bi, const Pose& T_W_Bj, const Pose& T_B_C)
+    : p_B_C(T_B_C.p) {
+  const Mat3 R_B_C = T_B_C.R();
+  const Mat3 R_W_Bi = T_W_Bi.R();
+  R_C_B = R_B_C.transpose();
+  R_Cj_W = R_C_B * T_W_Bj.R().transpose();
+  R_Cj_Bi = R_Cj_W * R_W_Bi;
+  R_Cj_Ci = R_Cj_Bi * R_B_C;
+  t_Cj = R_Cj_W * (R_W_Bi * p_B_C + T_W_Bi.p - T_W_Bj.p) - R_C_B * p_B_C;
+}
+
 Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T_W_Bi,
                           const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark,
                           const CameraVector& camera, ReprojectionJacobians* J) {
+  return reprojectionResidual(host, sight, SightGeometry(T_W_Bi, T_W_Bj, T_B_C), landmark, camera,
+                              J);
+}
+
+Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const SightGeometry& g,
+                          const Vec3& landmark, const CameraVector& camera,
+                          ReprojectionJacobians* J) {
   const double rho = landmark[2];
-  const Mat3 R_B_C = T_B_C.R();
-  const Mat3 R_i = T_W_Bi.R(), R_j = T_W_Bj.R();
   const Vec3 d = host.bearingAt(camera) + host.basis * landmark.head<2>();
-  const Vec3 x_Bi = R_B_C * d + rho * T_B_C.p;
-  const Vec3 x_W = R_i * x_Bi + rho * (T_W_Bi.p - T_W_Bj.p);
-  const Vec3 x_Bj = R_j.transpose() * x_W;
-  const Vec3 s = R_B_C.transpose() * (x_Bj - rho * T_B_C.p);
+  const Vec3 s = g.R_Cj_Ci * d + rho * g.t_Cj;
   const double n = std::max(s.norm(), 1e-9);
   const Vec3 su = s / n;
   const Vec2 r = sight.weight * (su - sight.bearingAt(camera));
   if (!J) return r;
 
   const Mat23 D = (sight.weight - (sight.weight * su) * su.transpose()) / n;
-  const Mat23 D_Bj = D * R_B_C.transpose();
-  const Mat23 D_W = D_Bj * R_j.transpose();
-  const Mat23 D_Bi = D_W * R_i;
-  const Mat23 D_Ci = D_Bi * R_B_C;
-  J->pose_i.leftCols<3>() = rho * D_W;
+  const Mat23 D_Bj = D * g.R_C_B;
+  const Mat23 D_Bi = D * g.R_Cj_Bi;
+  const Mat23 D_Ci = D * g.R_Cj_Ci;
+  const Vec3 x_Bi = g.R_C_B.transpose() * d + rho * g.p_B_C;
+  const Vec3 x_Bj = g.R_C_B.transpose() * s + rho * g.p_B_C;
+  J->pose_i.leftCols<3>() = rho * (D * g.R_Cj_W);
   J->pose_i.rightCols<3>() = -D_Bi * hat(x_Bi);
-  J->pose_j.leftCols<3>() = -rho * D_W;
+  J->pose_j.leftCols<3>() = -J->pose_i.leftCols<3>();
   J->pose_j.rightCols<3>() = D_Bj * hat(x_Bj);
   J->extrinsic.leftCols<3>() = rho * (D_Bi - D_Bj);
   J->extrinsic.rightCols<3>() = D * hat(s) - D_Ci * hat(d);
   J->landmark.leftCols<2>() = D_Ci * host.basis;
-  J->landmark.col(2) = D_Bi * T_B_C.p + D_W * (T_W_Bi.p - T_W_Bj.p) - D_Bj * T_B_C.p;
+  J->landmark.col(2) = D * g.t_Cj;
   J->camera = D_Ci * host.by_camera - sight.weight * sight.by_camera;
   return r;
 }
@@ -69,11 +83,11 @@ bool ReprojectionFactor::Evaluate(double const* const* x, double* residuals,
   const bool elsewhere = lin_i_ || lin_j_;
   ReprojectionJacobians J;
   Eigen::Map<Vec2> r(residuals);
-  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C_, landmark, camera_,
-                           jacobians && !elsewhere ? &J : nullptr);
+  r = reprojectionResidual(*host_, *sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C_, landmark,
+                           camera_, jacobians && !elsewhere ? &J : nullptr);
   if (!jacobians) return true;
   if (elsewhere) {
-    reprojectionResidual(host_, sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
+    reprojectionResidual(*host_, *sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
                          poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C_, landmark, camera_, &J);
   }
   lift(J.pose_i, jacobians[0]);
@@ -90,11 +104,11 @@ bool ReprojectionCalibrationFactor::Evaluate(double const* const* x, double* res
   const bool elsewhere = lin_i_ || lin_j_;
   ReprojectionJacobians J;
   Eigen::Map<Vec2> r(residuals);
-  r = reprojectionResidual(host_, sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C, landmark, camera,
+  r = reprojectionResidual(*host_, *sight_, poseFrom(x[0]), poseFrom(x[1]), T_B_C, landmark, camera,
                            jacobians && !elsewhere ? &J : nullptr);
   if (!jacobians) return true;
   if (elsewhere) {
-    reprojectionResidual(host_, sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
+    reprojectionResidual(*host_, *sight_, poseFrom(lin_i_ ? lin_i_ : x[0]),
                          poseFrom(lin_j_ ? lin_j_ : x[1]), T_B_C, landmark, camera, &J);
   }
   lift(J.pose_i, jacobians[0]);
@@ -114,9 +128,9 @@ bool PointSightFactor::Evaluate(double const* const* x, double* residuals,
   const double n = std::max(s.norm(), 1e-9);
   const Vec3 su = s / n;
   Eigen::Map<Vec2> r(residuals);
-  r = sight_.weight * (su - sight_.bearing);
+  r = weight_ * (su - bearing_);
   if (jacobians && jacobians[0]) {
-    const Mat23 D = (sight_.weight - (sight_.weight * su) * su.transpose()) / n * R_C_B_;
+    const Mat23 D = (weight_ - (weight_ * su) * su.transpose()) / n * R_C_B_;
     Eigen::Matrix<double, 2, 6> J;
     J.leftCols<3>() = -D * R_B_W;
     J.rightCols<3>() = D * hat(p_B);

@@ -1,6 +1,7 @@
 /// What the short window knows of its own geometry, and what of that goes to the long window.
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 
 #include "window_state.h"
 
@@ -12,6 +13,9 @@ using Mat46 = Eigen::Matrix<double, 4, 6>;
 
 /// Ranges of one anchor that a keyframe holds at most before neighbours are averaged.
 constexpr std::size_t kMaxRangesPerKeyframe = 16;
+
+/// Added to the information of every state, as a part of what is known of it.
+constexpr double kNextToNothing = 1e-12;
 
 /// (position, yaw in O) of a frame from its local coordinates.
 Mat46 gaugePart(const Frame& f) {
@@ -64,7 +68,7 @@ Eigen::Matrix4d edgeByGrowth(const Eigen::Matrix4d& edge, const Eigen::Matrix4d&
   return V * l.asDiagonal() * V.transpose();
 }
 
-/// Covariance columns of chosen frames' poses out of the information of all frames.
+/// Covariance columns of chosen frames' poses out of the information of all poses.
 class PoseCovariance {
  public:
   PoseCovariance(const NormalEquations& eq, const std::vector<int>& frames, bool calibrated)
@@ -72,7 +76,7 @@ class PoseCovariance {
     const Eigen::VectorXd s =
         eq.H.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 1.0; });
     Eigen::MatrixXd A = s.asDiagonal() * eq.H * s.asDiagonal();
-    A.diagonal().array() += 1e-12;  // states nothing is known of
+    A.diagonal().array() += kNextToNothing;  // states nothing is known of
     const Eigen::LLT<Eigen::MatrixXd> llt(A);
     ok_ = llt.info() == Eigen::Success;
     if (!ok_) return;
@@ -81,7 +85,7 @@ class PoseCovariance {
     Eigen::MatrixXd E = Eigen::MatrixXd::Zero(n, m + c);
     E.bottomRightCorner(c, c).setIdentity();
     for (std::size_t k = 0; k < frames.size(); ++k) {
-      for (int i = 0; i < 6; ++i) E(15 * frames[k] + i, 6 * static_cast<int>(k) + i) = 1;
+      for (int i = 0; i < 6; ++i) E(6 * frames[k] + i, 6 * static_cast<int>(k) + i) = 1;
     }
     E = s.asDiagonal() * E;
     llt.matrixL().solveInPlace(E);
@@ -157,11 +161,43 @@ RigidRange rigidRange(const WindowState& w, const Frame& f, const HeldRange& r) 
 }
 
 NormalEquations informationOf(WindowState& w) {
-  TermSet set(w);
-  set.addAll();
-  std::vector<BlockRef> order = frameBlocks(w, 0, w.frames.size());
-  addCalibrationBlocks(w, &order);
-  return eliminateLandmarks(set.terms(), order);
+  std::size_t leading = 0;
+  const std::vector<BlockRef> order = leadingOrder(w, &leading);
+  std::vector<int> sizes;
+  int first = 0;
+  for (std::size_t k = 0; k < leading; ++k) {
+    sizes.push_back(order[k].local());
+    first += sizes.back();
+  }
+  NormalEquations out;
+  if (w.information_known && !w.minimiser.information().blocks.empty()) {
+    out = w.minimiser.information();
+  } else {
+    TermSet set(w);
+    set.addAll();
+    out = eliminateLandmarks(set.terms(), order);
+    const NormalEquations all = out;
+    LeadingBlocks blocks;
+    // States nothing is known of: as little is added as lets them be eliminated.
+    for (double part = kNextToNothing; part < 1; part *= 1e3) {
+      out.H = all.H;
+      out.b = all.b;
+      for (int i = 0; i < first; ++i) out.H(i, i) += part * (out.H(i, i) > 0 ? out.H(i, i) : 1);
+      if (blocks.eliminate(sizes, &out.H, &out.b)) break;
+    }
+    const auto rest = out.H.rows() - first;
+    out.H = out.H.bottomRightCorner(rest, rest).eval();
+    out.H.triangularView<Eigen::StrictlyLower>() = out.H.transpose();
+    out.b = out.b.tail(rest).eval();
+    out.blocks.erase(out.blocks.begin(), out.blocks.begin() + static_cast<std::ptrdiff_t>(leading));
+    for (BlockRef& b : out.blocks) b.offset -= first;
+  }
+  // Without the head of the long window and the anchors, of which these terms know nothing.
+  out.blocks.resize(order.size() - leading);
+  const int n = out.blocks.back().offset + out.blocks.back().local();
+  out.H = out.H.topLeftCorner(n, n).eval();
+  out.b = out.b.head(n).eval();
+  return out;
 }
 
 namespace {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "window_state.h"
 
@@ -38,6 +39,33 @@ bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
   }
   return worst < 3 * w.options.outlier_sigma;
 }
+
+/// Of each two frames once it is asked for.
+class GeometryTable {
+ public:
+  explicit GeometryTable(const WindowState& w)
+      : T_B_C_(w.T_B_C()),
+        frames_(w.frames.size()),
+        known_(frames_ * frames_),
+        table_(frames_ * frames_) {
+    std::size_t k = 0;
+    for (const auto& f : w.frames) f->index = k++;
+  }
+  const factors::SightGeometry& of(const Frame& host, const Frame& frame) {
+    const std::size_t at = host.index * frames_ + frame.index;
+    if (!known_[at]) {
+      table_[at] = factors::SightGeometry(host.T_W_B(), frame.T_W_B(), T_B_C_);
+      known_[at] = true;
+    }
+    return table_[at];
+  }
+
+ private:
+  Pose T_B_C_;
+  std::size_t frames_;
+  std::vector<bool> known_;
+  std::vector<factors::SightGeometry> table_;
+};
 
 /// The landmark, which was at `p_W`, from the host it has now.
 void hostAnew(const WindowState& w, const Vec3& p_W, WindowLandmark* l) {
@@ -97,7 +125,7 @@ int triangulateLandmarks(WindowState& w) {
     if (!triangulate(w, l, &rho)) continue;
     l.x[0] = l.x[1] = 0;
     l.x[2] = rho;
-    l.has_depth = true;
+    l.has_depth = l.unchecked = true;
     ++count;
   }
   return count;
@@ -106,7 +134,8 @@ int triangulateLandmarks(WindowState& w) {
 std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
   std::vector<std::uint64_t> removed;
   const Frame* newest = w.frames.back().get();
-  const Pose T_B_C = w.T_B_C();
+  const factors::CameraVector camera = w.cameraVector();
+  GeometryTable geometry(w);
   for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
     WindowLandmark& l = it->second;
     if (!l.has_depth) {
@@ -115,14 +144,18 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
     }
     const Vec3 x(l.x[0], l.x[1], l.x[2]);
     bool newest_bad = false;
-    std::size_t bad = 0;
-    for (std::size_t k = 1; k < l.sights.size();) {
-      const Vec2 r = factors::reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
-                                                   l.sights[k].frame->T_W_B(), T_B_C, x,
-                                                   w.cameraVector(), nullptr);
+    std::size_t bad = 0, k = 1;
+    if (!l.unchecked && l.host()->index < w.moved_from) {
+      k = l.sights.size();
+      while (k > 1 && l.sights[k - 1].frame->index >= w.moved_from) --k;
+    }
+    l.unchecked = false;
+    while (k < l.sights.size()) {
+      const Vec2 r = factors::reprojectionResidual(
+          l.ray, l.sights[k].sight, geometry.of(*l.host(), *l.sights[k].frame), x, camera, nullptr);
       if (r.norm() > w.options.outlier_sigma) {
         newest_bad = newest_bad || l.sights[k].frame == newest;
-        l.sights.erase(l.sights.begin() + k);
+        l.sights.erase(l.sights.begin() + static_cast<std::ptrdiff_t>(k));
         ++bad;
       } else {
         ++k;
@@ -136,6 +169,7 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
       ++it;
     }
   }
+  w.moved_from = w.frames.size();
   return removed;
 }
 

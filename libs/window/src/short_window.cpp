@@ -56,6 +56,7 @@ struct ShortWindow::Impl : WindowState {
     }
     f->standing = standing;
     frames.push_back(std::move(f));
+    information_known = false;
     for (const vision::FeatureObservation& o : features) {
       WindowLandmark& l = landmarks[o.id];
       l.sights.push_back(sightOf(o));
@@ -118,6 +119,8 @@ void ShortWindow::clear() {
   impl_->landmarks.clear();
   impl_->prior = factors::LinearPrior();
   impl_->prior_blocks.clear();
+  impl_->information_known = false;
+  impl_->moved_from = 0;
 }
 
 bool ShortWindow::empty() const { return impl_->frames.empty(); }
@@ -190,6 +193,7 @@ std::vector<std::uint64_t> ShortWindow::rejectOutliers() { return rejectOutlierS
 
 void ShortWindow::slide(bool keyframe) {
   impl_->newest().keyframe = keyframe;
+  impl_->information_known = false;
   // Tracks that ended without ever getting a depth, or outside the window, are of no more use.
   const Frame* newest = impl_->frames.back().get();
   for (auto it = impl_->landmarks.begin(); it != impl_->landmarks.end();) {
@@ -260,10 +264,10 @@ WindowAccuracy ShortWindow::accuracy() const {
   if (out.baseline_m <= 0) return out;
   Eigen::VectorXd u = Eigen::VectorXd::Zero(cov.rows());
   const Vec3 dir = (impl_->frames[b]->T_W_B().p - impl_->frames[a]->T_W_B().p).normalized();
-  u.segment<3>(15 * static_cast<int>(b)) = dir;
-  u.segment<3>(15 * static_cast<int>(a)) = -dir;
+  u.segment<3>(6 * static_cast<int>(b)) = dir;
+  u.segment<3>(6 * static_cast<int>(a)) = -dir;
   out.baseline_sigma_m = std::sqrt(std::max(0.0, u.dot(cov * u)));
-  const int last = 15 * static_cast<int>(n - 1);
+  const int last = 6 * static_cast<int>(n - 1);
   const Mat3 R = impl_->frames.back()->T_W_B().R();
   const Mat3 tilt = R * cov.block<3, 3>(last + 3, last + 3) * R.transpose();
   out.tilt_sigma_rad = std::sqrt(std::max(0.0, std::max(tilt(0, 0), tilt(1, 1))));

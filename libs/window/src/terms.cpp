@@ -53,15 +53,17 @@ void TermSet::addLandmark(WindowLandmark& l) {
   Frame* host = l.host();
   const bool cauchy = w_.options.loss == ReprojectionLoss::cauchy;
   if (w_.calibrating()) updateCameraJacobians(w_, &l);
-  host_sights_.emplace_back(l.ray, l.sights.front().sight.weight);
-  terms_.push_back({&host_sights_.back(), {l.x}, 0, false, l.x});
+  auto& host_sight = w_.sight_factors.host_sights.next();
+  host_sight.set(l.ray, l.sights.front().sight.weight);
+  terms_.push_back({&host_sight, {l.x}, 0, false, l.x});
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
     Frame* f = l.sights[k].frame;
     const bool fej = w_.options.first_estimate_jacobians;
     const double* lin_i = fej ? host->linPose() : nullptr;
     const double* lin_j = fej ? f->linPose() : nullptr;
     if (w_.calibrating()) {
-      auto& r = calibrations_.emplace_back(l.ray, l.sights[k].sight);
+      auto& r = w_.sight_factors.calibrations.next();
+      r.set(l.ray, l.sights[k].sight);
       r.linearizeAt(lin_i, lin_j);
       terms_.push_back({&r,
                         {host->pose, f->pose, w_.extrinsic, l.x, w_.camera_parameters},
@@ -69,16 +71,20 @@ void TermSet::addLandmark(WindowLandmark& l) {
                         cauchy,
                         l.x});
     } else {
-      reprojections_.emplace_back(l.ray, l.sights[k].sight, w_.T_B_C(), w_.cameraVector());
-      reprojections_.back().linearizeAt(lin_i, lin_j);
-      terms_.push_back(
-          {&reprojections_.back(), {host->pose, f->pose, l.x}, w_.options.loss_scale, cauchy, l.x});
+      auto& r = w_.sight_factors.reprojections.next();
+      r.set(l.ray, l.sights[k].sight, w_.T_B_C(), w_.cameraVector());
+      r.linearizeAt(lin_i, lin_j);
+      terms_.push_back({&r, {host->pose, f->pose, l.x}, w_.options.loss_scale, cauchy, l.x});
     }
     ++sights_;
   }
 }
 
 void TermSet::addAll() {
+  w_.sight_factors.startOver();
+  std::size_t sights = 0;
+  for (const auto& [id, l] : w_.landmarks) sights += l.sights.size();
+  terms_.reserve(sights + 4 * w_.frames.size());
   if (w_.calibrating()) noteRotations(w_);
   addPrior();
   for (std::size_t k = 0; k < w_.frames.size(); ++k) {
@@ -89,11 +95,6 @@ void TermSet::addAll() {
   for (auto& [id, l] : w_.landmarks) {
     if (l.has_depth && l.sights.size() >= 2) addLandmark(l);
   }
-}
-
-void TermSet::addAllWithRanges() {
-  addAll();
-  if (w_.ranging()) addRanges();
 }
 
 void TermSet::addRanges() {
@@ -134,6 +135,7 @@ void TermSet::addRanges() {
 }
 
 void TermSet::addTail(std::size_t first) {
+  w_.sight_factors.startOver();
   for (std::size_t k = first; k < w_.frames.size(); ++k) {
     Frame* before = k ? w_.frames[k - 1].get() : nullptr;
     if (before) addFixedLink(*before, *w_.frames[k]);
@@ -151,20 +153,17 @@ void TermSet::addTail(std::size_t first) {
     if (!l.has_depth || in_tail(l.host())) continue;
     const Vec3 p_W = landmarkInWorld(w_, l);
     for (std::size_t k = l.sights.size() - 1; k > 0 && in_tail(l.sights[k].frame); --k) {
-      factors::Sight sight = l.sights[k].sight;
-      sight.bearing = sight.bearingAt(w_.cameraVector());
-      point_sights_.emplace_back(p_W, sight, T_B_C);
-      terms_.push_back({&point_sights_.back(),
-                        {l.sights[k].frame->pose},
-                        w_.options.loss_scale,
-                        cauchy,
-                        nullptr});
+      const factors::Sight& sight = l.sights[k].sight;
+      auto& f = w_.sight_factors.point_sights.next();
+      f.set(p_W, sight.bearingAt(w_.cameraVector()), sight.weight, T_B_C);
+      terms_.push_back({&f, {l.sights[k].frame->pose}, w_.options.loss_scale, cauchy, nullptr});
       ++sights_;
     }
   }
 }
 
 void TermSet::addOldest(const std::vector<std::uint64_t>& ids) {
+  w_.sight_factors.startOver();
   addPrior();
   addRest(*w_.frames[0], nullptr);
   if (w_.frames.size() > 1) addLink(*w_.frames[0], *w_.frames[1]);
@@ -177,6 +176,17 @@ void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order) {
   order->push_back({w.extrinsic, 7, 0, nullptr});
   order->push_back({w.camera_parameters, factors::kCameraParameters, 0, nullptr});
   order->push_back({w.imu_intrinsics, imu::kImuIntrinsicsSize, 0, nullptr});
+}
+
+std::vector<BlockRef> leadingOrder(WindowState& w, std::size_t* leading) {
+  std::vector<BlockRef> out;
+  *leading = w.frames.size();
+  for (auto f = w.frames.rbegin(); f != w.frames.rend(); ++f) {
+    out.push_back({(*f)->speed_bias, 9, 0, (*f)->linSpeedBias()});
+  }
+  for (auto& f : w.frames) out.push_back({f->pose, 7, 0, f->linPose()});
+  addCalibrationBlocks(w, &out);
+  return out;
 }
 
 std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count) {

@@ -1,11 +1,13 @@
 #pragma once
 /// Internal: frames, landmarks and prior of the short window, shared by its translation units.
+#include <cstddef>
 #include <deque>
 #include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "minimiser.h"
 #include "vir/camera/radial_response.h"
 #include "vir/factors/head_range_factor.h"
 #include "vir/factors/imu_factor.h"
@@ -35,6 +37,7 @@ struct Frame {
   Mat3 R_B_W = Mat3::Identity();
   Vec3 rate = Vec3::Zero();       ///< of its turning as measured then [rad/s], body
   std::vector<HeldRange> ranges;  ///< vectors in its body frame
+  std::size_t index = 0;          ///< in the window, as of the last rejectOutlierSights()
 
   Pose T_W_B() const { return factors::poseFrom(pose); }
   /// Where Jacobians must be taken; nullptr = at the current value.
@@ -77,6 +80,7 @@ struct WindowLandmark {
   factors::HostRay ray;
   double x[3] = {0, 0, 0};  ///< u, v, inverse distance
   bool has_depth = false;
+  bool unchecked = true;  ///< no rejectOutlierSights() since it has a depth
 
   Frame* host() const { return sights.front().frame; }
   /// Point in the host's camera.
@@ -109,6 +113,35 @@ struct SightLevel {
   void add(double rms, int sights);
 };
 
+/// Factors that are used again in the next problem.
+template <typename Factor>
+class Recycled {
+ public:
+  Factor& next() {
+    if (used_ == factors_.size()) factors_.emplace_back();
+    return factors_[used_++];
+  }
+  void startOver() { used_ = 0; }
+
+ private:
+  std::deque<Factor> factors_;
+  std::size_t used_ = 0;
+};
+
+/// Of the sights. A problem has thousands, and each has memory of its own.
+struct SightFactors {
+  Recycled<factors::ReprojectionFactor> reprojections;
+  Recycled<factors::ReprojectionCalibrationFactor> calibrations;
+  Recycled<factors::HostSightFactor> host_sights;
+  Recycled<factors::PointSightFactor> point_sights;
+  void startOver() {
+    reprojections.startOver();
+    calibrations.startOver();
+    host_sights.startOver();
+    point_sights.startOver();
+  }
+};
+
 struct WindowState {
   WindowOptions options;
   imu::ImuNoise noise;
@@ -131,6 +164,12 @@ struct WindowState {
   LongWindow* long_window = nullptr;  ///< not owned; nullptr: no ranges, no covariance in W
   WindowCovariance covariance;
   SightLevel sight_level;
+  Minimiser minimiser, tail_minimiser;
+  SightFactors sight_factors;  ///< of the last TermSet with sights
+  /// `minimiser` has the information of the frames as they are now.
+  bool information_known = false;
+  /// Frames from this index on have moved since the last rejectOutlierSights().
+  std::size_t moved_from = 0;
 
   bool ranging() const { return long_window && !long_window->anchors().empty(); }
 
@@ -143,14 +182,15 @@ struct WindowState {
   LandmarkSight sightOf(const vision::FeatureObservation& o) const;
 };
 
-/// The residuals of (part of) the window, with the cost functions they point to.
+/// The residuals of (part of) the window, with the cost functions they point to. Only one at a time
+/// can have sights.
 class TermSet {
  public:
   explicit TermSet(WindowState& w) : w_(w) {}
   /// Everything in the window that camera and IMU say.
   void addAll();
-  /// addAll() and the ranges.
-  void addAllWithRanges();
+  /// What the long window says of its head and the anchors, and the ranges of all frames.
+  void addRanges();
   /// What the frames from index `first` on feel of the rest, with landmarks and older frames taken
   /// as known.
   void addTail(std::size_t first);
@@ -161,8 +201,6 @@ class TermSet {
 
  private:
   void addPrior();
-  /// What the long window says of its head and the anchors, and the ranges of these frames.
-  void addRanges();
   void addLink(Frame& a, Frame& b);
   /// The same with the IMU's intrinsics taken as known.
   void addFixedLink(Frame& a, Frame& b);
@@ -176,10 +214,6 @@ class TermSet {
 
   WindowState& w_;
   std::vector<Term> terms_;
-  std::deque<factors::ReprojectionFactor> reprojections_;
-  std::deque<factors::ReprojectionCalibrationFactor> calibrations_;
-  std::deque<factors::HostSightFactor> host_sights_;
-  std::deque<factors::PointSightFactor> point_sights_;
   std::deque<factors::WindowRangeFactor> window_ranges_;
   std::deque<factors::HeadRangeFactor> head_ranges_;
   std::deque<factors::NodeRangeFactor> rigid_ranges_;
@@ -206,7 +240,11 @@ std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t
 /// Of the camera, behind all frames, if it is estimated.
 void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order);
 
-/// Information of all terms of camera and IMU, over all frames.
+/// Blocks in the order that is cheap to solve: `leading` speeds and biases, from the newest on,
+/// then poses and calibration.
+std::vector<BlockRef> leadingOrder(WindowState& w, std::size_t* leading);
+
+/// Information of all terms of camera and IMU, over the poses of all frames and the calibration.
 NormalEquations informationOf(WindowState& w);
 /// Fills in `w.covariance` and the joint covariance of head and anchors.
 void updateCovariance(WindowState& w);
@@ -235,6 +273,7 @@ State navStateOf(const Frame& f);
 Vec3 landmarkInWorld(const WindowState& w, const WindowLandmark& l);
 
 int triangulateLandmarks(WindowState& w);
+/// Of all sights if everything moved, else of those of the frames that did.
 std::vector<std::uint64_t> rejectOutlierSights(WindowState& w);
 /// Removes the sights of a frame; landmarks hosted there move to their next sight.
 void removeSightsOf(WindowState& w, const Frame* frame);

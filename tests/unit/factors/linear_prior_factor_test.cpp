@@ -68,6 +68,28 @@ TEST(LinearPriorFactor, ResidualAtTheFirstEstimateIsR0) {
       1e-14);
 }
 
+TEST(LinearPriorFactor, NormalEquationsAreThoseOfItsJacobians) {
+  const Pose T0 = vir_test::poses()[3].T;
+  const LinearPrior prior = randomPrior(T0, 12);
+  const LinearPriorFactor f(prior);
+  const std::vector<std::vector<double>> x = {
+      poseBlock(T0 * Pose(expQuat(Vec3(0.3, -0.2, 0.4)), Vec3(1, 0, 2))),
+      std::vector<double>(9, 0.7),
+      {-0.4}};
+  Eigen::VectorXd r;
+  const auto blocks = vir_test::analyticJacobians(f, x, &r);
+  Eigen::MatrixXd J(12, 16);
+  J << blocks[0].leftCols(6), blocks[1], blocks[2];
+  const double* at[3] = {x[0].data(), x[1].data(), x[2].data()};
+  Eigen::MatrixXd H;
+  Eigen::VectorXd b;
+  double squared = 0;
+  f.linearize(at, &H, &b, &squared);
+  EXPECT_LT((H - J.transpose() * J).norm(), 1e-12 * H.norm());
+  EXPECT_LT((b - J.transpose() * r).norm(), 1e-12 * b.norm());
+  EXPECT_NEAR(squared, r.squaredNorm(), 1e-12 * squared);
+}
+
 TEST(LinearPriorFactor, BothQuaternionsOfAPoseAreTheSame) {
   const Pose T0 = vir_test::poses().back().T;
   const LinearPrior prior = randomPrior(T0, 16);

@@ -244,6 +244,34 @@ TEST(Marginalization, GaugeDirectionsAreNotInvented) {
   EXPECT_LT(toPrior(one).J.norm(), 1e-4);
 }
 
+/// In a ring only neighbours are tied; how well the sum is known is another matter. What is left of
+/// it behind the pivots of the others is the ring's length larger than its eigenvalue.
+TEST(Marginalization, ADirectionIsLeftOutByItsEigenvalueNotByItsPivot) {
+  constexpr int kSize = 20;
+  std::vector<double> x(kSize);
+  const auto ring = [&](double eigenvalue) {
+    NormalEquations eq;
+    eq.blocks = {{x.data(), kSize, 0, nullptr}};
+    eq.H = MatrixXd::Constant(kSize, kSize, 2 * eigenvalue / kSize);
+    for (int k = 0; k < kSize; ++k) {
+      const int next = (k + 1) % kSize;
+      eq.H(k, k) += 2;
+      eq.H(k, next) -= 1;
+      eq.H(next, k) -= 1;
+    }
+    eq.b = VectorXd::LinSpaced(kSize, -1, 1);
+    return eq;
+  };
+  const factors::LinearPrior known = toPrior(ring(1e-9));
+  ASSERT_EQ(known.r0.size(), kSize);
+  EXPECT_LT((known.J.transpose() * known.J - ring(1e-9).H).norm(), 1e-13);
+  EXPECT_LT((known.J.transpose() * known.r0 - ring(1e-9).b).norm(), 1e-9);
+  const factors::LinearPrior unknown = toPrior(ring(5e-11));
+  ASSERT_EQ(unknown.r0.size(), kSize - 1);
+  EXPECT_LT((unknown.J.transpose() * unknown.J - ring(0).H).norm(), 1e-8);
+  EXPECT_LT((unknown.J * VectorXd::Ones(kSize)).norm(), 1e-6);
+}
+
 TEST(Marginalization, AParameterThatWalks) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;

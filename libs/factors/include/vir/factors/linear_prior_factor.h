@@ -27,9 +27,17 @@ class LinearPriorFactor final : public ceres::CostFunction {
  public:
   explicit LinearPriorFactor(const LinearPrior& prior);
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+  /// The same as normal equations of all columns, which J^T J makes cheap: H and gradient b at x,
+  /// and the squared norm of the residual.
+  void linearize(double const* const* x, Eigen::MatrixXd* H, Eigen::VectorXd* b,
+                 double* squared) const;
+  const LinearPrior& prior() const { return prior_; }
 
  private:
+  void difference(double const* const* x, Eigen::VectorXd* dx) const;
+
   const LinearPrior& prior_;
+  mutable Eigen::MatrixXd JtJ_;  ///< once it is asked for
 };
 
 }  // namespace vir::factors

@@ -33,63 +33,108 @@ struct ReprojectionJacobians {
   Eigen::Matrix<double, 2, kCameraParameters> camera;
 };
 
+/// How what camera i sees at frame i stands in camera j: s_Cj = R_Cj_Ci d_Ci + rho t_Cj, for a
+/// point at d / rho in camera i; and what Jacobians need. The same for all sights of two frames.
+struct SightGeometry {
+  SightGeometry() = default;
+  SightGeometry(const Pose& T_W_Bi, const Pose& T_W_Bj, const Pose& T_B_C);
+  Mat3 R_Cj_Ci, R_Cj_Bi, R_Cj_W, R_C_B;
+  Vec3 t_Cj, p_B_C;
+};
+
 /// Whitened residual [2] of the landmark hosted in frame i, seen in frame j. Scaled by the inverse
 /// distance throughout, so that points at infinity (rho = 0) are regular.
 Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T_W_Bi,
                           const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark,
                           const CameraVector& camera, ReprojectionJacobians* J);
+Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const SightGeometry& between,
+                          const Vec3& landmark, const CameraVector& camera,
+                          ReprojectionJacobians* J);
 
-/// Parameters: pose i, pose j, landmark. Calibration fixed.
-class ReprojectionFactor final : public ceres::SizedCostFunction<2, 7, 7, 3> {
+/// What both factors below share: which sight it is, and where its Jacobians are evaluated. Refers
+/// to host and sight, of which a window has thousands: they must outlive it.
+template <int... Sizes>
+class ReprojectionFactorBase : public ceres::SizedCostFunction<2, Sizes...> {
  public:
-  ReprojectionFactor(const HostRay& host, const Sight& sight, const Pose& T_B_C,
-                     const CameraVector& camera)
-      : host_(host), sight_(sight), T_B_C_(T_B_C), camera_(camera) {}
   /// First-estimate Jacobians, see ImuFactor::linearizeAt.
   void linearizeAt(const double* pose_i, const double* pose_j) {
     lin_i_ = pose_i;
     lin_j_ = pose_j;
   }
-  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+  const HostRay& host() const { return *host_; }
+  const Sight& sight() const { return *sight_; }
+  /// Where Jacobians are evaluated; nullptr: at the current value.
+  const double* linI() const { return lin_i_; }
+  const double* linJ() const { return lin_j_; }
 
- private:
-  HostRay host_;
-  Sight sight_;
-  Pose T_B_C_;
-  CameraVector camera_;
+ protected:
+  ReprojectionFactorBase() = default;
+  ReprojectionFactorBase(const HostRay& host, const Sight& sight) : host_(&host), sight_(&sight) {}
+  void setSight(const HostRay& host, const Sight& sight) {
+    host_ = &host;
+    sight_ = &sight;
+    lin_i_ = lin_j_ = nullptr;
+  }
+  const HostRay* host_ = nullptr;
+  const Sight* sight_ = nullptr;
   const double* lin_i_ = nullptr;
   const double* lin_j_ = nullptr;
 };
 
-/// Parameters: pose i, pose j, extrinsic, landmark, camera (its calibration is estimated).
-class ReprojectionCalibrationFactor final
-    : public ceres::SizedCostFunction<2, 7, 7, 7, 3, kCameraParameters> {
+/// Parameters: pose i, pose j, landmark. Calibration fixed.
+class ReprojectionFactor final : public ReprojectionFactorBase<7, 7, 3> {
  public:
-  ReprojectionCalibrationFactor(const HostRay& host, const Sight& sight)
-      : host_(host), sight_(sight) {}
-  void linearizeAt(const double* pose_i, const double* pose_j) {
-    lin_i_ = pose_i;
-    lin_j_ = pose_j;
+  /// To be set.
+  ReprojectionFactor() = default;
+  ReprojectionFactor(const HostRay& host, const Sight& sight, const Pose& T_B_C,
+                     const CameraVector& camera)
+      : ReprojectionFactorBase(host, sight), T_B_C_(T_B_C), camera_(camera) {}
+  void set(const HostRay& host, const Sight& sight, const Pose& T_B_C, const CameraVector& camera) {
+    setSight(host, sight);
+    T_B_C_ = T_B_C;
+    camera_ = camera;
   }
+  const Pose& extrinsics() const { return T_B_C_; }
+  const CameraVector& camera() const { return camera_; }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
 
  private:
-  HostRay host_;
-  Sight sight_;
-  const double* lin_i_ = nullptr;
-  const double* lin_j_ = nullptr;
+  Pose T_B_C_;
+  CameraVector camera_;
+};
+
+/// Parameters: pose i, pose j, extrinsic, landmark, camera (its calibration is estimated).
+class ReprojectionCalibrationFactor final
+    : public ReprojectionFactorBase<7, 7, 7, 3, kCameraParameters> {
+ public:
+  /// To be set.
+  ReprojectionCalibrationFactor() = default;
+  ReprojectionCalibrationFactor(const HostRay& host, const Sight& sight)
+      : ReprojectionFactorBase(host, sight) {}
+  void set(const HostRay& host, const Sight& sight) { setSight(host, sight); }
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
 };
 
 /// A known point p_W seen from a frame; whitened residual [2]. Parameter: pose. Calibration fixed.
 class PointSightFactor final : public ceres::SizedCostFunction<2, 7> {
  public:
-  PointSightFactor(const Vec3& p_W, const Sight& sight, const Pose& T_B_C)
-      : p_W_(p_W), sight_(sight), R_C_B_(T_B_C.R().transpose()), p_B_C_(T_B_C.p) {}
+  /// To be set.
+  PointSightFactor() = default;
+  PointSightFactor(const Vec3& p_W, const Sight& sight, const Pose& T_B_C) {
+    set(p_W, sight.bearing, sight.weight, T_B_C);
+  }
+  void set(const Vec3& p_W, const Vec3& bearing, const Mat23& weight, const Pose& T_B_C) {
+    p_W_ = p_W;
+    bearing_ = bearing;
+    weight_ = weight;
+    R_C_B_ = T_B_C.R().transpose();
+    p_B_C_ = T_B_C.p;
+  }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
 
  private:
-  Vec3 p_W_;
-  Sight sight_;
+  Vec3 p_W_, bearing_;
+  Mat23 weight_;
   Mat3 R_C_B_;
   Vec3 p_B_C_;
 };
@@ -97,7 +142,10 @@ class PointSightFactor final : public ceres::SizedCostFunction<2, 7> {
 /// The host's own sight: whitened residual [2] = weight * basis * (u, v). Parameter: landmark.
 class HostSightFactor final : public ceres::SizedCostFunction<2, 3> {
  public:
-  HostSightFactor(const HostRay& host, const Mat23& weight) : J_(weight * host.basis) {}
+  /// To be set.
+  HostSightFactor() = default;
+  HostSightFactor(const HostRay& host, const Mat23& weight) { set(host, weight); }
+  void set(const HostRay& host, const Mat23& weight) { J_ = weight * host.basis; }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
 
  private:

@@ -1,6 +1,9 @@
 #pragma once
 /// Gaussian elimination on the normal equations of the window: landmarks first, then frames.
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <initializer_list>
 #include <vector>
 
 #include "vir/factors/linear_prior_factor.h"
@@ -11,10 +14,43 @@ class CostFunction;
 
 namespace vir::window {
 
+/// Parameter arrays of a term. Few as a rule: then they need no memory of their own, and a window
+/// has thousands of terms.
+class BlockList {
+ public:
+  BlockList() = default;
+  BlockList(std::initializer_list<double*> blocks) {
+    for (double* x : blocks) push_back(x);
+  }
+  BlockList(const std::vector<double*>& blocks) {
+    for (double* x : blocks) push_back(x);
+  }
+  void push_back(double* x) {
+    if (size_ < kFew) {
+      few_[size_] = x;
+    } else {
+      if (size_ == kFew) many_.assign(few_.begin(), few_.end());
+      many_.push_back(x);
+    }
+    ++size_;
+  }
+  std::size_t size() const { return size_; }
+  double* const* data() const { return size_ > kFew ? many_.data() : few_.data(); }
+  double* operator[](std::size_t k) const { return data()[k]; }
+  double* const* begin() const { return data(); }
+  double* const* end() const { return data() + size_; }
+
+ private:
+  static constexpr std::size_t kFew = 5;
+  std::array<double*, kFew> few_{};
+  std::vector<double*> many_;  ///< all of them, if there are more
+  std::size_t size_ = 0;
+};
+
 /// One residual of the window with the parameter arrays it reads, in the cost function's order.
 struct Term {
   const ceres::CostFunction* cost = nullptr;
-  std::vector<double*> blocks;
+  BlockList blocks;
   double robust = 0;           ///< scale of the robust loss on the whitened norm; 0 = none
   bool cauchy = false;         ///< Cauchy's loss, else Huber's
   double* landmark = nullptr;  ///< the landmark block among `blocks`, if any
