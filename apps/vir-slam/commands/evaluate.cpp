@@ -55,19 +55,8 @@ std::vector<Evaluated> evaluateAll(const Arguments& args,
       evaluation::EvaluationOptions own = options;
       own.positions_only = options.positions_only || e.read.positions_only;
       e.result = evaluation::evaluate(reference, estimate, own);
-      if (!e.result->attitudes) {
-        std::fprintf(stderr,
-                     "%s: the %s has positions only: errors of rotation and relative errors are "
-                     "left out\n",
-                     e.file.c_str(), e.read.positions_only ? "estimate" : "reference");
-      }
       e.hints = evaluation::likelyMistakes(reference, estimate, own, *e.result);
-      for (const std::string& hint : e.hints) {
-        std::fprintf(stderr, "%s: %s\n", e.file.c_str(), hint.c_str());
-      }
-      if (!e.result->transform.note.empty()) {
-        std::fprintf(stderr, "%s: %s\n", e.file.c_str(), e.result->transform.note.c_str());
-      }
+      sayNotes(e);
     } catch (const evaluation::EvaluationError& error) {
       e.error = error.what();
     }

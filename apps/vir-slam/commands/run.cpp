@@ -19,8 +19,6 @@
 namespace vir::app {
 namespace {
 
-constexpr int kFoxglovePort = 8765;  // where Foxglove looks first
-
 constexpr const char* kHelp =
     R"(Estimate the trajectory of a recording
 Examples:
@@ -33,27 +31,13 @@ Examples:
   vir-slam run mh01.rawlog --foxglove                 watch it in Foxglove, at ws://localhost:8765
 Exit code 1 also where the results are there but end early: interrupted, or the recording is damaged.)";
 
-/// Null if it was not asked for. Waits for somebody to look.
-std::unique_ptr<FoxgloveStream> openFoxglove(const RunArguments& arguments,
-                                             const PreparedRun& prepared) {
-  if (!arguments.foxglove) return nullptr;
-  FoxgloveOptions options = prepared.foxglove;
-  if (options.port == 0) options.port = kFoxglovePort;
-  auto stream = std::make_unique<FoxgloveStream>(options, prepared.used_ini);
-  stream->pace(options.speed);
-  std::fprintf(stderr,
-               "waiting for Foxglove: open the connection ws://localhost:%d (Ctrl-C ends)\n",
-               stream->port());
-  if (!stream->waitForClient(interrupted)) std::fprintf(stderr, "nobody came\n");
-  return stream;
-}
-
 void run(const RunArguments& arguments, Common& common) {
   PreparedRun prepared = prepareRun(arguments, common);
   const results::ResultsFolder folder(arguments.out);
   results::writeTextFile(folder.file("used.ini"), prepared.used_ini);
   results::OutputFile log_file(folder.file("run.log"), results::OutputFile::Named::at_once);
-  const auto foxglove = openFoxglove(arguments, prepared);
+  std::unique_ptr<FoxgloveStream> foxglove;
+  if (arguments.foxglove) foxglove = showInFoxglove(prepared.foxglove, prepared.used_ini);
   ProgressBar bar;
   runs::OfflineRunHooks hooks;
   hooks.log = [&](LogLevel level, const std::string& text) {

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
@@ -11,6 +12,7 @@
 #include <utility>
 
 #include "live/foxglove_json.h"
+#include "output/console.h"
 #include "recordings/ros_messages.h"
 #include "vir/core/host_clock.h"
 #include "vir/core/resource_usage.h"
@@ -30,6 +32,7 @@ constexpr TimeNs kPoseEvery = 20'000'000;  // [ns]
 constexpr TimeNs kMapEvery = 1'000'000'000;
 constexpr std::size_t kMostPathPoints = 4000;
 constexpr int kJpegQuality = 80;
+constexpr int kUsualPort = 8765;  // where Foxglove looks first
 constexpr std::chrono::milliseconds kLook{50};
 
 /// Messages of ROS 2 to clients; the number of a channel is the server's.
@@ -313,5 +316,17 @@ bool FoxgloveStream::waitForClient(const std::function<bool()>& stop) const {
 }
 int FoxgloveStream::port() const { return impl_->port(); }
 std::string FoxgloveStream::report() const { return impl_->report(); }
+
+std::unique_ptr<FoxgloveStream> showInFoxglove(FoxgloveOptions options,
+                                               const std::string& used_ini) {
+  if (options.port == 0) options.port = kUsualPort;
+  auto stream = std::make_unique<FoxgloveStream>(options, used_ini);
+  stream->pace(options.speed);
+  std::fprintf(stderr,
+               "waiting for Foxglove: open the connection ws://localhost:%d (Ctrl-C ends)\n",
+               stream->port());
+  if (!stream->waitForClient(interrupted)) std::fprintf(stderr, "nobody came\n");
+  return stream;
+}
 
 }  // namespace vir::app

@@ -55,4 +55,9 @@ class FoxgloveStream final : public results::RunObserver {
   std::unique_ptr<Impl> impl_;
 };
 
+/// For a recording that is played: at port 8765 if none is set, at its `speed`; says where and
+/// waits for somebody to look, or to be interrupted.
+std::unique_ptr<FoxgloveStream> showInFoxglove(FoxgloveOptions options,
+                                               const std::string& used_ini);
+
 }  // namespace vir::app

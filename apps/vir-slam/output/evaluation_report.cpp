@@ -187,6 +187,19 @@ ImageCoverage imageCoverage(const std::vector<TimeNs>& images, const Trajectory&
   return coverage;
 }
 
+void sayNotes(const Evaluated& e) {
+  const char* file = e.file.c_str();
+  if (!e.result->attitudes) {
+    std::fprintf(stderr,
+                 "%s: the %s has positions only: errors of rotation and relative errors are left "
+                 "out\n",
+                 file, e.read.positions_only ? "estimate" : "reference");
+  }
+  for (const std::string& hint : e.hints) std::fprintf(stderr, "%s: %s\n", file, hint.c_str());
+  const std::string& note = e.result->transform.note;
+  if (!note.empty()) std::fprintf(stderr, "%s: %s\n", file, note.c_str());
+}
+
 std::string evaluationTable(const std::string& title, const std::vector<Evaluated>& estimates) {
   Table table(estimates);
   std::string text = title + "\n";

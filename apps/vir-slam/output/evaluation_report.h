@@ -29,6 +29,9 @@ struct Evaluated {
   std::string error;
 };
 
+/// On the terminal: what was left out and why, and what seems to be wrong with the files.
+void sayNotes(const Evaluated& estimate);
+
 /// Rows are metrics with units, columns are estimates. `title` goes on top.
 std::string evaluationTable(const std::string& title, const std::vector<Evaluated>& estimates);
 

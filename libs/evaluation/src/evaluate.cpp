@@ -179,6 +179,13 @@ EvaluationResult evaluate(const Trajectory& given, const Trajectory& estimate,
   return result;
 }
 
+Trajectory inWorldOfEstimate(const Trajectory& reference, const EvaluationResult& result) {
+  const Pose T_E_R = result.transform.apply(Pose()).inverse();
+  Trajectory out = reference;
+  for (StampedPose& p : out) p.T_W_B = T_E_R * p.T_W_B;
+  return out;
+}
+
 std::string describeComparison(const EvaluationOptions& options) {
   std::ostringstream text;
   switch (options.alignment) {

@@ -365,17 +365,9 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   writePictures(anchors, landmarks, *summary);
   if (trajectory_.empty()) return;
   SceneRobot robot{"", evaluation::figureColor(0), Pose(), trajectory_, anchors, landmarks};
-  robot.truth = truthInWorld();
+  if (evaluation_) robot.truth = evaluation::inWorldOfEstimate(truth_, *evaluation_);
   robot.camera = summary->calibration;
   writeScene(folder_.file("scene.3Dscene"), {robot});
-}
-
-Trajectory RunRecorder::truthInWorld() const {
-  if (!evaluation_) return {};
-  const Pose T_W_R = evaluation_->transform.apply(Pose()).inverse();
-  Trajectory out = truth_;
-  for (StampedPose& p : out) p.T_W_B = T_W_R * p.T_W_B;
-  return out;
 }
 
 void RunRecorder::writePictures(const std::vector<Anchor>& anchors,

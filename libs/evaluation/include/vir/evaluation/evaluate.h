@@ -76,6 +76,9 @@ struct EvaluationResult {
 EvaluationResult evaluate(const Trajectory& reference, const Trajectory& estimate,
                           const EvaluationOptions& options);
 
+/// The reference moved to where the alignment puts the estimate, its scale left as it is.
+Trajectory inWorldOfEstimate(const Trajectory& reference, const EvaluationResult& result);
+
 /// How the comparison was made, in words for the head of a table: alignment and association.
 std::string describeComparison(const EvaluationOptions& options);
 

@@ -133,8 +133,6 @@ class RunRecorder final : public RunObserver {
   void checkGroundTruth(RunSummary* summary);
   void takeSurvey(const roles::Estimator& estimator, RunSummary* summary);
   void evaluateInto(RunSummary* summary);
-  /// By the alignment of the causal trajectory.
-  Trajectory truthInWorld() const;
   std::vector<FrameError> errorsFromStart() const;
   std::optional<double> positionNees(const std::vector<FrameError>& errors) const;
   void writePictures(const std::vector<Anchor>& anchors, const std::vector<Landmark>& landmarks,
