@@ -40,8 +40,6 @@ constexpr double kSlowPartS = 6.0;
 /// A claimed sigma may turn out too large; its square is not cut below this share.
 constexpr double kLeastFactor = 0.2;
 
-std::string seconds(TimeNs t) { return std::to_string(toSeconds(t)) + " s"; }
-
 std::string text(const Vec3& p) {
   char out[80];
   std::snprintf(out, sizeof out, "(%.2f, %.2f, %.2f)", p.x(), p.y(), p.z());
@@ -125,7 +123,7 @@ bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, co
   a->uncalibrated = true;
   state.prior_information(3, 3) = 1 / (biasSigma(true) * biasSigma(true));
   state.x[3] = best.bias_m;
-  warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges are " +
+  warn("anchor " + std::to_string(a->id) + " at " + elapsed.text(t) + ": its ranges are " +
        std::to_string(std::abs(best.bias_m)).substr(0, 4) + " m too " +
        (best.bias_m > 0 ? "long" : "short") + ": an uncalibrated board; the bias is estimated");
   moveTo(t, a, located, best.p_W);
@@ -160,7 +158,7 @@ void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInit
   a->advice = found.advice;
   a->gate.reset();
   log(log_sink, LogLevel::info,
-      "anchor " + std::to_string(a->id) + " found at " + text(best.p_W) + " m, " + seconds(t) +
+      "anchor " + std::to_string(a->id) + " found at " + text(best.p_W) + " m, " + elapsed.text(t) +
           (found.solutions.size() > 1 ? ", or its mirror image at " + text(found.solutions[1].p_W)
                                       : ""));
 }
@@ -195,7 +193,7 @@ void RangeLayer::Impl::moveTo(TimeNs t, AnchorTrack* a, Located* located, const 
   located->next_check = 1;
   a->gate.reset();
   log(log_sink, LogLevel::info,
-      "anchor " + std::to_string(a->id) + " is rather at " + text(p_W) + " m, " + seconds(t));
+      "anchor " + std::to_string(a->id) + " is rather at " + text(p_W) + " m, " + elapsed.text(t));
 }
 
 /// The first ranges of an anchor leave a ring or a valley of positions, and what the window makes
@@ -256,7 +254,7 @@ bool RangeLayer::Impl::decideMirror(TimeNs t, AnchorTrack* a, Located* located, 
   a->gate.reset();
   log(log_sink, LogLevel::info,
       "anchor " + std::to_string(a->id) + ": its mirror image at " + text(m.mirror_p_W) +
-          " m fits better, " + seconds(t));
+          " m fits better, " + elapsed.text(t));
   return true;
 }
 
@@ -272,7 +270,7 @@ bool RangeLayer::Impl::giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located
 }
 
 void RangeLayer::Impl::giveUp(TimeNs t, AnchorTrack* a, bool trusted) {
-  warn("anchor " + std::to_string(a->id) + " at " + seconds(t) + ": its ranges contradict " +
+  warn("anchor " + std::to_string(a->id) + " at " + elapsed.text(t) + ": its ranges contradict " +
        (trusted ? "its position, it has been moved" : "its first position, which was wrong") +
        "; being found anew");
   // What it measured before it was moved stays true of the anchor it was then.
@@ -326,7 +324,7 @@ bool RangeLayer::Impl::returnIfFormerFits(TimeNs t, AnchorTrack* a) {
   ++taken_up_again;
   log(log_sink, LogLevel::info,
       "anchor " + std::to_string(a->id) + ": its ranges agree with its former position again, " +
-          seconds(t));
+          elapsed.text(t));
   return true;
 }
 

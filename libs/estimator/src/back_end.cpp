@@ -121,6 +121,7 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
   out->state.t = frame.t;
   elapsed.begin(frame.t);
   doubts.begin(frame.t);
+  ranges.begin(frame.t);
   out->tracks = static_cast<int>(frame.features.size());
   out->ms.pyramid = frame.ms_pyramid;
   out->ms.flow = frame.ms_flow;

@@ -126,6 +126,7 @@ bool OdometryRangeEstimator::Impl::plausible(TimeNs t, const Pose& T_O_B) {
     ++out_of_order;
     return false;
   }
+  ranges.begin(t);
   return true;
 }
 

@@ -104,6 +104,8 @@ ranging::RangeCheck& RangeLayer::Impl::checkOf(const Vec3& p_B_U) {
   return antennas.back().check;
 }
 
+void RangeLayer::begin(TimeNs t) { impl_->elapsed.begin(t); }
+
 void RangeLayer::offer(const AnchorRange& range) {
   Impl& s = *impl_;
   if (!s.distances.add(range, s.options.sigma_m, s.options.max_range_m)) ++s.anchor_ranges_unusable;

@@ -4,6 +4,7 @@
 
 #include "anchor_distances.h"
 #include "anchor_track.h"
+#include "elapsed.h"
 #include "survey_life.h"
 #include "vir/estimator/range_layer.h"
 #include "vir/ranging/range_check.h"
@@ -99,6 +100,7 @@ struct RangeLayer::Impl {
 
   RangeOptions options;
   window::LongWindow* window;
+  Elapsed elapsed;
   LogSink log_sink;
   /// Antennas of the robot, by where they are on it: each has a stream of its own to every anchor.
   struct Antenna {

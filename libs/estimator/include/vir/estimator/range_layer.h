@@ -58,6 +58,8 @@ class RangeLayer {
   RangeLayer(const RangeOptions& options, window::LongWindow* window, LogSink log);
   ~RangeLayer();
 
+  /// The first image, or pose: times are told since then.
+  void begin(TimeNs t);
   /// Takes a range; what cannot be used at all is recorded with its reason.
   void offer(const Range& range);
   /// A range between two anchors, which ties them; what cannot be is counted.
