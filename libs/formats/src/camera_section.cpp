@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
 namespace vir::formats {
@@ -163,6 +164,22 @@ CameraCalibration readListedCamera(const YamlSection& section) {
   std::copy_n(k.begin(), before, c.dist.begin());
   checkIntrinsics(section, "intrinsics", c);
   return c;
+}
+
+std::optional<double> readTimeShift(const YamlSection& section, const std::string& key,
+                                    CalibrationFile* file) {
+  constexpr double kMost = 10;     // [s] that [Camera] time_offset_s takes
+  constexpr double kUsual = 0.25;  // [s] a camera and an IMU that one driver stamps are closer
+  const std::optional<double> v = section.optionalNumber(key);
+  if (!v || std::abs(*v) <= kUsual) return v;
+  char text[160];
+  std::snprintf(text, sizeof text, "`%s` is %g, which is read as seconds (milliseconds? then %g)",
+                section.named(key).c_str(), *v, *v / 1000);
+  if (!(std::abs(*v) <= kMost)) {
+    section.fail(std::string(text) + "; allowed: a number of seconds from -10 to 10");
+  }
+  file->notes.push_back(text);
+  return v;
 }
 
 void readImuNoise(const YamlSection& section, CalibrationFile* file) {
