@@ -364,6 +364,19 @@ TEST(CheckCli, NamesNumbersThatNoCameraHas) {
   EXPECT_TRUE(vir::test::contains(i.text, "units of the image's width")) << i.text;
 }
 
+TEST(CheckCli, NamesWhatWasLeftOut) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant v(source, kFewSeconds);
+  v.rewrite("imu0", "#timestamp [ns]",
+            [](const Row& r) { return Variant::line(r.t / 10000000 * 10000000, r.rest); });
+  const Checked c = check(v);
+  EXPECT_EQ(c.code, 3) << c.text;
+  EXPECT_TRUE(has(c, "repeated")) << c.text;
+  EXPECT_TRUE(vir::test::contains(c.text, "rounded to 10 ms?")) << c.text;
+  const auto i = virSlam("import " + v.folder() + " --out " + quoted(v.out("v.rawlog")));
+  EXPECT_TRUE(vir::test::contains(i.text, "50 % of its readings have the stamp")) << i.text;
+}
+
 TEST(CheckCli, WrongUse) {
   EXPECT_EQ(virSlam("check /nonexistent").code, 2);
   const vir::test::TempFolder folder;

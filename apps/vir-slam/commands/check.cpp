@@ -48,7 +48,7 @@ void run(const Arguments& a, Common& common) {
   bar.clear();
   for (const std::string& p : source.notes) std::printf("note: %s\n", p.c_str());
   std::vector<check::Finding> findings = recording.findings();
-  addFindings(source, &findings);
+  addFindings(source, recording.streams(), &findings);
   printStreams(recording.streams());
   printFindings(findings);
   const check::Severity worst = check::worst(findings);
