@@ -155,6 +155,7 @@ bool recordToRawlog(const RecordingJob& job) {
   job.sensor->initialize();
   rawlog::RawlogWriter writer(job.out, job.compression);
   RecordingCheck check(RecordingCheck::Depth::brief);
+  check.setDriver(job.driver);
   const Statistics statistics = pump(*job.sensor, *job.source, writer, &check);
   images.swap();
   writer.finish();

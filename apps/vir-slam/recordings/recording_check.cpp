@@ -240,6 +240,7 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     return f.kind == "imu_columns_swapped";
   });
   if (gyro) take(turning.findings, &out);
+  for (check::Finding& f : out) nameDriver(driver_, &f);
   std::stable_sort(out.begin(), out.end(), [](const check::Finding& a, const check::Finding& b) {
     return a.severity > b.severity;
   });

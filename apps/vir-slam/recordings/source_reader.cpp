@@ -63,7 +63,9 @@ SourceReport readSource(const SourceToRead& what, const Visit& visit) {
     if (more) sensor->doProcess();
     for (const auto& o : sensor->takeObservations()) visit(*o, source->progress());
   }
-  return reportOf(*source);
+  SourceReport out = reportOf(*source);
+  out.driver = driver;
+  return out;
 }
 
 }  // namespace vir::app

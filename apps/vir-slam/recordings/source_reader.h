@@ -23,6 +23,7 @@ struct SourceToRead {
 /// What the reader has to say.
 struct SourceReport {
   std::vector<std::string> notes;
+  std::string driver;    ///< that read it; empty: a rawlog
   bool damaged = false;  ///< or cut off: there should be more
   /// Lines and messages that are no readings: name of the counter and how many, none with 0.
   std::vector<std::pair<std::string, long>> unreadable;

@@ -85,6 +85,7 @@ class BagRecording {
   std::set<std::string> looked_at_;  // topics that were there in the beginning, or have been named
   std::set<std::string> warned_;
   ImuPairing pairing_;
+  double acc_unit_ = 1, gyro_unit_ = 1;  ///< what one of them is [m/s^2], [rad/s]
   tables::AnchorNames anchors_;
   std::multimap<std::pair<TimeNs, int>, Held> held_;
   std::size_t held_bytes_ = 0;
