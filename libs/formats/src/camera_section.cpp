@@ -143,7 +143,10 @@ CameraCalibration readListedCamera(const YamlSection& section) {
   if (k.size() != before + 4) {
     static const char* const names[] = {"[fx, fy, cx, cy]", "[xi, fx, fy, cx, cy]",
                                         "[xi, alpha, fx, fy, cx, cy]"};
-    section.fail("`" + section.named("intrinsics") + "` of " + model + " must be " + names[before]);
+    const bool commas = k.size() == 2 * (before + 4);
+    section.fail("`" + section.named("intrinsics") + "` of " + model + " must be " + names[before] +
+                 "; it has " + std::to_string(k.size()) + " numbers" +
+                 (commas ? ", decimal commas? write points" : "") + section.lineOf("intrinsics"));
   }
   c.fx = k[before], c.fy = k[before + 1], c.cx = k[before + 2], c.cy = k[before + 3];
   const Distortion lens = distortionOf(section, section.text("distortion_model"));

@@ -346,5 +346,15 @@ TEST(CalibrationFile, TimeShiftsInMillisecondsAreNamed) {
                            [](const std::string& note) { return contains(note, "timeshift"); }));
 }
 
+TEST(CalibrationFile, DecimalCommasAreNamedWithTheirLine) {
+  const std::string head = "%YAML:1.0\nresolution: [752, 480]\ndistortion_model: none\n";
+  const std::string list = errorOf(head + "intrinsics: [458,6, 457,2, 367,2, 248,3]\n");
+  EXPECT_TRUE(contains(list, "8 numbers, decimal commas? write points (line 4)")) << list;
+  const std::string one =
+      errorOf(head + "intrinsics: [458.6, 457.2, 367.2, 248.3]\ntimeshift_cam_imu: 0,01\n");
+  EXPECT_TRUE(contains(one, "timeshift_cam_imu is not a number (line 5: `0,01`, a decimal comma"))
+      << one;
+}
+
 }  // namespace
 }  // namespace vir::formats
