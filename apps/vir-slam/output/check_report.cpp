@@ -31,9 +31,19 @@ namespace {
 /// So many lines or messages that cannot be read are more than a slip.
 constexpr long kManyUnreadable = 5;
 
-/// An image that cannot be decoded is one too many, as it is in a rawlog.
+/// More images than this share that cannot be decoded are more than a slip.
+constexpr double kManyImages = 0.01;
+
 bool isOfImages(const std::string& counter) {
   return counter.find("image_undecodable") == 0 || counter.find("undecodable_CAM") == 0;
+}
+
+double imagesOf(const std::vector<check::StreamSummary>& streams) {
+  double n = 0;
+  for (const auto& s : streams) {
+    if (s.kind == check::StreamKind::images) n += static_cast<double>(s.count);
+  }
+  return n;
 }
 
 /// Stamps that are too coarse make readings look alike.
@@ -71,10 +81,11 @@ void addFindings(const SourceReport& source, const std::vector<check::StreamSumm
   for (const auto& [counter, n] : source.unreadable) {
     const bool images = isOfImages(counter);
     if (n < kManyUnreadable && !images) continue;
+    const bool slip = images && static_cast<double>(n) < kManyImages * imagesOf(streams);
     findings->push_back(
-        {check::Severity::doubtful, "unreadable", "file",
-         std::to_string(n) + (images ? " images cannot be decoded and are left out"
-                                     : " lines or messages are no readings and are left out"),
+        {slip ? check::Severity::note : check::Severity::doubtful, "unreadable", "file",
+         images ? "images cannot be decoded and are left out: " + std::to_string(n)
+                : std::to_string(n) + " lines or messages are no readings and are left out",
          counter + " " + std::to_string(n), "see the notes above"});
   }
   if (const auto repeated = repeatedReadings(source.imu_repeated, streams)) {

@@ -170,7 +170,9 @@ bool recordToRawlog(const RecordingJob& job) {
   read.damaged = false;
   std::vector<check::Finding> of_source;
   addFindings(read, check.streams(), &of_source);
-  for (const check::Finding& f : of_source) std::printf("%s\n", check::line(f).c_str());
+  for (const check::Finding& f : of_source) {
+    if (f.severity != check::Severity::note) std::printf("%s\n", check::line(f).c_str());
+  }
   for (const std::string& line : doubts) std::printf("%s\n", line.c_str());
   if (!doubts.empty()) std::printf("more: vir-slam check %s\n", job.out.c_str());
   for (const auto& [name, n] : job.source->counters()) {
