@@ -346,6 +346,37 @@ TEST(CheckCli, NamesTheCauseOfAWrongPoseOfTheCamera) {
   }
 }
 
+TEST(CheckCli, NamesNumbersThatNoCameraHas) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant v(source, kFewSeconds);
+  std::string text = camchain(
+      "  - [0.0148655429818, 0.999557249008, -0.0257744366974, 0.0652]\n"
+      "  - [-0.999880929698, 0.0149672133247, 0.00375618835797, -0.0207]\n"
+      "  - [0.00414029679422, 0.025715529948, 0.999660727178, -0.0081]\n");
+  const std::string right = "458.654, 457.296, 367.215, 248.375";
+  text.replace(text.find(right), right.size(), "0.61, 0.953, 0.488, 0.517");
+  vir::test::writeText(v.out("camchain.yaml"), text);
+  const std::string given = " --calibration " + quoted(v.out("camchain.yaml"));
+  const Checked c = check(v, given);
+  EXPECT_EQ(c.code, 1) << c.text;
+  EXPECT_EQ(c.kinds, std::vector<std::string>{"camera_intrinsics"}) << c.text;
+  const auto i = virSlam("import " + v.folder() + " --out " + quoted(v.out("v.rawlog")) + given);
+  EXPECT_TRUE(vir::test::contains(i.text, "units of the image's width")) << i.text;
+}
+
+TEST(CheckCli, NamesWhatWasLeftOut) {
+  VIR_REQUIRE_DATA(source, kRoom);
+  const Variant v(source, kFewSeconds);
+  v.rewrite("imu0", "#timestamp [ns]",
+            [](const Row& r) { return Variant::line(r.t / 10000000 * 10000000, r.rest); });
+  const Checked c = check(v);
+  EXPECT_EQ(c.code, 3) << c.text;
+  EXPECT_TRUE(has(c, "repeated")) << c.text;
+  EXPECT_TRUE(vir::test::contains(c.text, "rounded to 10 ms?")) << c.text;
+  const auto i = virSlam("import " + v.folder() + " --out " + quoted(v.out("v.rawlog")));
+  EXPECT_TRUE(vir::test::contains(i.text, "50 % of its readings have the stamp")) << i.text;
+}
+
 TEST(CheckCli, WrongUse) {
   EXPECT_EQ(virSlam("check /nonexistent").code, 2);
   const vir::test::TempFolder folder;

@@ -47,8 +47,9 @@ void run(const Arguments& a, Common& common) {
                                        [&](double part) { bar.show(part); });
   bar.clear();
   for (const std::string& p : source.notes) std::printf("note: %s\n", p.c_str());
+  recording.setDriver(source.driver);
   std::vector<check::Finding> findings = recording.findings();
-  addFindings(source, &findings);
+  addFindings(source, recording.streams(), &findings);
   printStreams(recording.streams());
   printFindings(findings);
   const check::Severity worst = check::worst(findings);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 
 namespace vir::app {
@@ -30,19 +31,65 @@ namespace {
 /// So many lines or messages that cannot be read are more than a slip.
 constexpr long kManyUnreadable = 5;
 
+/// More images than this share that cannot be decoded are more than a slip.
+constexpr double kManyImages = 0.01;
+
+bool isOfImages(const std::string& counter) {
+  return counter.find("image_undecodable") == 0 || counter.find("undecodable_CAM") == 0;
+}
+
+double imagesOf(const std::vector<check::StreamSummary>& streams) {
+  double n = 0;
+  for (const auto& s : streams) {
+    if (s.kind == check::StreamKind::images) n += static_cast<double>(s.count);
+  }
+  return n;
+}
+
+/// Stamps that are too coarse make readings look alike.
+std::optional<check::Finding> repeatedReadings(long repeated,
+                                               const std::vector<check::StreamSummary>& streams) {
+  const auto imu = std::find_if(streams.begin(), streams.end(),
+                                [](const auto& s) { return s.kind == check::StreamKind::imu; });
+  if (imu == streams.end() || 100 * repeated < imu->count) return std::nullopt;
+  const long all = imu->count + repeated;
+  char share[40], step[40];
+  std::snprintf(share, sizeof share, "%.2g %%",
+                100.0 * static_cast<double>(repeated) / static_cast<double>(all));
+  std::snprintf(step, sizeof step, "%.4g ms", imu->rate_hz > 0 ? 1e3 / imu->rate_hz : 0.0);
+  return check::Finding{check::Severity::doubtful,
+                        "repeated",
+                        imu->label,
+                        std::string(share) +
+                            " of its readings have the stamp of another one and "
+                            "are not used",
+                        std::to_string(repeated) + " of " + std::to_string(all) +
+                            "; those left are " + step + " apart",
+                        "write the stamps with all their digits (are they rounded to " +
+                            std::string(step) + "?), or leave out readings that are there twice"};
+}
+
 }  // namespace
 
-void addFindings(const SourceReport& source, std::vector<check::Finding>* findings) {
+void addFindings(const SourceReport& source, const std::vector<check::StreamSummary>& streams,
+                 std::vector<check::Finding>* findings) {
   if (source.damaged) {
     findings->push_back({check::Severity::doubtful, "damaged", "file",
                          "it is damaged or was cut off: there should be more", "",
                          "record it anew, or copy it again; what is there can be used"});
   }
   for (const auto& [counter, n] : source.unreadable) {
-    if (n < kManyUnreadable) continue;
-    findings->push_back({check::Severity::doubtful, "unreadable", "file",
-                         std::to_string(n) + " lines or messages are no readings and are left out",
-                         counter + " " + std::to_string(n), "see the notes above"});
+    const bool images = isOfImages(counter);
+    if (n < kManyUnreadable && !images) continue;
+    const bool slip = images && static_cast<double>(n) < kManyImages * imagesOf(streams);
+    findings->push_back(
+        {slip ? check::Severity::note : check::Severity::doubtful, "unreadable", "file",
+         images ? "images cannot be decoded and are left out: " + std::to_string(n)
+                : std::to_string(n) + " lines or messages are no readings and are left out",
+         counter + " " + std::to_string(n), "see the notes above"});
+  }
+  if (const auto repeated = repeatedReadings(source.imu_repeated, streams)) {
+    findings->push_back(*repeated);
   }
   std::stable_sort(findings->begin(), findings->end(),
                    [](const auto& a, const auto& b) { return a.severity > b.severity; });

@@ -10,8 +10,10 @@ namespace vir::app {
 
 void printStreams(const std::vector<check::StreamSummary>& streams);
 void printFindings(const std::vector<check::Finding>& findings);
-/// What is wrong with the file itself, before what is wrong with what is in it.
-void addFindings(const SourceReport& source, std::vector<check::Finding>* findings);
+/// What is wrong with the file itself, before what is wrong with what is in it. `streams`: what was
+/// read of it.
+void addFindings(const SourceReport& source, const std::vector<check::StreamSummary>& streams,
+                 std::vector<check::Finding>* findings);
 /// "fine", "doubtful" or "unusable".
 const char* verdictName(check::Severity worst);
 /// Throws std::runtime_error if it cannot be written.

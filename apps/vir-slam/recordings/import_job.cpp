@@ -87,7 +87,8 @@ bool importRecording(const ImportJob& job) {
   requireRawlogName(job.out);
   if (!job.calibration.empty()) requireFile(job.calibration, "calibration");
   const OpenedSource opened = openSource(job);
-  return recordToRawlog({opened.sensor.get(), opened.source, job.out, job.compression, "import"});
+  return recordToRawlog(
+      {opened.sensor.get(), opened.source, job.out, job.compression, "import", opened.driver});
 }
 
 std::string listRecording(const ImportJob& job) {

@@ -9,9 +9,11 @@
 #include <map>
 
 #include "commands/commands.h"
+#include "output/check_report.h"
 #include "output/console.h"
 #include "recordings/image_folder.h"
 #include "recordings/recording_check.h"
+#include "recordings/source_reader.h"
 #include "vir/core/text_file.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_writer.h"
@@ -174,6 +176,7 @@ bool recordToRawlog(const RecordingJob& job) {
   job.sensor->initialize();
   rawlog::RawlogWriter writer(job.out, job.compression);
   RecordingCheck check(RecordingCheck::Depth::brief);
+  check.setDriver(job.driver);
   const Statistics statistics = pump(*job.sensor, *job.source, writer, &check);
   images.swap();
   writer.finish();
@@ -183,6 +186,14 @@ bool recordToRawlog(const RecordingJob& job) {
       writeCompanion(stem + "_anchors_truth.csv", kAnchorsMark, anchorsText(*job.source));
   report(*job.source, statistics, job.out, companions);
   const std::vector<std::string> doubts = briefLines(check);
+  // What is left out here a look at the rawlog can no longer find. Damage is said below.
+  SourceReport read = reportOf(*job.source);
+  read.damaged = false;
+  std::vector<check::Finding> of_source;
+  addFindings(read, check.streams(), &of_source);
+  for (const check::Finding& f : of_source) {
+    if (f.severity != check::Severity::note) std::printf("%s\n", check::line(f).c_str());
+  }
   for (const std::string& line : doubts) std::printf("%s\n", line.c_str());
   if (!doubts.empty()) std::printf("more: vir-slam check %s\n", job.out.c_str());
   return isComplete(*job.source, job.out);

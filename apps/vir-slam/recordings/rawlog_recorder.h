@@ -14,6 +14,7 @@ struct RecordingJob {
   std::string out;                          ///< rawlog to write
   int compression = 1;                      ///< 0 .. 9
   std::string command;                      ///< "import": named in the ini written beside
+  std::string driver;                       ///< its alias; empty: not one to import with
 };
 
 /// Throws UsageError for a name that is not one of a rawlog: the other files that are written

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "vir/camera/camera_model.h"
+#include "vir/check/intrinsics_check.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/labels.h"
@@ -38,6 +39,7 @@ struct RecordingCheck::Camera {
   check::ImageCheck images;
   CameraCalibration calibration;
   bool calibrated = false;
+  std::optional<check::Finding> intrinsics;  ///< what is wrong with them
   Mat3 R_B_C = Mat3::Identity();
   double lever_m = 0;
   std::unique_ptr<check::ImageTurning> turning;
@@ -92,7 +94,10 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     camera->calibrated = camera->calibration.fx > 0 && camera->calibration.cx > 0;
     // The first by its label is held against the gyro, whichever came first.
     const bool first = cameras_.begin()->first == image.sensorLabel;
-    if (camera->calibrated && depth_ == Depth::full && first) {
+    camera->intrinsics = check::intrinsicsFinding(camera->calibration, image.sensorLabel);
+    // Turning seen through a lens that cannot be says nothing.
+    const bool usable = camera->calibrated && !camera->intrinsics;
+    if (usable && depth_ == Depth::full && first) {
       for (auto& [label, other] : cameras_) other->turning.reset();
       camera->turning =
           std::make_unique<check::ImageTurning>(camera::makeCamera(camera->calibration));
@@ -191,6 +196,8 @@ void RecordingCheck::takeImages(std::vector<check::Finding>* out) const {
   };
   for (const auto& [label, camera] : cameras_) {
     const CameraCalibration& c = camera->calibration;
+    if (camera->calibrated && camera->intrinsics) out->push_back(*camera->intrinsics);
+    if (depth_ == Depth::brief) continue;
     take(camera->images.findings(camera->calibrated ? c.width : 0, c.height, moves), out);
     if (camera->lever_m > kFarLever) {
       out->push_back({check::Severity::unusable, "camera_pose_far", label,
@@ -228,11 +235,12 @@ std::vector<check::Finding> RecordingCheck::findings() const {
       take(bias->second.findings(), &out);
     }
   }
-  if (depth_ == Depth::full) takeImages(&out);
+  takeImages(&out);
   const bool gyro = std::none_of(out.begin(), out.end(), [](const check::Finding& f) {
     return f.kind == "imu_columns_swapped";
   });
   if (gyro) take(turning.findings, &out);
+  for (check::Finding& f : out) nameDriver(driver_, &f);
   std::stable_sort(out.begin(), out.end(), [](const check::Finding& a, const check::Finding& b) {
     return a.severity > b.severity;
   });

@@ -34,6 +34,8 @@ class RecordingCheck {
   void setNoise(const imu::ImuNoise& noise) { noise_ = noise; }
   /// Stamp of an image of the first camera + this = its time on the IMU's clock [s], as given.
   void setTimeOffset(double time_offset_s) { time_offset_s_ = time_offset_s; }
+  /// That reads the recording ("csv", "bag", ...), to be named in remedies; empty: not known.
+  void setDriver(const std::string& driver) { driver_ = driver; }
   /// Loads an external image if need be (full), and lets go of it again.
   void add(const mrpt::obs::CObservation& observation);
 
@@ -51,6 +53,7 @@ class RecordingCheck {
   void addImage(const mrpt::obs::CObservationImage& image, TimeNs t);
 
   Depth depth_;
+  std::string driver_;
   std::optional<imu::ImuNoise> noise_;
   double time_offset_s_ = 0;
   std::map<std::string, check::StreamCheck> streams_;

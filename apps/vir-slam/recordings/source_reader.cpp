@@ -23,6 +23,8 @@ SourceReport readRawlog(const std::string& path, const Visit& visit) {
   return out;
 }
 
+}  // namespace
+
 SourceReport reportOf(const roles::RecordedSource& source) {
   SourceReport out;
   out.notes = source.warnings();
@@ -32,13 +34,13 @@ SourceReport reportOf(const roles::RecordedSource& source) {
   for (const auto& [name, n] : source.counters()) {
     if (n == 0) continue;
     if (name == roles::kDamageCounter) out.damaged = true;
-    if (names(name, "_malformed") || names(name, "undecodable_"))
+    if (name == "imu_repeated") out.imu_repeated = n;
+    if (names(name, "_malformed") || names(name, "undecodable")) {
       out.unreadable.push_back({name, n});
+    }
   }
   return out;
 }
-
-}  // namespace
 
 bool isRawlog(const std::string& source) {
   const fs::path path(source);
@@ -61,7 +63,9 @@ SourceReport readSource(const SourceToRead& what, const Visit& visit) {
     if (more) sensor->doProcess();
     for (const auto& o : sensor->takeObservations()) visit(*o, source->progress());
   }
-  return reportOf(*source);
+  SourceReport out = reportOf(*source);
+  out.driver = driver;
+  return out;
 }
 
 }  // namespace vir::app

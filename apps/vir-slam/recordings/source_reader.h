@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "vir/roles/recorded_source.h"
+
 namespace vir::app {
 
 /// By its name.
@@ -21,10 +23,15 @@ struct SourceToRead {
 /// What the reader has to say.
 struct SourceReport {
   std::vector<std::string> notes;
+  std::string driver;    ///< that read it; empty: a rawlog
   bool damaged = false;  ///< or cut off: there should be more
   /// Lines and messages that are no readings: name of the counter and how many, none with 0.
   std::vector<std::pair<std::string, long>> unreadable;
+  long imu_repeated = 0;  ///< readings left out because another one has their stamp
 };
+
+/// Of a source that was read to its end.
+SourceReport reportOf(const roles::RecordedSource& source);
 
 /// Calls `visit` for every observation with the part read (0..1). Throws UsageError, SettingsError,
 /// std::runtime_error. Plugins must be loaded.

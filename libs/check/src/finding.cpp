@@ -16,6 +16,16 @@ const char* name(Severity severity) {
   return "unusable";
 }
 
+void nameDriver(const std::string& driver, Finding* finding) {
+  const std::size_t at = finding->remedy.find(kDriver);
+  if (at == std::string::npos) return;
+  if (driver.empty()) {
+    finding->remedy += "; DRIVER is what imported it: euroc, csv, bag or rosbag2";
+  } else {
+    finding->remedy.replace(at, std::string(kDriver).size(), driver);
+  }
+}
+
 Severity worst(const std::vector<Finding>& findings) {
   Severity out = Severity::note;
   for (const Finding& f : findings) out = std::max(out, f.severity);

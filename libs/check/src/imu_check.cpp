@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "force_axes.h"
 #include "text.h"
@@ -159,7 +160,8 @@ void ImuCheck::checkGravity(std::vector<Finding>* out) const {
   const std::string evidence =
       "|a| is " + num(a, 4) + " in the quietest moments, 9.81 at rest is right";
   static const UnitOfForce units[] = {{1, "acc_in_g", "g", "9.80665"},
-                                      {1000, "acc_in_mg", "mg", "0.00980665"}};
+                                      {1000, "acc_in_mg", "mg", "0.00980665"},
+                                      {980.665, "acc_in_cm", "cm/s2", "0.01"}};
   std::vector<double> sizes;
   for (const Block& b : blocks_) sizes.push_back(b.acc.norm());
   // What is left without gravity comes and goes, and its size may well be 1 m/s^2.
@@ -167,12 +169,18 @@ void ImuCheck::checkGravity(std::vector<Finding>* out) const {
     out->push_back(gravityRemoved(label_, evidence));
     return;
   }
-  for (const UnitOfForce& u : units) {
-    if (a < 0.88 * u.at_rest || a > 1.12 * u.at_rest) continue;
+  // Gravity in mg and in cm/s^2 is nearly the same number: the nearer one it is.
+  const UnitOfForce& u = *std::min_element(
+      std::begin(units), std::end(units), [a](const UnitOfForce& x, const UnitOfForce& y) {
+        return std::abs(std::log(a / x.at_rest)) < std::abs(std::log(a / y.at_rest));
+      });
+  if (a > 0.88 * u.at_rest && a < 1.12 * u.at_rest) {
+    const bool either = u.at_rest > 900;
     out->push_back({Severity::unusable, u.kind, label_,
-                    std::string("the accelerometer is in ") + u.unit + ", not in m/s^2", evidence,
-                    std::string("import with --set euroc.acc_unit=") + u.unit +
-                        " (csv.acc_unit for tables), or multiply it by " + u.factor});
+                    std::string("the accelerometer is in ") + u.unit + ", not in m/s^2",
+                    evidence + (either ? "; 980.7 in cm/s^2, 1000 in mg: the nearer is taken" : ""),
+                    "import with --set " + std::string(kDriver) + ".acc_unit=" + u.unit +
+                        ", or multiply it by " + u.factor});
     return;
   }
   if (a < 0.3 * kGravity) {

@@ -11,13 +11,12 @@ inline std::string num(double v, int digits = 3) {
   return text;
 }
 
+// With kDriver of finding.h.
 inline constexpr const char* kDegreesRemedy =
-    "import with --set euroc.gyro_unit=deg/s (csv.gyro_unit for tables), or multiply it by "
-    "0.0174533";
+    "import with --set DRIVER.gyro_unit=deg/s, or multiply it by 0.0174533";
 
 inline constexpr const char* kMillidegreesRemedy =
-    "mdeg/s: import with --set euroc.gyro_unit=mdeg/s (csv.gyro_unit for tables), or multiply it "
-    "by "
-    "1.74533e-5; counts: multiply them by the range over the resolution";
+    "mdeg/s: import with --set DRIVER.gyro_unit=mdeg/s, or multiply it by 1.74533e-5; counts: "
+    "multiply them by the range over the resolution";
 
 }  // namespace vir::check

@@ -15,8 +15,9 @@ constexpr double kReachS = 0.2;  // offsets of the clocks looked for, to both si
 constexpr double kTurnS = 0.09;  // over less than this, noise makes turns of steps aside
 constexpr double kLongestTurnS = 0.3;
 constexpr double kOffsetS = 0.004;  // that no estimate of a window needs to be told
-constexpr double kPieceS = 4;
-constexpr std::size_t kFewestInPiece = 30;
+/// Of a short recording less, so that there are enough to make out a line.
+constexpr double kPieceS = 4, kShortPieceS = 2, kShortS = 16;
+constexpr double kFewestInPieceHz = 7.5;
 constexpr int kFewestPieces = 3;
 constexpr double kLeastSigmaS = 2e-4;  // of a piece, whatever it says itself
 /// Quartz differs by 1e-4 at the very worst, and an estimate follows that.
@@ -92,16 +93,16 @@ Line expectedAfter(const std::vector<Piece>& pieces, double rate) {
 /// first ones with this rate.
 std::vector<Piece> offsetsAlong(const std::vector<initialization::ImageTurn>& turns,
                                 const imu::ImuBuffer& readings, const Mat3& R_B_C, TimeNs origin,
-                                double rate) {
+                                double rate, double piece_s) {
   std::vector<Piece> out;
   for (std::size_t i = 0; i < turns.size();) {
     const TimeNs start = turns[i].t0;
     std::size_t end = i;
-    while (end < turns.size() && toSeconds(turns[end].t0 - start) < kPieceS) ++end;
+    while (end < turns.size() && toSeconds(turns[end].t0 - start) < piece_s) ++end;
     std::vector<initialization::ImageTurn> piece(turns.begin() + static_cast<std::ptrdiff_t>(i),
                                                  turns.begin() + static_cast<std::ptrdiff_t>(end));
     i = end;
-    if (piece.size() < kFewestInPiece) continue;
+    if (static_cast<double>(piece.size()) < kFewestInPieceHz * piece_s) continue;
     const double t_s = toSeconds((piece.front().t0 + piece.back().t1) / 2 - origin);
     const Line expected = expectedAfter(out, rate);
     for (initialization::ImageTurn& turn : piece) {
@@ -120,9 +121,11 @@ std::vector<Piece> offsetsAlong(const std::vector<initialization::ImageTurn>& tu
 void fitRate(const std::vector<initialization::ImageTurn>& turns, const imu::ImuBuffer& readings,
              const Mat3& R_B_C, ClockFit* fit) {
   std::vector<Piece> pieces;
+  const double span_s = toSeconds(turns.back().t1 - fit->origin);
+  const double piece_s = span_s < kShortS ? kShortPieceS : kPieceS;
   // Clocks that run far apart blur the first pieces.
   for (const double rate : {0., 0.02, -0.02, 0.01, -0.01}) {
-    pieces = offsetsAlong(turns, readings, R_B_C, fit->origin, rate);
+    pieces = offsetsAlong(turns, readings, R_B_C, fit->origin, rate, piece_s);
     if (static_cast<int>(pieces.size()) >= kFewestPieces) break;
   }
   fit->pieces = static_cast<int>(pieces.size());

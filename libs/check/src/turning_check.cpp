@@ -203,7 +203,9 @@ std::vector<Finding> axesFindings(const AxesFit& fit, double share_given, const 
            "a mirror leaves " + percent(fit.mirror_rest) + " of the turning, a rotation " +
                percent(fit.rotation_rest),
            negated ? "negate all three axes of the gyro"
-                   : "one axis has the wrong sign, or two are exchanged"}};
+                   : "one axis has the wrong sign, or two are exchanged; a driver whose axes are "
+                     "left-handed has the accelerometer's wrong as well: put the same right in "
+                     "both, and check again"}};
 }
 
 /// What is given is wrong, but what is right the turning does not tell.

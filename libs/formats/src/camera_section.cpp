@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
 namespace vir::formats {
@@ -142,7 +143,10 @@ CameraCalibration readListedCamera(const YamlSection& section) {
   if (k.size() != before + 4) {
     static const char* const names[] = {"[fx, fy, cx, cy]", "[xi, fx, fy, cx, cy]",
                                         "[xi, alpha, fx, fy, cx, cy]"};
-    section.fail("`" + section.named("intrinsics") + "` of " + model + " must be " + names[before]);
+    const bool commas = k.size() == 2 * (before + 4);
+    section.fail("`" + section.named("intrinsics") + "` of " + model + " must be " + names[before] +
+                 "; it has " + std::to_string(k.size()) + " numbers" +
+                 (commas ? ", decimal commas? write points" : "") + section.lineOf("intrinsics"));
   }
   c.fx = k[before], c.fy = k[before + 1], c.cx = k[before + 2], c.cy = k[before + 3];
   const Distortion lens = distortionOf(section, section.text("distortion_model"));
@@ -163,6 +167,22 @@ CameraCalibration readListedCamera(const YamlSection& section) {
   std::copy_n(k.begin(), before, c.dist.begin());
   checkIntrinsics(section, "intrinsics", c);
   return c;
+}
+
+std::optional<double> readTimeShift(const YamlSection& section, const std::string& key,
+                                    CalibrationFile* file) {
+  constexpr double kMost = 10;     // [s] that [Camera] time_offset_s takes
+  constexpr double kUsual = 0.25;  // [s] a camera and an IMU that one driver stamps are closer
+  const std::optional<double> v = section.optionalNumber(key);
+  if (!v || std::abs(*v) <= kUsual) return v;
+  char text[160];
+  std::snprintf(text, sizeof text, "`%s` is %g, which is read as seconds (milliseconds? then %g)",
+                section.named(key).c_str(), *v, *v / 1000);
+  if (!(std::abs(*v) <= kMost)) {
+    section.fail(std::string(text) + "; allowed: a number of seconds from -10 to 10");
+  }
+  file->notes.push_back(text);
+  return v;
 }
 
 void readImuNoise(const YamlSection& section, CalibrationFile* file) {

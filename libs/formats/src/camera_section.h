@@ -1,5 +1,6 @@
 #pragma once
 /// What the formats have in common about cameras and IMUs.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,11 @@ void checkIntrinsics(const YamlSection& section, const std::string& key,
 /// `camera_model`, `intrinsics`, `distortion_model`, `distortion_coeffs` (or `_coefficients`) and
 /// `resolution`: Kalibr's and EuRoC's way.
 CameraCalibration readListedCamera(const YamlSection& section);
+
+/// How much is added to the stamps of the camera's images [s], where `key` says it. Throws
+/// CalibrationError beyond 10 s; notes in `file` what reads as milliseconds.
+std::optional<double> readTimeShift(const YamlSection& section, const std::string& key,
+                                    CalibrationFile* file);
 
 /// The four densities and the rate, in Kalibr's and EuRoC's names, where all are given and
 /// positive.

@@ -102,7 +102,7 @@ CalibrationFile readKalibr(const YamlSection& root) {
     c.label = name;
     c.camera = readListedCamera(section);
     readPose(section, file.cameras.empty() ? nullptr : &file.cameras.back(), &c);
-    c.time_offset_s = section.optionalNumber("timeshift_cam_imu");
+    c.time_offset_s = readTimeShift(section, "timeshift_cam_imu", &file);
     readSigma(section, &c);
     c.topic = section.text("rostopic");
     file.cameras.push_back(c);

@@ -70,7 +70,7 @@ CalibrationFile readSensorYaml(const YamlSection& root) {
   c.topic = root.text("rostopic");
   if (root.has("T_BS")) c.T_B_C = root.pose("T_BS");
   if (root.has("T_cam_imu")) c.T_B_C = root.pose("T_cam_imu").inverse();
-  c.time_offset_s = root.optionalNumber("timeshift_cam_imu");
+  c.time_offset_s = readTimeShift(root, "timeshift_cam_imu", &file);
   file.cameras.push_back(c);
   noteMissingPoses("add T_BS (camera to IMU, 4x4 row by row) to it", &file);
   return file;

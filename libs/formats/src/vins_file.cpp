@@ -67,7 +67,7 @@ CalibrationFile readVins(const YamlSection& root) {
     c.label = "cam" + number;
     c.camera = readIntrinsics(here ? root : YamlSection::load((folder / other).string()));
     c.T_B_C = readPose(root, i);
-    c.time_offset_s = root.optionalNumber("td");
+    c.time_offset_s = readTimeShift(root, "td", &file);
     c.topic =
         root.text(i == 0 && root.has("image_topic") ? "image_topic" : "image" + number + "_topic");
     file.cameras.push_back(c);

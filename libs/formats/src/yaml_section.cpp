@@ -42,7 +42,7 @@ std::string textOf(const std::string& path) {
   for (bool first = true; readLine(file, &line); first = false) {
     if (first && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
     if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.compare(0, 5, "%YAML") == 0) continue;
+    if (line.compare(0, 5, "%YAML") == 0) line.clear();  // lines keep their numbers
     // YAML forbids tabs as indentation; hand-edited files have them.
     std::replace(line.begin(), line.end(), '\t', ' ');
     for (const char c : line) {
@@ -57,6 +57,20 @@ std::string textOf(const std::string& path) {
   return text;
 }
 
+/// Where a value stands that is no number, and why where that is seen.
+std::string lineAndCause(const YAML::Node& node) {
+  std::string out = " (line " + std::to_string(node.Mark().line + 1);
+  if (node.IsScalar()) {
+    const std::string text = node.Scalar().substr(0, 40);
+    out += ": `" + text + "`";
+    if (text.find_first_not_of("0123456789+-,eE ") == std::string::npos &&
+        text.find(',') != std::string::npos) {
+      out += ", a decimal comma? write a point";
+    }
+  }
+  return out + ")";
+}
+
 void flatten(const YamlSection& section, const std::string& key, const YAML::Node& node,
              std::vector<double>* out) {
   if (out->size() > kMaxNumbers) section.fail("`" + section.named(key) + "` has too many numbers");
@@ -68,7 +82,7 @@ void flatten(const YamlSection& section, const std::string& key, const YAML::Nod
   try {
     v = node.as<double>();
   } catch (const YAML::Exception&) {
-    section.fail(section.named(key) + " is not a number");
+    section.fail(section.named(key) + " is not a number" + lineAndCause(node));
   }
   if (!std::isfinite(v)) section.fail(section.named(key) + " is not finite");
   out->push_back(v);
@@ -119,6 +133,13 @@ std::string YamlSection::firstOf(const std::vector<std::string>& keys) const {
     if (has(key)) return key;
   }
   return {};
+}
+
+std::string YamlSection::lineOf(const std::string& key) const {
+  const YAML::Node node = at(key);
+  const YAML::Mark mark = node.Mark();
+  if (node.IsNull() || mark.is_null()) return "";
+  return " (line " + std::to_string(mark.line + 1) + ")";
 }
 
 std::vector<std::string> YamlSection::keys() const {

@@ -3,6 +3,7 @@
 #include <limits>
 #include <sstream>
 
+#include "imu_units.h"
 #include "input_error.h"
 
 namespace vir::bag {
@@ -40,6 +41,10 @@ void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
   v.value("max_duration_s", o.max_duration_s, {0, kInf}, "stop after this much; 0 = to the end");
   v.value("first_look_s", o.first_look_s, {0.1, kInf},
           "how much of the recording is looked at for topics, calibration and contrast");
+  v.choice("acc_unit", o.acc_unit, accelerationUnits(),
+           "unit of the accelerometer; auto: m/s2, as messages have it");
+  v.choice("gyro_unit", o.gyro_unit, rateUnits(),
+           "unit of the gyro; auto: rad/s, as messages have it");
   v.value("range_sigma_m", o.range_sigma_m, {0, 100}, "of ranges whose messages tell none");
   v.value("lever_arm_m", o.lever_arm_m, 0,
           "antenna in the body frame (the IMU's), of ranges whose messages tell none; or three "

@@ -20,6 +20,8 @@ struct BagOptions {
   double max_duration_s = 0;          ///< [s] from the start, 0 = all
   double first_look_s = 10;           ///< how much is looked at before the import begins
 
+  std::string acc_unit = "auto", gyro_unit = "auto";  ///< words of imu_units.h
+
   double range_sigma_m = 0.1;
   std::vector<double> lever_arm_m{0, 0, 0};  ///< antenna in body
 };

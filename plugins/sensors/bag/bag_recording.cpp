@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "imu_units.h"
 #include "input_error.h"
 #include "lever_arms.h"
 #include "vir/rawlog/labels.h"
@@ -98,6 +99,8 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
     }
     levels_.push_back(levels);
   }
+  if (options.acc_unit != "auto") acc_unit_ = accelerationUnit(options.acc_unit);
+  if (options.gyro_unit != "auto") gyro_unit_ = rateUnit(options.gyro_unit);
   checkClocks(look);
   extras_ = setUpCameras(look, options, choice_.imu_frame, &cameras_, log);
   reader_ = bags::openBag(options.source);
@@ -259,11 +262,13 @@ void BagRecording::takeImu(const MessageView& m, const Stream& s, TimeNs t, Time
     return v.allFinite();
   };
   if (s.role == Role::imu) {
-    const ImuSample sample{t, vectorAt(m, "angular_velocity"), vectorAt(m, "linear_acceleration")};
+    const ImuSample sample{t, gyro_unit_ * vectorAt(m, "angular_velocity"),
+                           acc_unit_ * vectorAt(m, "linear_acceleration")};
     if (finite(sample.gyro) && finite(sample.acc)) hold({t, index, sample}, received, 0);
     return;
   }
-  const TimedVector v{t, vectorAt(m, vectorPath(m, s.type, s.role))};
+  const double unit = s.role == Role::accelerometer ? acc_unit_ : gyro_unit_;
+  const TimedVector v{t, unit * vectorAt(m, vectorPath(m, s.type, s.role))};
   if (!finite(v.v)) return;
   if (s.role == Role::accelerometer) {
     pairing_.addAccelerometer(v);

@@ -88,6 +88,7 @@ class BagRecording {
   std::set<std::string> looked_at_;  // topics that were there in the beginning, or have been named
   std::set<std::string> warned_;
   ImuPairing pairing_;
+  double acc_unit_ = 1, gyro_unit_ = 1;  ///< what one of them is [m/s^2], [rad/s]
   tables::AnchorNames anchors_;
   std::map<std::pair<int, std::string>, std::size_t> antennas_;  // by stream and tag
   std::size_t next_antenna_ = 0;                                 // after those of the topics

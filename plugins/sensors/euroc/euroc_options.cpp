@@ -4,6 +4,7 @@
 #include <limits>
 #include <set>
 
+#include "imu_units.h"
 #include "input_error.h"
 #include "lever_arms.h"
 #include "vir/tables/stamps.h"
@@ -39,8 +40,8 @@ void describe(OptionVisitor& v, EurocOptions& o) {
            "how images get into the rawlog: as links or copies beside it, or inside");
   v.value("read_gt", o.read_gt, "take over the ground truth (evaluation only)");
   v.value("read_ranges", o.read_ranges, "take over the ranges of mav0/uwb0");
-  v.choice("acc_unit", o.acc_unit, {"auto", "m/s2", "g", "mg"}, "unit of the accelerometer");
-  v.choice("gyro_unit", o.gyro_unit, {"auto", "rad/s", "deg/s", "mdeg/s"}, "unit of the gyro");
+  v.choice("acc_unit", o.acc_unit, accelerationUnits(), "unit of the accelerometer");
+  v.choice("gyro_unit", o.gyro_unit, rateUnits(), "unit of the gyro");
   v.choice("range_unit", o.range_unit, {"auto", "m", "cm", "mm"}, "unit of the ranges");
   v.value("width_px", o.width_px, {0, 20000},
           "images are made this wide, calibration included; 0 = as they are");

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <set>
 
+#include "imu_units.h"
 #include "vir/core/time_bounds.h"
 
 namespace vir::euroc {
@@ -235,16 +236,21 @@ void sayUnit(const std::string& path, const char* what, double factor, const cha
 /// `header`: what the header says it is in; `size`: of the vectors in the first rows.
 double accUnit(const std::string& path, const Units& units, double header, double size,
                ProblemLog* log) {
-  constexpr double kGravity = 9.80665;
   if (units.acc > 0) return units.acc;
   if (header != 1 || !units.guess_acc) return header;
-  const bool g = size > 0.85 && size<1.15, mg = size> 850 && size < 1150;
-  if (!g && !mg) return header;
-  char text[120];
-  std::snprintf(text, sizeof text, ": |a| is %.4g at the beginning, so it is taken to be in %s",
-                size, g ? "g" : "mg");
+  const bool g = size > 0.85 && size<1.15, small = size> 850 && size < 1150;
+  if (!g && !small) return header;
+  // Gravity is 980.7 in cm/s^2 and 1000 in mg.
+  const bool cm = small && size < 990.3;
+  const char* const unit = g ? "g" : cm ? "cm/s2" : "mg";
+  char text[160];
+  std::snprintf(text, sizeof text, ": |a| is %.4g at the beginning, so it is taken to be in %s%s",
+                size, unit,
+                g    ? ""
+                : cm ? " (acc_unit=mg if not)"
+                     : " (acc_unit=cm/s2 if not)");
   log->note(path + text);
-  return g ? kGravity : kGravity / 1000;
+  return accelerationUnit(unit);
 }
 
 }  // namespace

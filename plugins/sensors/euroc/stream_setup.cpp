@@ -6,21 +6,18 @@
 
 #include "camera_scaling.h"
 #include "image_list.h"
+#include "imu_units.h"
 #include "input_error.h"
 #include "video_frames.h"
-#include "vir/core/angles.h"
 #include "vir/core/parse_number.h"
 #include "vir/formats/calibration_file.h"
 
 namespace vir::euroc {
 
 Units unitsOf(const EurocOptions& o) {
-  constexpr double kGravity = 9.80665;
   Units u;
-  if (o.acc_unit != "auto")
-    u.acc = o.acc_unit == "g" ? kGravity : o.acc_unit == "mg" ? kGravity / 1000 : 1;
-  if (o.gyro_unit != "auto")
-    u.gyro = o.gyro_unit == "deg/s" ? kRadPerDeg : o.gyro_unit == "mdeg/s" ? kRadPerDeg / 1000 : 1;
+  u.acc = accelerationUnit(o.acc_unit);
+  u.gyro = rateUnit(o.gyro_unit);
   if (o.range_unit != "auto") {
     u.range = o.range_unit == "mm" ? 0.001 : o.range_unit == "cm" ? 0.01 : 1;
   }

@@ -248,5 +248,18 @@ TEST_F(Recording, MessagesThatAreDamagedAreCountedAndLeftOut) {
   EXPECT_EQ(log.get("stamp_missing_IMU0"), 1);
 }
 
+TEST_F(Recording, UnitsOfTheImuThatAreNamedAreTaken) {
+  {
+    test::Ros1Writer bag(path());
+    test::writeImu(bag, "/imu", kStart, kStart, {180, 0, -90}, {0, 0.5, 1});
+  }
+  options.acc_unit = "g";
+  options.gyro_unit = "deg/s";
+  const auto imu = only<ImuSample>(readAll());
+  ASSERT_EQ(imu.size(), 1u);
+  EXPECT_NEAR((imu[0].gyro - Vec3(3.14159265359, 0, -1.57079632679)).norm(), 0, 1e-9);
+  EXPECT_NEAR((imu[0].acc - Vec3(0, 4.903325, 9.80665)).norm(), 0, 1e-9);
+}
+
 }  // namespace
 }  // namespace vir::bag

@@ -65,6 +65,7 @@ TEST(ImuCheck, NamesUnits) {
   const auto kinds = [](auto change) { return seriousKinds(findingsAfter(change)); };
   EXPECT_EQ(kinds([](ImuSample* s) { s->acc /= 9.80665; }), Kinds{"acc_in_g"});
   EXPECT_EQ(kinds([](ImuSample* s) { s->acc *= 1000 / 9.80665; }), Kinds{"acc_in_mg"});
+  EXPECT_EQ(kinds([](ImuSample* s) { s->acc *= 100; }), Kinds{"acc_in_cm"});
   EXPECT_EQ(kinds([](ImuSample* s) { s->gyro *= 57.2958; }), Kinds{"gyro_in_deg"});
   EXPECT_EQ(kinds([](ImuSample* s) { s->acc *= 1.6; }), Kinds{"acc_scale"});
   EXPECT_EQ(kinds([](ImuSample* s) { s->acc *= 16384 / 9.80665; }), Kinds{"acc_scale"});

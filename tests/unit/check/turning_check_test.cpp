@@ -84,24 +84,25 @@ TEST(TurningCheck, FindsTheClocksOffset) {
 
 /// Stamps of the IMU that run fast, or those of the images; both begin together. In order of
 /// stamps.
-std::vector<Finding> clocksFound(double imu_rate, double image_rate, double offset_s = 0) {
+std::vector<Finding> clocksFound(double imu_rate, double image_rate, double offset_s = 0,
+                                 int readings = 6000, double quick = 1) {
   TurningCheck check("IMU0", "CAM0");
   Random random(3);
   const auto stamp = [](double t, double clock) { return kDate + fromSeconds(t * clock); };
   int next = 60;
-  for (int i = 0; i < 6000; ++i) {
+  for (int i = 0; i < readings; ++i) {
     const double t = 0.005 * i;
     const TimeNs at = stamp(t, imu_rate) + fromSeconds(offset_s);
-    for (; next < 6000 && stamp(0.005 * next, image_rate) <= at; next += 10) {
+    for (; next < readings && stamp(0.005 * next, image_rate) <= at; next += 10) {
       const double seen = 0.005 * next;
       ImageTurn turn;
       turn.t0 = stamp(seen - 0.05, image_rate);
       turn.t1 = stamp(seen, image_rate);
       const Vec3 noise(random.normal(), random.normal(), random.normal());
-      turn.rotation_C = forward().transpose() * rate(seen - 0.025) * 0.05 + 0.001 * noise;
+      turn.rotation_C = forward().transpose() * rate(quick * (seen - 0.025)) * 0.05 + 0.001 * noise;
       check.add(turn);
     }
-    check.add(ImuSample{at, rate(t), Vec3(0, 0, 9.81)});
+    check.add(ImuSample{at, rate(quick * t), Vec3(0, 0, 9.81)});
   }
   return check.findings(forward(), 0);
 }
@@ -125,6 +126,11 @@ TEST(TurningCheck, TellsAClockThatRunsFastFromOneThatIsOff) {
     EXPECT_NEAR(percent, truth, 0.1 * truth) << findings[0].what;
   }
   EXPECT_EQ(seriousKinds(clocksFound(1, 1, 0.03)), Kinds{"time_offset"});
+  // Of 8 s as well, as a hand turns.
+  EXPECT_EQ(seriousKinds(clocksFound(0.97, 1, 0, 1600, 3)), Kinds{"clock_rate"});
+  EXPECT_EQ(seriousKinds(clocksFound(1, 1.01, 0, 1600, 3)), Kinds{"clock_rate"});
+  EXPECT_EQ(seriousKinds(clocksFound(1, 1, 0.03, 1600, 3)), Kinds{"time_offset"});
+  EXPECT_EQ(seriousKinds(clocksFound(1, 1, 0, 1600, 3)), Kinds{});
   // As quartz differs.
   EXPECT_EQ(seriousKinds(clocksFound(1.00005, 1)), Kinds{});
 }

@@ -329,5 +329,32 @@ TEST(CalibrationFile, SaysWhatIsWrong) {
   EXPECT_THROW(readCalibrationFile("/"), CalibrationError);
 }
 
+TEST(CalibrationFile, TimeShiftsInMillisecondsAreNamed) {
+  const std::string head = "resolution: [752, 480]\nintrinsics: [458, 457, 367, 248]\n";
+  const std::string sensor = head + "distortion_model: none\ntimeshift_cam_imu: ";
+  EXPECT_EQ(errorOf(sensor + "12.5\n").substr(errorOf(sensor + "12.5\n").find("c.yaml")),
+            "c.yaml: `timeshift_cam_imu` is 12.5, which is read as seconds (milliseconds? then "
+            "0.0125); allowed: a number of seconds from -10 to 10");
+  const CalibrationFile five = read(sensor + "-5.2\n");
+  EXPECT_EQ(five.cameras.at(0).time_offset_s, -5.2);
+  EXPECT_TRUE(std::any_of(five.notes.begin(), five.notes.end(), [](const std::string& note) {
+    return contains(note, "`timeshift_cam_imu` is -5.2") && contains(note, "milliseconds");
+  }));
+  const CalibrationFile usual = read(sensor + "-0.03\n");
+  EXPECT_EQ(usual.cameras.at(0).time_offset_s, -0.03);
+  EXPECT_TRUE(std::none_of(usual.notes.begin(), usual.notes.end(),
+                           [](const std::string& note) { return contains(note, "timeshift"); }));
+}
+
+TEST(CalibrationFile, DecimalCommasAreNamedWithTheirLine) {
+  const std::string head = "%YAML:1.0\nresolution: [752, 480]\ndistortion_model: none\n";
+  const std::string list = errorOf(head + "intrinsics: [458,6, 457,2, 367,2, 248,3]\n");
+  EXPECT_TRUE(contains(list, "8 numbers, decimal commas? write points (line 4)")) << list;
+  const std::string one =
+      errorOf(head + "intrinsics: [458.6, 457.2, 367.2, 248.3]\ntimeshift_cam_imu: 0,01\n");
+  EXPECT_TRUE(contains(one, "timeshift_cam_imu is not a number (line 5: `0,01`, a decimal comma"))
+      << one;
+}
+
 }  // namespace
 }  // namespace vir::formats

@@ -17,6 +17,12 @@ struct Finding {
   std::string remedy;    ///< what to do; empty: nothing
 };
 
+/// Stands in a remedy for the driver that reads the recording, which this library does not know.
+inline constexpr const char* kDriver = "DRIVER";
+
+/// Puts `driver` ("csv", "bag", ...) where kDriver stands; empty: says what it stands for.
+void nameDriver(const std::string& driver, Finding* finding);
+
 /// The worst of them; note for none.
 Severity worst(const std::vector<Finding>& findings);
 

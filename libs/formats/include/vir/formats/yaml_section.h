@@ -41,6 +41,8 @@ class YamlSection {
   [[noreturn]] void fail(const std::string& text) const;
   /// "cam0.T_cam_imu" of "T_cam_imu".
   std::string named(const std::string& key) const { return prefix_ + key; }
+  /// " (line 7)" of the file, where the value of `key` begins; empty where it is not there.
+  std::string lineOf(const std::string& key) const;
   const std::string& path() const { return path_; }
 
  private:
