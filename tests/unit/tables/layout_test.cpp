@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "vir/tables/ranges.h"
+
 namespace vir::tables {
 namespace {
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "vir/tables/layout.h"
+#include "vir/tables/ranges.h"
 
 namespace vir::tables {
 namespace {

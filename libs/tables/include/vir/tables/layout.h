@@ -19,7 +19,9 @@ struct Layout : RowFormat {
   /// Plain names in the order of the columns; empty without a header.
   std::vector<std::string> names;
   std::vector<std::string> units;  ///< in brackets behind the names, as written; same length
-  std::size_t columns = 0;         ///< of the rows of data
+  /// The names as written, without what is in brackets; same length.
+  std::vector<std::string> written;
+  std::size_t columns = 0;  ///< of the rows of data
   /// Fields of the first rows of data, at most kSampled, as RowSplitter gives them.
   std::vector<std::vector<std::string>> rows;
   /// Of single rows from all over the rest of a long file.
@@ -64,8 +66,6 @@ std::string assumedOrder(const Layout& layout, const PoseColumns& columns);
 /// Why a table that looks like one of poses holds none that can be used (latitude and longitude,
 /// KITTI's matrices without stamps), and what to do; else empty.
 std::string whyNoPoses(const Layout& layout);
-/// Likewise of a table of ranges: a header that names only one of the two, or neither.
-std::string whyNoRanges(const Layout& layout);
 /// A header for every column, and no remark that happens to have as many words: one of its names is
 /// that of a time. Columns of such a table are not taken by their place.
 bool namesAll(const Layout& layout);
@@ -97,15 +97,6 @@ VectorColumns gyroColumns(const Layout& layout, bool plain);
 VectorColumns accelerometerColumns(const Layout& layout, bool plain);
 /// The middle of the vectors' sizes in the rows at hand; 0 without any.
 double medianNorm(const Layout& layout, const int columns[3]);
-
-struct RangeColumns {
-  int stamp = 0, anchor = 1, range = 2;
-  int antenna = -1;  ///< which of the robot's own antennas
-  bool named = false;
-  double unit_m = 1;  ///< of what the header says the ranges are in
-};
-/// By the names of the header, else t, anchor, range.
-RangeColumns rangeColumns(const Layout& layout);
 
 struct ImageColumns {
   int stamp = 0;
