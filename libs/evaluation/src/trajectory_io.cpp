@@ -211,6 +211,7 @@ class Reader {
       if (!value(c.p[i], number, &v[i])) return false;
     }
     if (!attitude(number, &v[3])) return false;
+    tables::eastNorthUp(c, v.data(), &v[3]);
     pose->T_W_B.p = c.unit_m * Vec3(v[0], v[1], v[2]);
     const Quat q(v[6], v[3], v[4], v[5]);
     const double n = q.norm();

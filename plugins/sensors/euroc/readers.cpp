@@ -85,6 +85,7 @@ bool parsePose(const Fields& f, const tables::PoseColumns& c, const Stamps& stam
   double q[4] = {0, 0, 0, 1};
   row->has_attitude = c.hasAttitude();
   if (row->has_attitude && !attitude(f, c, q, fault)) return false;
+  tables::eastNorthUp(c, p.data(), q);
   p *= c.unit_m;
   if (p.cwiseAbs().maxCoeff() > kMaxPosition) return implausible(fault, "position beyond 10000 km");
   const Quat attitude(q[3], q[0], q[1], q[2]);

@@ -49,6 +49,7 @@ struct PoseColumns {
   double angle_unit = 1;         ///< [rad] of what the angles are in
   bool named = false;            ///< the header said so
   double unit_m = 1;             ///< of what the header says the positions are in
+  bool down = false;             ///< positions are east, north, down: eastNorthUp() turns them
   std::string remark;            ///< what is to be said of the attitudes; may be empty
   bool hasAttitude() const { return q[3] >= 0 || hasAngles(); }
   bool hasAngles() const { return angles[2] >= 0; }
@@ -59,6 +60,9 @@ struct PoseColumns {
 /// elsewhere. A first column that only counts is passed over. Roll, pitch and yaw are those of
 /// Rz(yaw) Ry(pitch) Rx(roll); what looks like an attitude but cannot be told is named by `remark`.
 PoseColumns poseColumns(const Layout& layout);
+/// Turns a pose in axes north, east, down, whose position is given as east, north, down [m], into
+/// axes east, north, up; its attitude x y z w too. Nothing where they do not point down.
+void eastNorthUp(const PoseColumns& columns, double p[3], double xyzw[4]);
 /// The quaternion x y z w of Rz(yaw) Ry(pitch) Rx(roll), angles in [rad].
 void quaternionOf(const double roll_pitch_yaw[3], double xyzw[4]);
 /// Which order was taken where no header says it and habits differ; empty elsewhere.
