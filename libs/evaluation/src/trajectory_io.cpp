@@ -10,6 +10,7 @@
 #include "vir/core/text_file.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/tables/layout.h"
+#include "vir/tables/unknown_units.h"
 
 namespace vir::evaluation {
 namespace {
@@ -56,6 +57,10 @@ Habit habitOf(const std::string& text, ReadReport* report) {
     report->notes.push_back(why_not);
     return h;
   }
+  const int* p = h.columns.p;
+  const std::string unknown =
+      h.columns.named ? tables::unknownUnits(layout, {p[0], p[1], p[2]}) : std::string();
+  if (!unknown.empty()) report->notes.push_back(unknown);
   report->positions_only = !layout.rows.empty() && !h.columns.hasAttitude();
   if (h.unit != expected) {
     report->notes.push_back(std::string("the stamps are in ") + tables::name(h.unit));

@@ -6,6 +6,7 @@
 #include "row_values.h"
 #include "vir/core/text.h"
 #include "vir/tables/ranges.h"
+#include "vir/tables/unknown_units.h"
 
 namespace vir::euroc {
 namespace {
@@ -136,6 +137,11 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
   const bool wide = !c.wide.empty();
   sayUnit(path, "range", wide ? c.wide.front().unit_m : c.unit_m, "m", log);
   table.stamps = stampsOf(path, layout, c.stamp, kRangeStep, false, log);
+  std::vector<int> lengths{c.lever[0], c.sigma};
+  if (!wide) lengths.push_back(c.range);
+  for (const tables::AnchorColumn& to : c.wide) lengths.push_back(to.column);
+  const std::string unknown = units.range > 0 ? "" : tables::unknownUnits(layout, lengths);
+  if (!unknown.empty()) log->add("unknown_unit", path, unknown);
   for (const std::string& remark : c.remarks) log->note(path + ": " + remark);
   const std::string why_not = tables::whyNoRanges(layout);
   if (!why_not.empty()) log->note(path + ": " + why_not);

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "row_values.h"
+#include "vir/tables/unknown_units.h"
 
 namespace vir::euroc {
 namespace {
@@ -128,6 +129,13 @@ double accUnit(const std::string& path, const Units& units, double header, doubl
   return g ? kGravity : kGravity / 1000;
 }
 
+/// A problem, not a note: the numbers are wrong by a factor.
+void sayUnknownUnits(const std::string& path, const tables::Layout& layout, const int columns[3],
+                     ProblemLog* log) {
+  const std::string text = tables::unknownUnits(layout, {columns[0], columns[1], columns[2]});
+  if (!text.empty()) log->add("unknown_unit", path, text);
+}
+
 }  // namespace
 
 std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Units& units,
@@ -143,6 +151,8 @@ std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Uni
     log->note(path + ": the accelerometer is in columns" + listed(c.acc) + ", the gyro in columns" +
               listed(c.gyro) + ", by the size of the numbers: there is no header that says");
   }
+  if (units.gyro <= 0) sayUnknownUnits(path, layout, c.gyro, log);
+  if (units.acc <= 0) sayUnknownUnits(path, layout, c.acc, log);
   if (units.gyro > 0) c.gyro_unit = units.gyro;
   c.acc_unit = accUnit(path, units, c.acc_unit, tables::medianNorm(layout, c.acc), log);
   sayUnit(path, "gyro", c.gyro_unit, "rad/s", log);
@@ -196,6 +206,7 @@ std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, Pro
   if (!c.remark.empty() && why_not.empty()) log->note(path + ": " + c.remark);
   if (!order.empty()) log->note(path + ": " + order);
   if (!why_not.empty()) log->note(path + ": " + why_not);
+  if (c.named) sayUnknownUnits(path, layout, c.p, log);
   sayUnit(path, "positions", c.unit_m, "m", log);
   const auto parse = [=](const Fields& f, PoseRow* row, RowFault* fault) {
     if (!why_not.empty()) {

@@ -142,5 +142,38 @@ TEST(RangeTables, BlockedOnesAreKeptAndCounted) {
   EXPECT_EQ(free.log.get("range_without_line_of_sight"), 4);
 }
 
+TEST(RangeTables, AColumnForEachAnchor) {
+  const Content c = read(rows("timestamp,A1,d_0x84 [cm],A3", 6, [](int i) {
+    return std::string(i == 2 ? "" : "2.5") + ",310," + (i == 3 ? "nan" : "4");
+  }));
+  EXPECT_EQ(c.ranges.size(), 16u) << c.notes;
+  EXPECT_EQ(c.log.get("range_not_measured"), 2);
+  EXPECT_EQ(c.ranges[1].anchor, 0x84);
+  EXPECT_DOUBLE_EQ(c.ranges[1].range_m, 3.1);
+  EXPECT_TRUE(contains(c.notes, "to A1, 0x84, A3")) << c.notes;
+}
+
+TEST(RangeTables, TheAnchorIsWhereTheNamesVary) {
+  const Content to = read(rows("timestamp,src,dst,range", 6,
+                               [](int i) { return "9," + std::to_string(i % 3) + ",2.5"; }));
+  ASSERT_EQ(to.ranges.size(), 6u) << to.notes;
+  EXPECT_EQ(to.ranges[2].anchor, 2);
+  const Content from = read(
+      rows("timestamp,src,dst,range", 6, [](int i) { return std::to_string(i % 3) + ",9,2.5"; }));
+  ASSERT_EQ(from.ranges.size(), 6u) << from.notes;
+  EXPECT_EQ(from.ranges[2].anchor, 2);
+}
+
+TEST(RangeTables, TimesOfFlightNeedTheirUnit) {
+  const auto line = [](int) { return std::string("7,10"); };
+  const Content ns = read(rows("timestamp,anchor,tof [ns]", 4, line));
+  ASSERT_EQ(ns.ranges.size(), 4u) << ns.notes;
+  EXPECT_NEAR(ns.ranges[0].range_m, 2.997, 1e-3);
+  const Content none = read(rows("timestamp,anchor,tof", 4, line));
+  EXPECT_EQ(none.ranges.size(), 0u);
+  EXPECT_EQ(none.log.get("range_no_range"), 4);
+  EXPECT_TRUE(contains(none.notes, "time of flight without a unit")) << none.notes;
+}
+
 }  // namespace
 }  // namespace vir::euroc
