@@ -15,6 +15,7 @@
 #include "vir/formats/calibration_file.h"
 #include "vir/tables/anchor_names.h"
 #include "vir/tables/layout.h"
+#include "vir/tables/ranges.h"
 
 namespace {
 

@@ -10,6 +10,7 @@
 #include "vir/core/text_file.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/tables/layout.h"
+#include "vir/tables/unknown_units.h"
 
 namespace vir::evaluation {
 namespace {
@@ -56,6 +57,10 @@ Habit habitOf(const std::string& text, ReadReport* report) {
     report->notes.push_back(why_not);
     return h;
   }
+  const int* p = h.columns.p;
+  const std::string unknown =
+      h.columns.named ? tables::unknownUnits(layout, {p[0], p[1], p[2]}) : std::string();
+  if (!unknown.empty()) report->notes.push_back(unknown);
   report->positions_only = !layout.rows.empty() && !h.columns.hasAttitude();
   if (h.unit != expected) {
     report->notes.push_back(std::string("the stamps are in ") + tables::name(h.unit));
@@ -211,6 +216,7 @@ class Reader {
       if (!value(c.p[i], number, &v[i])) return false;
     }
     if (!attitude(number, &v[3])) return false;
+    tables::eastNorthUp(c, v.data(), &v[3]);
     pose->T_W_B.p = c.unit_m * Vec3(v[0], v[1], v[2]);
     const Quat q(v[6], v[3], v[4], v[5]);
     const double n = q.norm();

@@ -125,11 +125,13 @@ void readNames(std::string_view header, Layout* layout) {
   for (const std::string_view name : fields) {
     layout->names.push_back(plainName(name));
     layout->units.push_back(unitOf(name));
+    layout->written.emplace_back(trimmed(name.substr(0, unitStart(name)), " _/\t\r\""));
   }
   // The date's name goes with its column, where it has one.
   if (layout->date_apart >= 0 && layout->names.size() > layout->columns) {
     layout->names.erase(layout->names.begin() + layout->date_apart);
     layout->units.erase(layout->units.begin() + layout->date_apart);
+    layout->written.erase(layout->written.begin() + layout->date_apart);
   }
 }
 

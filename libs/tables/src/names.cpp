@@ -14,50 +14,6 @@ int ImuColumns::last() const {
   return std::max({stamp, gyro[0], gyro[1], gyro[2], acc[0], acc[1], acc[2]});
 }
 
-RangeColumns rangeColumns(const Layout& layout) {
-  RangeColumns out;
-  out.stamp = stampColumn(layout);
-  const int anchor = layout.find({"anchor_id",    "anchor",    "id",      "anchorid", "anchor_name",
-                                  "responder_id", "responder", "to_id",   "node_id",  "tag_id",
-                                  "dest_id",      "source_id", "dest",    "node",     "beacon_id",
-                                  "beacon",       "device",    "address", "addr",     "anc_id"});
-  const int range = layout.find({"range",
-                                 "distance",
-                                 "dist",
-                                 "range_m",
-                                 "distance_m",
-                                 "r",
-                                 "d",
-                                 "dist_m",
-                                 "range_mm",
-                                 "dist_mm",
-                                 "distance_mm",
-                                 "range_cm",
-                                 "distance_cm",
-                                 "measurement",
-                                 "tof_m",
-                                 "meas",
-                                 "value",
-                                 "range_meas",
-                                 "distance_est",
-                                 "range_raw",
-                                 "dist_cm",
-                                 "measured_range",
-                                 "measured_range_m",
-                                 "measured_distance",
-                                 "measured_distance_m"});
-  out.named = anchor >= 0 && range >= 0;
-  out.anchor = out.named ? anchor : out.stamp + 1;
-  out.range = out.named ? range : out.stamp + 2;
-  out.antenna = layout.find({"antenna", "antenna_id", "ant", "rx_antenna"});
-  if (out.antenna < 0) {  // the robot's own radios
-    const int tag = layout.find({"tag", "tag_id", "tag_name", "initiator", "initiator_id"});
-    if (tag != out.anchor) out.antenna = tag;
-  }
-  if (out.named) out.unit_m = lengthUnit(layout, out.range);
-  return out;
-}
-
 namespace {
 
 bool endsAsImage(const std::string& text) {

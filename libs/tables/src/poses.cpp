@@ -179,6 +179,30 @@ void findAttitude(const Layout& layout, PoseColumns* out) {
                 "qx, qy, qz, qw or roll_deg, pitch_deg, yaw_deg";
 }
 
+/// Easting, northing and height, or north, east, down: as east, north, up or down.
+bool findEastNorth(const Layout& layout, PoseColumns* out) {
+  const auto find = [&](const std::vector<std::string>& wanted) {
+    for (const std::string head :
+         {"", "utm_", "pos_", "p_", "position_", "enu_", "ned_", "local_"}) {
+      for (std::size_t i = 0; i < layout.names.size(); ++i) {
+        for (const std::string& w : wanted) {
+          if (layout.names[i] == head + w || bareName(layout.names[i]) == head + w) {
+            return static_cast<int>(i);
+          }
+        }
+      }
+    }
+    return -1;
+  };
+  const int east = find({"easting", "east", "e"}), north = find({"northing", "north", "n"});
+  const int up = find({"up", "altitude", "alt", "height", "elevation", "u", "z", "h"});
+  const int down = find({"down", "d"});
+  if (east < 0 || north < 0 || (up < 0 && down < 0)) return false;
+  out->p[0] = east, out->p[1] = north, out->p[2] = down >= 0 ? down : up;
+  out->down = down >= 0;
+  return true;
+}
+
 void dropZeroQuaternions(const Layout& layout, PoseColumns* out) {
   if (out->q[3] < 0 || !allQuaternionsZero(layout, out->q)) return;
   std::fill(out->q, out->q + 4, -1);
@@ -204,10 +228,22 @@ void quaternionOf(const double roll_pitch_yaw[3], double xyzw[4]) {
   xyzw[3] = c[0] * c[1] * c[2] + s[0] * s[1] * s[2];
 }
 
+void eastNorthUp(const PoseColumns& columns, double p[3], double xyzw[4]) {
+  if (!columns.down) return;
+  p[2] = -p[2];
+  if (!columns.hasAttitude()) return;
+  // Half a turn about the axis between north and east, from the left.
+  const double h = std::sqrt(0.5), x = xyzw[0], y = xyzw[1], z = xyzw[2], w = xyzw[3];
+  xyzw[0] = h * (w + z);
+  xyzw[1] = h * (w - z);
+  xyzw[2] = h * (y - x);
+  xyzw[3] = -h * (x + y);
+}
+
 PoseColumns poseColumns(const Layout& layout) {
   PoseColumns out;
   out.stamp = stampColumn(layout);
-  if (findAxes(layout, positionNames(), {"x", "y", "z"}, out.p)) {
+  if (findAxes(layout, positionNames(), {"x", "y", "z"}, out.p) || findEastNorth(layout, &out)) {
     const Quantity of = unitAt(layout, out.p[0]).quantity;
     out.named = of == Quantity::none || of == Quantity::length;
   }
@@ -215,6 +251,10 @@ PoseColumns poseColumns(const Layout& layout) {
     out.unit_m = lengthUnit(layout, out.p[0]);
     findAttitude(layout, &out);
     dropZeroQuaternions(layout, &out);
+    if (out.down) {
+      out.remark += std::string(out.remark.empty() ? "" : "; ") +
+                    "the positions are north, east, down: turned into east, north, up";
+    }
     return out;
   }
   for (int i = 0; i < 3; ++i) out.p[i] = out.stamp + 1 + i;

@@ -96,17 +96,23 @@ RowFormat rowFormatOf(const std::vector<std::string>& lines, char separator) {
   format.separator = separator;
   Rows rows(lines.size());
   std::size_t columns = 0;
-  long commas = 0, points = 0;
+  std::vector<long> commas, points;  // by column: a stamp may have a point beside them
   for (std::size_t r = 0; r < lines.size(); ++r) {
     splitLine(lines[r], separator, &rows[r]);
     columns = std::max(columns, rows[r].size());
-    for (const std::string_view field : rows[r]) {
-      commas += hasDecimalComma(field) ? 1 : 0;
+    commas.resize(columns);
+    points.resize(columns);
+    for (std::size_t c = 0; c < rows[r].size(); ++c) {
+      const std::string_view field = rows[r][c];
+      commas[c] += hasDecimalComma(field) ? 1 : 0;
       // Not the points of a date.
-      points += std::count(field.begin(), field.end(), '.') == 1 && isDigit(field.back()) ? 1 : 0;
+      points[c] +=
+          std::count(field.begin(), field.end(), '.') == 1 && isDigit(field.back()) ? 1 : 0;
     }
   }
-  format.decimal_comma = separator != ',' && commas > 0 && commas > points;
+  for (std::size_t c = 0; c < columns && separator != ','; ++c) {
+    format.decimal_comma = format.decimal_comma || commas[c] > points[c];
+  }
   for (std::size_t c = 0; c < columns; ++c) {
     if (mostFields(rows, c, isDateTime)) {
       format.kinds.push_back(ColumnKind::date);

@@ -140,6 +140,7 @@ std::size_t unitBehind(const std::string& name, Unit* unit) {
 Unit unitOfText(std::string_view written) {
   const std::string text = canonical(written);
   if (text == "rps") return {Quantity::rate, 1.0};
+  if (text == "rpm") return {Quantity::rate, 6 * kRadPerDeg};
   for (const auto& [front, scale] : prefixes()) {
     std::string_view rest = text;
     if (rest.substr(0, front.size()) != front) continue;

@@ -4,6 +4,7 @@
 
 #include "vir/core/parse_number.h"
 #include "vir/tables/layout.h"
+#include "vir/tables/ranges.h"
 
 namespace vir::tables {
 
@@ -45,8 +46,12 @@ std::string whyNoPoses(const Layout& layout) {
 }
 
 std::string whyNoRanges(const Layout& layout) {
-  if (!namesAll(layout) || rangeColumns(layout).named) return {};
-  return "its header names no anchor (anchor_id) or no range (range_m), it has: " + namesOf(layout);
+  const RangeColumns c = rangeColumns(layout);
+  if (!c.refusal.empty()) return c.refusal;
+  if (!namesAll(layout) || c.named || !c.wide.empty()) return {};
+  return "its header names no anchor (anchor_id) or no range (range_m), nor a column for each "
+         "anchor (d_1, d_2, ...), it has: " +
+         namesOf(layout);
 }
 
 }  // namespace vir::tables

@@ -148,8 +148,8 @@ void FolderSource::emit(const Event& event) {
     const bool drawn = streams.empty();
     const std::string label = drawn ? rawlog::kRangeLabel : streams[event.stream].label;
     const Range measured{event.t, static_cast<std::uint32_t>(range->anchor), range->range_m,
-                         drawn ? options_.range_sigma_m : streams[event.stream].sigma_m,
-                         drawn ? recording_->antennaInBody() : streams[event.stream].antenna};
+                         drawn ? options_.range_sigma_m : range->sigma_m,
+                         range->place.value_or(recording_->antennaInBody())};
     obs = rawlog::toObservation(measured, label, rawlog::kUnknownRadio);
     counter = label == rawlog::kRangeLabel ? "ranges" : "ranges_" + label;
   } else if (const auto* pose = std::get_if<euroc::PoseRow>(&event.what)) {

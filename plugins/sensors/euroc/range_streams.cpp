@@ -6,6 +6,7 @@
 #include "lever_arms.h"
 #include "stream_setup.h"
 #include "vir/rawlog/labels.h"
+#include "vir/tables/ranges.h"
 
 namespace vir::euroc {
 namespace fs = std::filesystem;
@@ -33,6 +34,7 @@ class Opener {
   }
 
   void add(const RangeFiles& files) {
+    const tables::RangeColumns columns = tables::rangeColumns(tables::layoutOf(files.file));
     RangeStream s;
     s.label = labelOf(files.name, rawlog::kRangeLabel);
     s.sigma_m = o_.range_sigma_m;
@@ -42,11 +44,10 @@ class Opener {
       const UwbYaml uwb = readUwbYaml(files.yaml);
       antenna = T_B_I_.inverse() * uwb.T_B_U.p;
       s.sigma_m = uwb.sigma_m.value_or(o_.range_sigma_m);
-    } else {
-      log_->note((o_.section == "csv"
-                      ? files.file + ": tells neither antenna nor noise"
-                      : fs::path(files.file).parent_path().string() + "/sensor.yaml: missing") +
-                 "; lever_arm_m and range_sigma_m of the settings are used");
+    }
+    sayUnsaid(files, columns);
+    if (columns.hasLever() && saysSeveral(o_.lever_arm_m)) {
+      log_->note(files.file + ": the places of its columns are not used, lever_arm_m says several");
     }
     std::vector<std::string> antennas = antennasIn(files.file);
     const bool split = o_.antenna.empty() && antennas.size() > 1;
@@ -61,16 +62,34 @@ class Opener {
       if (split) each.known = {antennas.begin(), antennas.end()};
       each.tells = first;
       each.antenna = by_settings ? leverArm(o_.lever_arm_m, streams_.size()) : antenna;
+      each.by_settings = saysSeveral(o_.lever_arm_m);
       each.rows = openRanges(files.file, unitsOf(o_), names_, first ? log_ : silent_);
       skipOtherAntennas(&each, log_);
       said += (said.empty() ? "" : ", ") + name + " is " + each.label;
       streams_.push_back(std::move(each));
     }
-    if (split) note(files, antennas.size(), said);
+    if (split) note(files, antennas.size(), columns.hasLever(), said);
   }
 
-  void note(const RangeFiles& files, std::size_t antennas, const std::string& said) {
-    const bool placed = o_.lever_arm_m.size() >= 3 * streams_.size();
+  /// What a table without a calibration leaves to the settings.
+  void sayUnsaid(const RangeFiles& files, const tables::RangeColumns& c) {
+    if (!files.yaml.empty() || (c.hasLever() && c.sigma >= 0)) return;
+    const bool neither = !c.hasLever() && c.sigma < 0;
+    const std::string what = neither       ? "neither antenna nor noise"
+                             : c.sigma < 0 ? "no noise"
+                                           : "no antenna";
+    const std::string used = neither ? "lever_arm_m and range_sigma_m of the settings are used"
+                             : c.sigma < 0 ? "range_sigma_m of the settings is used"
+                                           : "lever_arm_m of the settings is used";
+    log_->note((o_.section == "csv"
+                    ? files.file + ": tells " + what
+                    : fs::path(files.file).parent_path().string() + "/sensor.yaml: missing") +
+               "; " + used);
+  }
+
+  void note(const RangeFiles& files, std::size_t antennas, bool by_columns,
+            const std::string& said) {
+    const bool placed = by_columns || o_.lever_arm_m.size() >= 3 * streams_.size();
     log_->note(files.file + ": ranges of " + std::to_string(antennas) + " antennas (" + said + ")" +
                (placed ? ""
                        : ", of which only one position is known, which all have in the rawlog: "

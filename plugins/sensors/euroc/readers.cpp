@@ -4,110 +4,23 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
-#include <set>
 
 #include "imu_units.h"
+#include "row_values.h"
 #include "vir/core/time_bounds.h"
+#include "vir/tables/unknown_units.h"
 
 namespace vir::euroc {
 namespace {
-
-using Fields = std::vector<std::string_view>;
 
 // Beyond these a number is a fault of the file or the device, not a measurement.
 constexpr double kMaxRate = 1e3;          // rad/s
 constexpr double kMaxAcceleration = 1e4;  // m/s^2
 constexpr double kMaxPosition = 1e7;      // m
-constexpr double kMaxRange = 1e5;         // m
 constexpr double kMaxNormError = 0.02;    // of a quaternion
 
 // Time between rows of each kind, to tell the unit of stamps that are no dates.
-constexpr double kImuStep = 0.005, kImageStep = 0.05, kRangeStep = 0.05, kPoseStep = 0.02;  // s
-
-/// How to read the stamps of a file.
-struct Stamps {
-  int column = 0;
-  tables::StampUnit unit = tables::StampUnit::nanoseconds;
-  int nanoseconds = -1;  ///< column of what belongs to whole seconds
-};
-
-Stamps stampsOf(const std::string& path, const tables::Layout& layout, int column,
-                double typical_step_s, bool seconds_expected, ProblemLog* log) {
-  const tables::UnitGuess guess = tables::stampUnit(layout, column, typical_step_s);
-  const auto expected =
-      seconds_expected ? tables::StampUnit::seconds : tables::StampUnit::nanoseconds;
-  const Stamps stamps{column, guess.sure ? guess.unit : expected,
-                      tables::nanosecondColumn(layout, column)};
-  const std::string remark = tables::stampRemark(layout, column);
-  if (!remark.empty()) {
-    log->note(path + ": " + remark);
-  } else if (stamps.unit != expected) {
-    log->note(path + ": the stamps are in " + tables::name(stamps.unit) + ", taken as such");
-  }
-  return stamps;
-}
-
-bool enough(const Fields& f, int last, RowFault* fault) {
-  if (static_cast<int>(f.size()) > last) return true;
-  *fault = {"malformed",
-            "has " + std::to_string(f.size()) + " columns, needs " + std::to_string(last + 1)};
-  return false;
-}
-
-const std::string_view& at(const Fields& f, int column) {
-  return f[static_cast<std::size_t>(column)];
-}
-
-bool stamp(const Fields& f, const Stamps& stamps, TimeNs* t, RowFault* fault) {
-  const std::string_view text = at(f, stamps.column);
-  bool is_time = tables::parseStamp(text, stamps.unit, t);
-  if (stamps.nanoseconds >= 0) {
-    const auto column = static_cast<std::size_t>(stamps.nanoseconds);
-    is_time = is_time && column < f.size() && tables::addNanoseconds(f[column], t);
-  }
-  if (is_time && isStamp(*t)) return true;
-  if (is_time && *t >= 0) {
-    *fault = {"implausible", "`" + std::string(text.substr(0, 40)) + "` is a time after 2099"};
-    return false;
-  }
-  if (is_time) {
-    *fault = {"before_zero", "`" + std::string(text.substr(0, 40)) +
-                                 "` is a time before 0; add the same to all stamps of all tables"};
-    return false;
-  }
-  const bool ns = stamps.unit == tables::StampUnit::nanoseconds;
-  *fault = {"malformed", "`" + std::string(text.substr(0, 40)) +
-                             (ns ? "` is not a whole number of nanoseconds"
-                                 : std::string("` is not a time in ") + tables::name(stamps.unit))};
-  return false;
-}
-
-bool value(const Fields& f, int column, double* out, RowFault* fault) {
-  const std::string_view field = at(f, column);
-  const std::string name = "column " + std::to_string(column + 1);
-  const std::string text(field.substr(0, 40));
-  if (!parseNumber(field, out)) {
-    const bool comma = text.find(',') != std::string::npos;
-    *fault = {"malformed", name + ": `" + text + "` is not a number" +
-                               (comma ? " (a decimal comma? numbers need a point)" : "")};
-    return false;
-  }
-  if (std::isfinite(*out)) return true;
-  *fault = {"not_finite", name + " is " + text};
-  return false;
-}
-
-bool vector(const Fields& f, const int columns[3], Vec3* out, RowFault* fault) {
-  for (int i = 0; i < 3; ++i) {
-    if (!value(f, columns[i], &(*out)[i], fault)) return false;
-  }
-  return true;
-}
-
-bool implausible(RowFault* fault, const std::string& text) {
-  *fault = {"implausible", text};
-  return false;
-}
+constexpr double kImuStep = 0.005, kImageStep = 0.05, kPoseStep = 0.02;  // s
 
 bool parseImu(const Fields& f, const tables::ImuColumns& c, const Stamps& stamps, ImuSample* row,
               RowFault* fault) {
@@ -134,28 +47,6 @@ bool parseImage(const Fields& f, const tables::ImageColumns& c, const Stamps& st
   if (row->file.empty() || row->file.find('\0') != std::string::npos) {
     *fault = {"malformed", "column " + std::to_string(c.file + 1) + " holds no file name"};
     return false;
-  }
-  return true;
-}
-
-bool anchorId(std::string_view field, tables::AnchorNames* names, int* id, RowFault* fault) {
-  if (names->numberOf(field, id)) return true;
-  *fault = {"malformed", "`" + std::string(field.substr(0, 40)) +
-                             "` is no anchor's id (a number, or a name of letters and digits)"};
-  return false;
-}
-
-bool parseRange(const Fields& f, const tables::RangeColumns& c, const Stamps& stamps,
-                tables::AnchorNames* names, RangeRow* row, RowFault* fault) {
-  if (!enough(f, std::max({c.stamp, c.anchor, c.range, c.antenna}), fault) ||
-      !stamp(f, stamps, &row->t, fault) || !value(f, c.range, &row->range_m, fault) ||
-      !anchorId(at(f, c.anchor), names, &row->anchor, fault)) {
-    return false;
-  }
-  if (c.unit_m != 1) row->range_m *= c.unit_m;
-  if (c.antenna >= 0) row->antenna = std::string(at(f, c.antenna));
-  if (row->range_m < 0 || row->range_m > kMaxRange) {
-    return implausible(fault, "a range of " + std::string(at(f, c.range)) + " m");
   }
   return true;
 }
@@ -197,6 +88,7 @@ bool parsePose(const Fields& f, const tables::PoseColumns& c, const Stamps& stam
   double q[4] = {0, 0, 0, 1};
   row->has_attitude = c.hasAttitude();
   if (row->has_attitude && !attitude(f, c, q, fault)) return false;
+  tables::eastNorthUp(c, p.data(), q);
   p *= c.unit_m;
   if (p.cwiseAbs().maxCoeff() > kMaxPosition) return implausible(fault, "position beyond 10000 km");
   const Quat attitude(q[3], q[0], q[1], q[2]);
@@ -224,15 +116,6 @@ std::string listed(const int columns[3]) {
   return out;
 }
 
-void sayUnit(const std::string& path, const char* what, double factor, const char* unit,
-             ProblemLog* log) {
-  if (factor == 1) return;
-  char text[160];
-  std::snprintf(text, sizeof text, ": the %s was multiplied by %.6g to be in %s", what, factor,
-                unit);
-  log->note(path + text);
-}
-
 /// `header`: what the header says it is in; `size`: of the vectors in the first rows.
 double accUnit(const std::string& path, const Units& units, double header, double size,
                ProblemLog* log) {
@@ -253,6 +136,13 @@ double accUnit(const std::string& path, const Units& units, double header, doubl
   return accelerationUnit(unit);
 }
 
+/// A problem, not a note: the numbers are wrong by a factor.
+void sayUnknownUnits(const std::string& path, const tables::Layout& layout, const int columns[3],
+                     ProblemLog* log) {
+  const std::string text = tables::unknownUnits(layout, {columns[0], columns[1], columns[2]});
+  if (!text.empty()) log->add("unknown_unit", path, text);
+}
+
 }  // namespace
 
 std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Units& units,
@@ -268,6 +158,8 @@ std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Uni
     log->note(path + ": the accelerometer is in columns" + listed(c.acc) + ", the gyro in columns" +
               listed(c.gyro) + ", by the size of the numbers: there is no header that says");
   }
+  if (units.gyro <= 0) sayUnknownUnits(path, layout, c.gyro, log);
+  if (units.acc <= 0) sayUnknownUnits(path, layout, c.acc, log);
   if (units.gyro > 0) c.gyro_unit = units.gyro;
   c.acc_unit = accUnit(path, units, c.acc_unit, tables::medianNorm(layout, c.acc), log);
   sayUnit(path, "gyro", c.gyro_unit, "rad/s", log);
@@ -311,42 +203,6 @@ std::unique_ptr<RowStream<ImageRow>> openImageList(const std::string& path, Prob
   return std::make_unique<RowCursor<ImageRow>>(std::move(spec), log);
 }
 
-std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const Units& units,
-                                                tables::AnchorNames* names, ProblemLog* log) {
-  const tables::Layout layout = tables::layoutOf(path);
-  tables::RangeColumns c = tables::rangeColumns(layout);
-  if (units.range > 0) c.unit_m = units.range;
-  sayUnit(path, "range", c.unit_m, "m", log);
-  const Stamps stamps = stampsOf(path, layout, c.stamp, kRangeStep, false, log);
-  const std::string why_not = tables::whyNoRanges(layout);
-  const auto parse = [=](const Fields& f, RangeRow* row, RowFault* fault) {
-    if (!why_not.empty()) {
-      *fault = {"no_range", why_not};
-      return false;
-    }
-    return parseRange(f, c, stamps, names, row, fault);
-  };
-  // Several anchors may answer at one time, and to several antennas.
-  const auto same = [](const RangeRow& a, const RangeRow& b) {
-    return a.anchor == b.anchor && a.antenna == b.antenna;
-  };
-  RowCursor<RangeRow>::Spec spec{path, "range", parse, same, false, layout};
-  return std::make_unique<RowCursor<RangeRow>>(std::move(spec), log);
-}
-
-std::vector<std::string> antennasIn(const std::string& path) {
-  const tables::Layout layout = tables::layoutOf(path);
-  const int column = tables::rangeColumns(layout).antenna;
-  std::set<std::string> names;
-  for (const auto* rows : {&layout.rows, &layout.later}) {
-    for (const auto& row : *rows) {
-      const auto c = static_cast<std::size_t>(column);
-      if (column >= 0 && c < row.size() && !row[c].empty()) names.insert(row[c]);
-    }
-  }
-  return {names.begin(), names.end()};
-}
-
 std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, ProblemLog* log) {
   const tables::Layout layout = tables::layoutOf(path);
   const tables::PoseColumns c = tables::poseColumns(layout);
@@ -356,10 +212,12 @@ std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, Pro
   if (!c.hasAttitude() && why_not.empty()) log->note(path + ": holds positions only, no attitude");
   if (!c.remark.empty() && why_not.empty()) log->note(path + ": " + c.remark);
   if (!order.empty()) log->note(path + ": " + order);
+  if (!why_not.empty()) log->note(path + ": " + why_not);
+  if (c.named) sayUnknownUnits(path, layout, c.p, log);
   sayUnit(path, "positions", c.unit_m, "m", log);
   const auto parse = [=](const Fields& f, PoseRow* row, RowFault* fault) {
     if (!why_not.empty()) {
-      *fault = {"no_pose", why_not};
+      *fault = {"no_pose", ""};
       return false;
     }
     return parsePose(f, c, stamps, row, fault);

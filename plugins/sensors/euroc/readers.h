@@ -2,6 +2,7 @@
 /// The streams of a recording, each a file read in time order.
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,9 @@ struct RangeRow {
   TimeNs t = 0;
   int anchor = 0;
   double range_m = 0;
-  std::string antenna;  ///< empty: not said
+  std::string antenna;        ///< empty: not said
+  std::optional<Vec3> place;  ///< of the antenna, in our body [m]; none: not said
+  double sigma_m = 0;         ///< standard deviation; 0: not said
 };
 
 struct PoseRow {
@@ -68,7 +71,8 @@ std::unique_ptr<RowStream<ImuSample>> openSplitImu(const std::string& gyro, cons
                                                    const Units& units, ProblemLog* log);
 /// Without names: t, filename; or t alone, for files called after their stamps.
 std::unique_ptr<RowStream<ImageRow>> openImageList(const std::string& path, ProblemLog* log);
-/// Without names: t, anchor_id, range. `names` must outlive the stream.
+/// Without names: t, anchor_id, range; a table with a column for each anchor gives a row for each
+/// range. The places of antennas are in our body, the IMU. `names` must outlive the stream.
 std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const Units& units,
                                                 tables::AnchorNames* names, ProblemLog* log);
 /// What a column calls the robot's own antennas, sorted; empty: there is no such column.

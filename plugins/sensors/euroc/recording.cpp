@@ -272,7 +272,10 @@ bool Recording::takeRange(Event* event) {
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     RowStream<RangeRow>& rows = *ranges_[i].rows;
     if (rows.peek() == nullptr || rows.peek()->t != event->t) continue;
-    event->what = *rows.peek();
+    RangeRow row = *rows.peek();
+    if (ranges_[i].by_settings || !row.place) row.place = ranges_[i].antenna;
+    if (!(row.sigma_m > 0)) row.sigma_m = ranges_[i].sigma_m;
+    event->what = std::move(row);
     event->stream = i;
     rows.pop();
     skipOtherAntennas(&ranges_[i], log_);
@@ -280,7 +283,7 @@ bool Recording::takeRange(Event* event) {
   }
   if (!drawn_ || drawn_->peek() == nullptr || drawn_->peek()->t != event->t) return false;
   const SimulatedRange& r = *drawn_->peek();
-  event->what = RangeRow{r.t, r.anchor, r.range_m, {}};
+  event->what = RangeRow{r.t, r.anchor, r.range_m, {}, {}, 0};
   if (!r.line_of_sight) log_->count("range_drawn_without_line_of_sight");
   drawn_->pop();
   return true;

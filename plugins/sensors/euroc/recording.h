@@ -36,8 +36,9 @@ struct CameraStream {
 
 struct RangeStream {
   std::string label;
-  Vec3 antenna = Vec3::Zero();  ///< in our body [m]
-  double sigma_m = 0;
+  Vec3 antenna = Vec3::Zero();  ///< in our body [m], where a row does not say its place
+  bool by_settings = false;     ///< `antenna` holds, whatever a row says
+  double sigma_m = 0;           ///< where a row does not say it
   std::string only;             ///< the antenna whose ranges these are; empty: all
   std::set<std::string> known;  ///< antennas of the same table with a label of their own
   bool tells = true;            ///< counts what no label takes

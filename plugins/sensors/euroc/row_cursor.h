@@ -20,7 +20,7 @@ namespace vir::euroc {
 struct RowFault {
   /// End of the counter's name: "malformed", "before_zero", "not_finite", "implausible".
   std::string kind;
-  std::string text;
+  std::string text;  ///< empty: only counted
 };
 
 /// Reads rows of type Row (with a member `TimeNs t`). Rows out of order are sorted as long as they
@@ -45,6 +45,8 @@ class RowCursor : public RowStream<Row> {
     /// that exists).
     bool use_open_end = false;
     tables::RowFormat format;
+    /// Of further rows that the same line holds.
+    std::vector<Parser> also = {};
   };
 
   /// Throws InputError when the file cannot be opened. `log` must outlive the cursor.
@@ -81,24 +83,35 @@ class RowCursor : public RowStream<Row> {
     splitter_.split(line, &fields_);
     const bool first = !seen_data_;
     seen_data_ = true;
-    Row row;
-    RowFault fault;
     if (lines_.lastLineOpen() && !spec_.use_open_end) {
       report("cut_line", lines_.lineNumber(),
              "the file ends without a line break: its last line may be cut and is not used");
       return true;
     }
-    if (!spec_.parse(fields_, &row, &fault)) {
-      const char c = fields_.empty() || fields_[0].empty() ? 'x' : fields_[0][0];  // unquoted
-      const bool header = first && c != '-' && c != '+' && c != '.' &&
-                          std::isdigit(static_cast<unsigned char>(c)) == 0;
-      if (!header) report(fault.kind.c_str(), lines_.lineNumber(), fault.text);
-      return true;
+    const char c = fields_.empty() || fields_[0].empty() ? 'x' : fields_[0][0];  // unquoted
+    const bool header = first && c != '-' && c != '+' && c != '.' &&
+                        std::isdigit(static_cast<unsigned char>(c)) == 0;
+    take(spec_.parse, header);
+    for (const Parser& parse : spec_.also) take(parse, header);
+    return true;
+  }
+
+  /// What a parser makes of the line; nothing that it cannot read of a header is a fault.
+  void take(const Parser& parse, bool header) {
+    Row row;
+    RowFault fault;
+    if (!parse(fields_, &row, &fault)) {
+      if (header) return;
+      if (fault.text.empty()) {
+        log_->count(spec_.name + "_" + fault.kind);
+      } else {
+        report(fault.kind.c_str(), lines_.lineNumber(), fault.text);
+      }
+      return;
     }
     if (row.t < newest_) log_->count(spec_.name + "_out_of_order");
     newest_ = std::max(newest_, row.t);
     window_.emplace(row.t, Entry{std::move(row), lines_.lineNumber()});
-    return true;
   }
 
   void advance() {

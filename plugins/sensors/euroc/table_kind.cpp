@@ -7,6 +7,7 @@
 #include "text_fields.h"
 #include "vir/core/text.h"
 #include "vir/tables/layout.h"
+#include "vir/tables/ranges.h"
 
 namespace vir::euroc {
 namespace fs = std::filesystem;
@@ -68,6 +69,10 @@ bool isPoseName(const std::string& name) {
                          "tum", "vrpn", "reference", "position"});
 }
 
+bool isRangeName(const std::string& name) {
+  return holdsAny(name, {"uwb", "range", "ranging", "dist"});
+}
+
 TableKind byHeader(const Layout& layout, const std::string& name) {
   if (tables::imuColumns(layout).named) return TableKind::imu;
   const tables::PoseColumns pose = tables::poseColumns(layout);
@@ -79,9 +84,13 @@ TableKind byHeader(const Layout& layout, const std::string& name) {
   }
   const tables::RangeColumns range = tables::rangeColumns(layout);
   if (range.named) return TableKind::range;
+  // `A0, A1, A2` may be an accelerometer.
+  const bool wide = !range.wide.empty() && !pose.named;
+  if (wide && isRangeName(name)) return TableKind::range;
   const bool gyro = tables::gyroColumns(layout, false).named;
   const bool acc = tables::accelerometerColumns(layout, false).named;
   if (gyro != acc) return gyro ? TableKind::gyro : TableKind::accelerometer;
+  if (wide) return TableKind::range;
   if (!pose.named) return TableKind::none;
   if (!pose.hasAttitude() && holdsAny(name, {"acc"})) return TableKind::accelerometer;
   if (!pose.hasAttitude() && holdsAny(name, {"gyr"})) return TableKind::gyro;
@@ -97,8 +106,8 @@ TableKind byNumbers(const Layout& layout, const std::string& name) {
   if (holdsAny(name, {"acc"}) && allNumeric(layout, 4)) return TableKind::accelerometer;
   if (holdsAny(name, {"gyr"}) && allNumeric(layout, 4)) return TableKind::gyro;
   if (holdsAny(name, {"imu"}) && allNumeric(layout, 7)) return TableKind::imu;
-  if (holdsAny(name, {"uwb", "range", "ranging", "dist"}) && layout.columns >= 3 &&
-      numeric(layout, 0) > 0.9 && numeric(layout, 2) > 0.9) {
+  if (isRangeName(name) && layout.columns >= 3 && numeric(layout, 0) > 0.9 &&
+      numeric(layout, 2) > 0.9) {
     return TableKind::range;
   }
   const bool poses = tables::whyNoPoses(layout).empty();

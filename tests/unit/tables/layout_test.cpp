@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "vir/tables/ranges.h"
+
 namespace vir::tables {
 namespace {
 
@@ -89,6 +91,39 @@ TEST(Layout, PosesByNameAndByHabit) {
   EXPECT_EQ(counted.stamp, 1);
   EXPECT_EQ(counted.p[0], 2);
   EXPECT_EQ(quatOf(counted), (Columns{5, 6, 7, 8}));
+}
+
+TEST(Layout, PositionsBySidesOfTheSky) {
+  const auto columns = [](const std::string& names) {
+    const PoseColumns c = poseColumns(layoutOfText("time," + names + "\n1,2,3,4\n"));
+    return c.named ? Columns{c.p[0], c.p[1], c.p[2], c.down ? 1 : 0} : Columns{};
+  };
+  EXPECT_EQ(columns("easting,northing,altitude"), (Columns{1, 2, 3, 0}));
+  EXPECT_EQ(columns("utm_easting [m],utm_northing [m],height [m]"), (Columns{1, 2, 3, 0}));
+  EXPECT_EQ(columns("northing,easting,up"), (Columns{2, 1, 3, 0}));
+  EXPECT_EQ(columns("east,north,up"), (Columns{1, 2, 3, 0}));
+  EXPECT_EQ(columns("north,east,down"), (Columns{2, 1, 3, 1}));
+  EXPECT_EQ(columns("north,east,speed"), Columns{});
+}
+
+TEST(Layout, NorthEastDownIsTurnedWithItsAttitude) {
+  PoseColumns c = poseColumns(
+      layoutOfText("time,north,east,down,qx,qy,qz,qw\n1,2,3,4,0,0,0,1\n2,2,3,4,0,0,0,1\n"));
+  ASSERT_TRUE(c.down);
+  double p[3] = {3, 2, 4}, q[4] = {0, 0, 0, 1};
+  eastNorthUp(c, p, q);
+  EXPECT_EQ(p[2], -4);
+  // x of the body, which was north, is y now; its z, down, is -z.
+  const double half = 0.70710678118654752;
+  EXPECT_NEAR(q[0], half, 1e-15);
+  EXPECT_NEAR(q[1], half, 1e-15);
+  EXPECT_NEAR(q[2], 0, 1e-15);
+  EXPECT_NEAR(q[3], 0, 1e-15);
+  // A quarter turn from north to east in axes that point down: the body looks east.
+  double turned[4] = {0, 0, half, half};
+  eastNorthUp(c, p, turned);
+  EXPECT_NEAR(turned[0], 1, 1e-15);
+  EXPECT_NEAR(turned[1], 0, 1e-15);
 }
 
 TEST(Layout, AnIndexInFrontIsPassedOver) {

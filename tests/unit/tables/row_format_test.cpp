@@ -98,5 +98,19 @@ TEST(RowFormat, DecimalCommas) {
   EXPECT_EQ(split({}, "1  2\t3"), (Texts{"1", "2", "3"}));
 }
 
+TEST(RowFormat, CommasAreDecimalBesideStampsWithPoints) {
+  for (const std::string stamp : {"1400000003.064509630", "2014-05-13 16:53:23.064509630"}) {
+    const std::string line = stamp + ";0xDECA010203040506;2086,781";
+    const RowFormat format = rowFormatOf({line, line}, ';');
+    EXPECT_TRUE(format.decimal_comma) << stamp;
+    RowSplitter splitter(format);
+    std::vector<std::string_view> fields;
+    splitter.split(line, &fields);
+    ASSERT_EQ(fields.size(), 3u);
+    EXPECT_EQ(fields[0], "1400000003.064509630") << stamp;
+    EXPECT_EQ(fields[2], "2086.781") << stamp;
+  }
+}
+
 }  // namespace
 }  // namespace vir::tables

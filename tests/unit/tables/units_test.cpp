@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "vir/tables/layout.h"
+#include "vir/tables/ranges.h"
+#include "vir/tables/unknown_units.h"
 
 namespace vir::tables {
 namespace {
@@ -102,6 +104,15 @@ TEST(Units, OfAHeaderBetweenBlanks) {
   const Layout layout = layoutOfText("# t [s] wx [rad s^-1] wy (deg/s)\n1 2 3\n");
   EXPECT_EQ(layout.names, (std::vector<std::string>{"t", "wx", "wy"}));
   EXPECT_EQ(layout.units, (std::vector<std::string>{"s", "rad s^-1", "deg/s"}));
+}
+
+TEST(Units, TurnsPerMinuteAndWhatNobodyKnows) {
+  const Layout turns = layoutOfText("t,gx [rpm],gy [rpm],gz [rpm],ax,ay,az\n1,2,3,4,0,0,9.81\n");
+  EXPECT_NEAR(imuColumns(turns).gyro_unit, 2 * 3.14159265358979 / 60, 1e-12);
+  const Layout layout = layoutOfText("t,anchor,range [furlong],std [mm]\n1,2,3,4\n");
+  EXPECT_NE(unknownUnits(layout, {2, 3}).find("range [furlong]"), std::string::npos);
+  EXPECT_EQ(unknownUnits(layout, {-1, 3}), "");
+  EXPECT_EQ(unknownUnits(layoutOfText("1,2,3\n"), {2}), "");
 }
 
 }  // namespace

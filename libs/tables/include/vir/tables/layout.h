@@ -19,7 +19,9 @@ struct Layout : RowFormat {
   /// Plain names in the order of the columns; empty without a header.
   std::vector<std::string> names;
   std::vector<std::string> units;  ///< in brackets behind the names, as written; same length
-  std::size_t columns = 0;         ///< of the rows of data
+  /// The names as written, without what is in brackets; same length.
+  std::vector<std::string> written;
+  std::size_t columns = 0;  ///< of the rows of data
   /// Fields of the first rows of data, at most kSampled, as RowSplitter gives them.
   std::vector<std::vector<std::string>> rows;
   /// Of single rows from all over the rest of a long file.
@@ -47,6 +49,7 @@ struct PoseColumns {
   double angle_unit = 1;         ///< [rad] of what the angles are in
   bool named = false;            ///< the header said so
   double unit_m = 1;             ///< of what the header says the positions are in
+  bool down = false;             ///< positions are east, north, down: eastNorthUp() turns them
   std::string remark;            ///< what is to be said of the attitudes; may be empty
   bool hasAttitude() const { return q[3] >= 0 || hasAngles(); }
   bool hasAngles() const { return angles[2] >= 0; }
@@ -57,6 +60,9 @@ struct PoseColumns {
 /// elsewhere. A first column that only counts is passed over. Roll, pitch and yaw are those of
 /// Rz(yaw) Ry(pitch) Rx(roll); what looks like an attitude but cannot be told is named by `remark`.
 PoseColumns poseColumns(const Layout& layout);
+/// Turns a pose in axes north, east, down, whose position is given as east, north, down [m], into
+/// axes east, north, up; its attitude x y z w too. Nothing where they do not point down.
+void eastNorthUp(const PoseColumns& columns, double p[3], double xyzw[4]);
 /// The quaternion x y z w of Rz(yaw) Ry(pitch) Rx(roll), angles in [rad].
 void quaternionOf(const double roll_pitch_yaw[3], double xyzw[4]);
 /// Which order was taken where no header says it and habits differ; empty elsewhere.
@@ -64,8 +70,6 @@ std::string assumedOrder(const Layout& layout, const PoseColumns& columns);
 /// Why a table that looks like one of poses holds none that can be used (latitude and longitude,
 /// KITTI's matrices without stamps), and what to do; else empty.
 std::string whyNoPoses(const Layout& layout);
-/// Likewise of a table of ranges: a header that names only one of the two, or neither.
-std::string whyNoRanges(const Layout& layout);
 /// A header for every column, and no remark that happens to have as many words: one of its names is
 /// that of a time. Columns of such a table are not taken by their place.
 bool namesAll(const Layout& layout);
@@ -97,15 +101,6 @@ VectorColumns gyroColumns(const Layout& layout, bool plain);
 VectorColumns accelerometerColumns(const Layout& layout, bool plain);
 /// The middle of the vectors' sizes in the rows at hand; 0 without any.
 double medianNorm(const Layout& layout, const int columns[3]);
-
-struct RangeColumns {
-  int stamp = 0, anchor = 1, range = 2;
-  int antenna = -1;  ///< which of the robot's own antennas
-  bool named = false;
-  double unit_m = 1;  ///< of what the header says the ranges are in
-};
-/// By the names of the header, else t, anchor, range.
-RangeColumns rangeColumns(const Layout& layout);
 
 struct ImageColumns {
   int stamp = 0;

@@ -1,0 +1,189 @@
+/// Tables of ranges.
+#include <algorithm>
+#include <set>
+
+#include "readers.h"
+#include "row_values.h"
+#include "vir/core/text.h"
+#include "vir/tables/ranges.h"
+#include "vir/tables/unknown_units.h"
+
+namespace vir::euroc {
+namespace {
+
+constexpr double kMaxRange = 1e5;  // m; beyond it a number is no measurement
+constexpr double kRangeStep =
+    0.05;  // s, between rows, to tell the unit of stamps that are no dates
+
+/// What a row of ranges is read with.
+struct RangeTable {
+  tables::RangeColumns c;
+  Stamps stamps;
+  tables::AnchorNames* names;
+  ProblemLog* log;
+  std::string path;
+};
+
+/// A word or a number; a share counts as true from a half on.
+bool flag(const Fields& f, int column, bool* out, RowFault* fault) {
+  const std::string word = lowerCase(std::string(at(f, column)));
+  for (const char* yes : {"true", "yes", "t", "y", "valid", "ok"}) {
+    if (word == yes) return *out = true;
+  }
+  *out = false;
+  for (const char* no : {"false", "no", "f", "n", "invalid"}) {
+    if (word == no) return true;
+  }
+  double v = 0;
+  if (!value(f, column, &v, fault)) return false;
+  *out = v >= 0.5;
+  return true;
+}
+
+/// Place and noise, as far as the table holds them; what it leaves out in a row is not said.
+bool parseRadio(const Fields& f, const RangeTable& table, RangeRow* row, RowFault* fault) {
+  const tables::RangeColumns& c = table.c;
+  if (c.antenna >= 0) row->antenna = std::string(at(f, c.antenna));
+  Vec3 place;
+  if (c.hasLever()) {
+    if (!vector(f, c.lever, &place, fault)) return false;
+    row->place = c.lever_unit_m == 1 ? place : Vec3(c.lever_unit_m * place);
+  }
+  if (c.sigma < 0 || c.sigma >= static_cast<int>(f.size())) return true;
+  RowFault unsaid;
+  double sigma = 0;
+  if (value(f, c.sigma, &sigma, &unsaid) && sigma > 0) {
+    row->sigma_m = c.sigma_unit_m == 1 ? sigma : c.sigma_unit_m * sigma;
+  } else {
+    table.log->count("range_without_noise");
+  }
+  return true;
+}
+
+bool parseSight(const Fields& f, const RangeTable& table, RowFault* fault) {
+  const int column = table.c.nlos >= 0 ? table.c.nlos : table.c.los;
+  bool yes = false;
+  if (column < 0 || column >= static_cast<int>(f.size())) return true;
+  if (!flag(f, column, &yes, fault)) return false;
+  if (yes != (column == table.c.nlos)) return true;
+  const char* counter = "range_without_line_of_sight";
+  if (table.log->get(counter) == 0) {
+    table.log->note(table.path + ": ranges that it calls blocked (no line of sight) are kept");
+  }
+  table.log->count(counter);
+  return true;
+}
+
+/// All but anchor and range. A fault without a text is only counted.
+bool parseRest(const Fields& f, const RangeTable& table, RangeRow* row, RowFault* fault) {
+  bool valid = true;
+  if (table.c.valid >= 0 && !flag(f, table.c.valid, &valid, fault)) return false;
+  if (!valid) {
+    *fault = {"not_valid", ""};
+    return false;
+  }
+  return parseRadio(f, table, row, fault) && parseSight(f, table, fault);
+}
+
+bool plausible(const Fields& f, int column, double range_m, RowFault* fault) {
+  if (range_m >= 0 && range_m <= kMaxRange) return true;
+  return implausible(fault, "a range of " + std::string(at(f, column)) + " m");
+}
+
+bool parseRange(const Fields& f, const RangeTable& table, RangeRow* row, RowFault* fault) {
+  const tables::RangeColumns& c = table.c;
+  if (!enough(f, c.last(), fault) || !stamp(f, table.stamps, &row->t, fault) ||
+      !value(f, c.range, &row->range_m, fault) ||
+      !anchorId(at(f, c.anchor), table.names, &row->anchor, fault)) {
+    return false;
+  }
+  if (c.unit_m != 1) row->range_m *= c.unit_m;
+  return plausible(f, c.range, row->range_m, fault) && parseRest(f, table, row, fault);
+}
+
+/// The range to one anchor of a row that holds several.
+bool parseOneOf(const Fields& f, const RangeTable& table, const tables::AnchorColumn& to,
+                RangeRow* row, RowFault* fault) {
+  const auto column = static_cast<std::size_t>(to.column);
+  const bool first = &to == &table.c.wide.front();
+  // What is wrong with the row is said once.
+  RowFault again;
+  RowFault* of_row = first ? fault : &again;
+  fault->kind = "not_measured";
+  if (!enough(f, table.c.last(), of_row) || !stamp(f, table.stamps, &row->t, of_row)) return false;
+  double v = 0;
+  if (column >= f.size() || f[column].empty() || (parseNumber(f[column], &v) && !(v > 0))) {
+    return false;
+  }
+  if (!value(f, to.column, &row->range_m, fault) ||
+      !anchorId(to.anchor, table.names, &row->anchor, fault)) {
+    return false;
+  }
+  row->range_m *= to.unit_m;
+  return plausible(f, to.column, row->range_m, fault) && parseRest(f, table, row, fault);
+}
+
+}  // namespace
+
+std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const Units& units,
+                                                tables::AnchorNames* names, ProblemLog* log) {
+  const tables::Layout layout = tables::layoutOf(path);
+  RangeTable table{tables::rangeColumns(layout), {}, names, log, path};
+  tables::RangeColumns& c = table.c;
+  if (units.range > 0 && !c.flight) {
+    c.unit_m = units.range;
+    for (tables::AnchorColumn& to : c.wide) to.unit_m = units.range;
+  }
+  const bool wide = !c.wide.empty();
+  sayUnit(path, "range", wide ? c.wide.front().unit_m : c.unit_m, "m", log);
+  table.stamps = stampsOf(path, layout, c.stamp, kRangeStep, false, log);
+  std::vector<int> lengths{c.lever[0], c.sigma};
+  if (!wide) lengths.push_back(c.range);
+  for (const tables::AnchorColumn& to : c.wide) lengths.push_back(to.column);
+  const std::string unknown = units.range > 0 ? "" : tables::unknownUnits(layout, lengths);
+  if (!unknown.empty()) log->add("unknown_unit", path, unknown);
+  for (const std::string& remark : c.remarks) log->note(path + ": " + remark);
+  const std::string why_not = tables::whyNoRanges(layout);
+  if (!why_not.empty()) log->note(path + ": " + why_not);
+  // Several anchors may answer at one time, and to several antennas.
+  const auto same = [](const RangeRow& a, const RangeRow& b) {
+    return a.anchor == b.anchor && a.antenna == b.antenna && a.place == b.place;
+  };
+  RowCursor<RangeRow>::Spec spec{path, "range", {}, same, false, layout};
+  if (!why_not.empty()) {
+    spec.parse = [](const Fields&, RangeRow*, RowFault* fault) {
+      *fault = {"no_range", ""};
+      return false;
+    };
+  } else if (!wide) {
+    spec.parse = [table](const Fields& f, RangeRow* row, RowFault* fault) {
+      return parseRange(f, table, row, fault);
+    };
+  }
+  for (std::size_t i = 0; i < c.wide.size() && why_not.empty(); ++i) {
+    auto parse = [table, i](const Fields& f, RangeRow* row, RowFault* fault) {
+      return parseOneOf(f, table, table.c.wide[i], row, fault);
+    };
+    if (i == 0) {
+      spec.parse = parse;
+    } else {
+      spec.also.emplace_back(parse);
+    }
+  }
+  return std::make_unique<RowCursor<RangeRow>>(std::move(spec), log);
+}
+
+std::vector<std::string> antennasIn(const std::string& path) {
+  const tables::Layout layout = tables::layoutOf(path);
+  const int column = tables::rangeColumns(layout).antenna;
+  std::set<std::string> names;
+  for (const auto* rows : {&layout.rows, &layout.later}) {
+    for (const auto& row : *rows) {
+      const auto c = static_cast<std::size_t>(column);
+      if (column >= 0 && c < row.size() && !row[c].empty()) names.insert(row[c]);
+    }
+  }
+  return {names.begin(), names.end()};
+}
+
+}  // namespace vir::euroc
