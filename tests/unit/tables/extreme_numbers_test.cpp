@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "vir/tables/layout.h"
+#include "vir/tables/ranges.h"
 
 namespace vir::tables {
 namespace {
