@@ -39,7 +39,10 @@ class BagImport : public testing::Test {
 TEST_F(BagImport, FindsTheDriverAndTellsWhatItTook) {
   for (const char* bag : {"ros1_bz2.bag", "ros2_lz4.mcap", "ros2_foxy.db3", "ros2_split"}) {
     const Outcome o = import(fixture(bag));
-    EXPECT_EQ(o.code, 0) << o.text;
+    // Without descriptions of types its ranges are lost, and what is written is a part only.
+    const bool part = std::string(bag) == "ros2_foxy.db3";
+    EXPECT_EQ(o.code, part ? 1 : 0) << o.text;
+    EXPECT_EQ(contains(o.text, "x.rawlog is a part only"), part) << o.text;
     EXPECT_TRUE(contains(o.text, "/cam0/image_raw (sensor_msgs/Image) taken as camera, CAM0"));
     EXPECT_TRUE(contains(o.text, "intrinsics from /cam0/camera_info")) << o.text;
     EXPECT_TRUE(fs::exists(path("x.rawlog")));
