@@ -40,7 +40,7 @@ TEST(Words, SaysWhatWasMeant) {
       {"--plugin-dir /x rum a.rawlog", "did you mean: vir-slam --plugin-dir /x run a.rawlog\n"},
       {"help evalute", "did you mean: vir-slam evaluate --help\n"},
       {"calibrate cammera a.rawlog", "did you mean: vir-slam calibrate camera a.rawlog\n"},
-      {"frobnicate", "there is no command 'frobnicate'; there are: run, rendezvous, import"},
+      {"frobnicate", "there is no command 'frobnicate'; there are: run, view, rendezvous, import"},
       {"run a.rawlog --rawlg b.rawlog", "did you mean --rawlog?"},
       {"import euroc --out x.rawlog", "'euroc' is a driver; name the recording as well"}};
   for (const auto& [words, answer] : cases) {
