@@ -1,5 +1,5 @@
 #pragma once
-/// Ranges between anchors: a CObservationBeaconRanges labelled `ANCHOR:<id>` holds what anchor <id>
+/// Ranges between anchors: a CObservationBeaconRanges labelled `ANCHOR:<id>` holds what that anchor
 /// has measured to others.
 #include <mrpt/obs/CObservationBeaconRanges.h>
 
