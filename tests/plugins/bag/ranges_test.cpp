@@ -56,9 +56,9 @@ TEST_F(Recording, TagsInOneTopicHaveLabelsAndPlacesOfTheirOwn) {
   EXPECT_EQ(std::get<Range>(all[4].what).p_B_U, Vec3(0.1 * 4, 0.2, 0.3));
   EXPECT_TRUE(noted("tag right is labelled UWB1"));
   options.lever_arm_m = {0, 0, 0, 1, 2, 3, 4, 5, 6};
-  options.topics = {"range=/uwb:anchor,range,tag=tag"};
+  options.topics = "range=/uwb:anchor,range,tag=tag";
   EXPECT_EQ(std::get<Range>(readAll()[4].what).p_B_U, Vec3(1, 2, 3));
-  options.topics = {"range=/uwb:anchor,range,tag=no_such"};
+  options.topics = "range=/uwb:anchor,range,tag=no_such";
   readAll();
   EXPECT_TRUE(noted("no_such") || complaint().find("no_such") != std::string::npos);
 }

@@ -127,8 +127,9 @@ TEST(AutopilotPose, CameraAxesAndALeverArm) {
 TEST(AutopilotPose, CovarianceIsThatOfPositionAndAngles) {
   AutopilotMounting mounting;
   mounting.p_B_F = Vec3(0.3, -0.1, 0.2);
-  for (const auto& [name, T] : vir_test::poses()) {
-    SCOPED_TRACE(name);
+  for (const vir_test::NamedPose& pose_of_test : vir_test::poses()) {
+    SCOPED_TRACE(pose_of_test.name);
+    const Pose& T = pose_of_test.T;
     State state;
     state.T_W_B = T;
     const auto coordinates = [&](const Eigen::Matrix<double, 6, 1>& error) {

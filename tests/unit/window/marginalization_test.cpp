@@ -101,7 +101,7 @@ class RandomProblem {
         for (double& v : block.x0) v += 0.1 * u();
       }
       prior->blocks.push_back(block);
-      t.blocks.push_back(address(k));
+      t.blocks.add(address(k));
     }
     prior->J.resize(rows, n);
     prior->r0.resize(rows);

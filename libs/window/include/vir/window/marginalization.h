@@ -20,12 +20,12 @@ class BlockList {
  public:
   BlockList() = default;
   BlockList(std::initializer_list<double*> blocks) {
-    for (double* x : blocks) push_back(x);
+    for (double* x : blocks) add(x);
   }
   BlockList(const std::vector<double*>& blocks) {
-    for (double* x : blocks) push_back(x);
+    for (double* x : blocks) add(x);
   }
-  void push_back(double* x) {
+  void add(double* x) {
     if (size_ < kFew) {
       few_[size_] = x;
     } else {
