@@ -5,6 +5,7 @@
 #include <regex>
 #include <set>
 
+#include "vir_test_docs.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
 
@@ -12,68 +13,11 @@ namespace vir {
 namespace {
 
 namespace fs = std::filesystem;
-using test::contains;
+using test::commandsIn;
+using test::pages;
+using test::wordsIn;
 
-const fs::path kRoot = test::sourceDir();
-
-std::vector<fs::path> pages() {
-  std::vector<fs::path> out{kRoot / "README.md", kRoot / "rawlog/README.md"};
-  for (const auto& item : fs::directory_iterator(kRoot / "docs")) {
-    if (item.path().extension() == ".md") out.push_back(item.path());
-  }
-  std::sort(out.begin(), out.end());
-  return out;
-}
-
-/// What stands between backticks, a line each; a sentence may break inside.
-std::string spansIn(const std::string& prose) {
-  std::string out;
-  std::size_t at = 0;
-  while ((at = prose.find('`', at)) != std::string::npos) {
-    const std::size_t end = prose.find('`', at + 1);
-    if (end == std::string::npos) break;
-    out += prose.substr(at + 1, end - at - 1) + "\n";
-    at = end + 1;
-  }
-  return out;
-}
-
-/// The code of a page: blocks in fences or set in by four blanks, and spans in sentences.
-std::string codeIn(const std::string& text) {
-  std::istringstream in(text);
-  std::string code, prose;
-  bool fenced = false;
-  for (std::string line; std::getline(in, line);) {
-    const bool fence = line.rfind("```", 0) == 0;
-    if (fence) fenced = !fenced;
-    if (fence) continue;
-    if (fenced || line.rfind("    ", 0) == 0) {
-      code += line + "\n";
-    } else {
-      prose += line + " ";
-    }
-  }
-  return std::regex_replace(code, std::regex("\\\\\n"), " ") + spansIn(prose);
-}
-
-/// All that follows `vir-slam ` in code, up to its end; lines that go on are joined.
-std::vector<std::string> commandsIn(const std::string& text) {
-  const std::string all = "\n" + codeIn(text);
-  const std::regex command("[\n|(] *(?:\\$ )?(?:build/bin/)?vir-slam ([^\n|)]*)");
-  std::vector<std::string> out;
-  for (std::sregex_iterator i(all.begin(), all.end(), command), end; i != end; ++i) {
-    const std::string found = (*i)[1];
-    out.push_back(found.substr(0, found.find(" #")));
-  }
-  return out;
-}
-
-std::vector<std::string> wordsIn(const std::string& command) {
-  std::istringstream in(command);
-  std::vector<std::string> out;
-  for (std::string word; in >> word;) out.push_back(word);
-  return out;
-}
+const fs::path kRoot = test::sourceRoot();
 
 /// "calibrate camera": the words that name a command.
 std::string nameOf(const std::vector<std::string>& words) {

@@ -7,15 +7,14 @@
 #include <cstdio>
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
-#include <optional>
 #include <thread>
 #include <utility>
 
 #include "live/foxglove_json.h"
+#include "live/pace.h"
 #include "output/console.h"
 #include "recordings/ros_messages.h"
 #include "vir/core/host_clock.h"
-#include "vir/core/resource_usage.h"
 #include "vir/live/foxglove_server.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/gray_image.h"
@@ -125,7 +124,9 @@ class FoxgloveStream::Impl {
 
   void show(const roles::EstimatorOutput& output, const roles::Estimator& estimator) {
     tell(output, estimator);
-    if (speed_ > 0 && !output.states.empty()) holdBack(output.states.back().state.t);
+    if (speed_ <= 0 || output.states.empty()) return;
+    const double left = pace_.secondsUntil(output.states.back().state.t, speed_);
+    std::this_thread::sleep_for(std::chrono::duration<double>(left));
   }
 
   void pose(const State& state) {
@@ -171,13 +172,6 @@ class FoxgloveStream::Impl {
       lengthenPath({e.state.t, e.state.T_W_B});
       showMap(e, estimator);
     }
-  }
-
-  void holdBack(TimeNs t) {
-    const double now = wallSeconds();
-    if (!paced_from_) paced_from_ = {t, now};
-    const double due = paced_from_->second + toSeconds(t - paced_from_->first) / speed_;
-    if (due > now) std::this_thread::sleep_for(std::chrono::duration<double>(due - now));
   }
 
   static live::FoxgloveServerOptions serverOptions(const FoxgloveOptions& o) {
@@ -286,7 +280,7 @@ class FoxgloveStream::Impl {
   std::size_t path_every_ = 1, path_count_ = 0;
 
   double speed_ = 0;
-  std::optional<std::pair<TimeNs, double>> paced_from_;  // of the recording, and wall [s]
+  Pace pace_;
 
   TimeNs next_image_ = 0;  // of the thread that observes
   std::mutex picture_mutex_;

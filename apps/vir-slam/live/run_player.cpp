@@ -7,8 +7,6 @@
 #include <chrono>
 #include <thread>
 
-#include "vir/core/resource_usage.h"
-
 namespace vir::app {
 namespace {
 
@@ -53,17 +51,15 @@ void RunPlayer::holdBack(TimeNs t) {
     obey(view_.typed(), t);
     if (step_) {
       step_ = false;
-      paced_wall_s_ = 0;
+      pace_.restart();
       return;
     }
     if (!paused_) {
       if (options_.speed <= 0 || t < hurry_until_) return;
-      const double now = wallSeconds();
-      if (paced_wall_s_ == 0) paced_t_ = t, paced_wall_s_ = now;
-      const double due = paced_wall_s_ + toSeconds(t - paced_t_) / options_.speed;
-      if (now >= due) return;
+      const double left = pace_.secondsUntil(t, options_.speed);
+      if (left <= 0) return;
       std::this_thread::sleep_for(
-          std::min(std::chrono::duration<double>(due - now), std::chrono::duration<double>(kLook)));
+          std::min(std::chrono::duration<double>(left), std::chrono::duration<double>(kLook)));
     } else {
       std::this_thread::sleep_for(kLook);
     }
@@ -73,7 +69,7 @@ void RunPlayer::holdBack(TimeNs t) {
 
 void RunPlayer::obey(char key, TimeNs t) {
   if (key == 0) return;
-  paced_wall_s_ = 0;  // from here on anew
+  pace_.restart();
   if (key == ' ') paused_ = !paused_;
   if (key == '.') paused_ = step_ = true;
   if (key == '+') options_.speed = std::min(2 * options_.speed, kFastest);

@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "live/live_view.h"
+#include "live/pace.h"
 #include "vir/results/run_observer.h"
 
 namespace vir::app {
@@ -33,8 +34,7 @@ class RunPlayer final : public results::RunObserver {
   Options options_;
   bool over_ = false, paused_ = false, step_ = false;
   TimeNs first_ = 0, hurry_until_ = 0;
-  TimeNs paced_t_ = 0;       // of the recording,
-  double paced_wall_s_ = 0;  // and when that was shown; 0: not yet
+  Pace pace_;
 };
 
 }  // namespace vir::app

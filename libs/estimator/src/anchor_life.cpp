@@ -20,9 +20,6 @@ constexpr double kMirrorClosed = 30, kMirrorSwitch = 2;
 /// An anchor has settled after so long [s], if not before; until then a search every few keyframes.
 constexpr double kLongestYouthS = 30;
 constexpr int kSearchPeriod = 3;
-/// A bias of so many standard deviations is real; one known to so many calibrated sigmas is known.
-constexpr double kRealBias = 4, kToldBias = 2, kBiasKnown = 1;
-constexpr int kBiasPeriod = 10;
 /// Nearer to the floor than this share of its sigma, a height starts so many sigmas above it.
 constexpr double kOnTheFloor = 0.25, kLift = 0.5;
 /// Farther from where the long window's own solution ends [m], a young anchor is stuck.
@@ -54,25 +51,11 @@ double logLikelihood(double residual, double innovation_variance) {
   return std::log((1 - kOutlierShare) * density + kOutlierShare * std::exp(kAnywhere));
 }
 
-bool isUsable(const ranging::AnchorInitialization& found) {
-  return !found.solutions.empty() && (found.geometry == ranging::AnchorGeometry::good ||
-                                      found.geometry == ranging::AnchorGeometry::mirror);
-}
-
 /// Level with the path the height is at a saddle that no iteration of the window leaves: whichever
 /// side it begins on, it can then move.
 double liftOff(const ranging::AnchorSolution& s, double floor_z) {
   const double sigma = std::sqrt(std::max(0.0, s.covariance(2, 2)));
   return std::abs(s.p_W.z() - floor_z) < kOnTheFloor * sigma ? kLift * sigma : 0;
-}
-
-/// Beyond what a calibrated board can have and chance can make.
-bool biasIsReal(const ranging::AnchorInitialization& found, double calibrated_sigma) {
-  const ranging::AnchorSolution& best = found.solutions.front();
-  // Boards as they come read too long: less proof will do for that.
-  const double proof = best.bias_m > 0 ? kToldBias : kRealBias;
-  return std::abs(best.bias_m) > proof * std::sqrt(best.covariance(3, 3)) &&
-         std::abs(best.bias_m) > kRealBias * calibrated_sigma;
 }
 
 }  // namespace
@@ -92,42 +75,6 @@ ranging::AnchorInitialization RangeLayer::Impl::solve(const AnchorTrack& a,
   o.scale_sigma = options.path_scale_sigma;
   o.correlation = options.correlation;
   return ranging::initializeAnchor(samples, o, a.prior);
-}
-
-ranging::AnchorInitialization RangeLayer::Impl::solveEitherWay(
-    AnchorTrack* a, const std::vector<window::HeldRange>& held) const {
-  ranging::AnchorInitialization calibrated = solve(*a, held, false);
-  if (!mayBeUncalibrated()) return calibrated;
-  ranging::AnchorInitialization free = solve(*a, held, true);
-  a->uncalibrated =
-      isUsable(free) && (biasIsReal(free, options.bias_sigma_m) ||
-                         calibrated.geometry == ranging::AnchorGeometry::inconsistent);
-  return a->uncalibrated ? free : calibrated;
-}
-
-/// A board that came as it is reads half a metre too long. Held to the bias of a calibrated one,
-/// its ranges bend the path and move the anchor until they fit, and the window's own linearisation
-/// sees no way back. So the held ranges are asked now and then, until they have said what it is.
-bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, const Held& held) {
-  if (a->uncalibrated || located->bias_known || --located->next_bias_check > 0) return false;
-  located->next_bias_check = kBiasPeriod;
-  window::AnchorNode& state = *window->anchor(a->key());
-  if (state.fixed || !mayBeUncalibrated()) return false;
-  const ranging::AnchorInitialization found = solve(*a, held(a->key()), true);
-  if (!isUsable(found)) return false;
-  const ranging::AnchorSolution& best = found.solutions.front();
-  if (!biasIsReal(found, options.bias_sigma_m)) {
-    located->bias_known = std::sqrt(best.covariance(3, 3)) < kBiasKnown * options.bias_sigma_m;
-    return false;
-  }
-  a->uncalibrated = true;
-  state.prior_information(3, 3) = 1 / (biasSigma(true) * biasSigma(true));
-  state.x[3] = best.bias_m;
-  warn("anchor " + std::to_string(a->id) + " at " + elapsed.text(t) + ": its ranges are " +
-       std::to_string(std::abs(best.bias_m)).substr(0, 4) + " m too " +
-       (best.bias_m > 0 ? "long" : "short") + ": an uncalibrated board; the bias is estimated");
-  moveTo(t, a, located, best.p_W);
-  return true;
 }
 
 void RangeLayer::Impl::adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found) {

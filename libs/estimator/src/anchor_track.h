@@ -40,7 +40,9 @@ struct Located {
   std::variant<MirrorUnseen, MirrorOpen, MirrorRuledOut> mirror;
   int next_check = 0;       ///< keyframes until the mirror image is looked at again
   int next_bias_check = 0;  ///< keyframes until the bias is looked at again
-  bool bias_known = false;  ///< no more to be looked at
+  bool bias_due = false;    ///< it is to be looked at, best between two keyframes
+  std::optional<ranging::AnchorInitialization> bias_search;  ///< what came of it
+  bool bias_known = false;                                   ///< no more to be looked at
 
   const MirrorOpen* openMirror() const { return std::get_if<MirrorOpen>(&mirror); }
 };

@@ -269,7 +269,10 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
                 ? window->optimise(std::max(at_least, config.window.iterations))
                 : window->optimiseNewest(std::max(at_least, config.window.iterations_newest));
     wrong_tracks.push_back({packets, window->rejectOutliers()});
-    if (full && solve.usable) updateAnchors(t);
+    if (solve.usable && full) updateAnchors(t);
+    if (solve.usable && !full) {
+      ranges.betweenKeyframes([this](std::uint64_t key) { return heldRanges(key); });
+    }
   }
   out->calibration = window->calibration();
   tellLens();

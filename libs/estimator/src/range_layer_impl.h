@@ -17,6 +17,12 @@ constexpr double kLeastPriorSigma = 1e-4;
 /// An anchor has settled once a fresh search knows it so well [m].
 constexpr double kSettledSigma = 0.3;
 
+/// There is a position, though perhaps its mirror image as well.
+inline bool isUsable(const ranging::AnchorInitialization& found) {
+  return !found.solutions.empty() && (found.geometry == ranging::AnchorGeometry::good ||
+                                      found.geometry == ranging::AnchorGeometry::mirror);
+}
+
 struct RangeLayer::Impl {
   Impl(const RangeOptions& o, window::LongWindow* w, LogSink l)
       : options(o), window(w), log_sink(std::move(l)) {
@@ -61,6 +67,7 @@ struct RangeLayer::Impl {
                         : options.bias_sigma_m;
   }
   bool mayBeUncalibrated() const { return biasSigma(true) > biasSigma(false); }
+  void searchForBias(const AnchorTrack& a, Located* located, const Held& held) const;
   bool decideBias(TimeNs t, AnchorTrack* a, Located* located, const Held& held);
   bool tryToFind(TimeNs t, AnchorTrack* a, Collecting* collecting, const Held& held);
   void adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found);

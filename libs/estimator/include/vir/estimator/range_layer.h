@@ -81,6 +81,10 @@ class RangeLayer {
   /// `head`: all ranges held after the long window's nodes, as if at its head.
   bool update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& head);
 
+  /// An image that is no keyframe: one piece of the work that update() has put off, if there is
+  /// any.
+  void betweenKeyframes(const Held& held);
+
   /// The robot says that it has put down an anchor at `p_W` (standard deviation `sigma_m`). What
   /// cannot be is counted and warned of.
   void putDown(std::uint64_t id, const Vec3& p_W, double sigma_m);

@@ -1,0 +1,83 @@
+/// Is an anchor's board calibrated?
+#include <cmath>
+#include <utility>
+
+#include "range_layer_impl.h"
+
+namespace vir::estimator {
+namespace {
+
+/// A bias of so many standard deviations is real; one known to so many calibrated sigmas is known.
+constexpr double kRealBias = 4, kToldBias = 2, kBiasKnown = 1;
+constexpr int kBiasPeriod = 10;
+
+/// Beyond what a calibrated board can have and chance can make.
+bool biasIsReal(const ranging::AnchorInitialization& found, double calibrated_sigma) {
+  const ranging::AnchorSolution& best = found.solutions.front();
+  // Boards as they come read too long: less proof will do for that.
+  const double proof = best.bias_m > 0 ? kToldBias : kRealBias;
+  return std::abs(best.bias_m) > proof * std::sqrt(best.covariance(3, 3)) &&
+         std::abs(best.bias_m) > kRealBias * calibrated_sigma;
+}
+
+}  // namespace
+
+ranging::AnchorInitialization RangeLayer::Impl::solveEitherWay(
+    AnchorTrack* a, const std::vector<window::HeldRange>& held) const {
+  ranging::AnchorInitialization calibrated = solve(*a, held, false);
+  if (!mayBeUncalibrated()) return calibrated;
+  ranging::AnchorInitialization free = solve(*a, held, true);
+  a->uncalibrated =
+      isUsable(free) && (biasIsReal(free, options.bias_sigma_m) ||
+                         calibrated.geometry == ranging::AnchorGeometry::inconsistent);
+  return a->uncalibrated ? free : calibrated;
+}
+
+void RangeLayer::Impl::searchForBias(const AnchorTrack& a, Located* located,
+                                     const Held& held) const {
+  located->bias_due = false;
+  located->bias_search = solve(a, held(a.key()), true);
+}
+
+/// A board that came as it is reads half a metre too long. Held to the bias of a calibrated one,
+/// its ranges bend the path and move the anchor until they fit, and the window's own linearisation
+/// sees no way back. So the held ranges are asked now and then, until they have said what it is: in
+/// the image after the keyframe, which has the time, for the next keyframe to act on.
+bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, const Held& held) {
+  if (a->uncalibrated || located->bias_known) return false;
+  window::AnchorNode& state = *window->anchor(a->key());
+  if (state.fixed || !mayBeUncalibrated()) return false;
+  if (located->bias_due) searchForBias(*a, located, held);
+  if (!located->bias_search) {
+    if (--located->next_bias_check > 0) return false;
+    located->next_bias_check = kBiasPeriod;
+    located->bias_due = true;
+    return false;
+  }
+  const ranging::AnchorInitialization found = *std::exchange(located->bias_search, std::nullopt);
+  if (!isUsable(found)) return false;
+  const ranging::AnchorSolution& best = found.solutions.front();
+  if (!biasIsReal(found, options.bias_sigma_m)) {
+    located->bias_known = std::sqrt(best.covariance(3, 3)) < kBiasKnown * options.bias_sigma_m;
+    return false;
+  }
+  a->uncalibrated = true;
+  state.prior_information(3, 3) = 1 / (biasSigma(true) * biasSigma(true));
+  state.x[3] = best.bias_m;
+  warn("anchor " + std::to_string(a->id) + " at " + elapsed.text(t) + ": its ranges are " +
+       std::to_string(std::abs(best.bias_m)).substr(0, 4) + " m too " +
+       (best.bias_m > 0 ? "long" : "short") + ": an uncalibrated board; the bias is estimated");
+  moveTo(t, a, located, best.p_W);
+  return true;
+}
+
+void RangeLayer::betweenKeyframes(const Held& held) {
+  for (auto& [id, a] : impl_->tracks) {
+    Located* located = a.located();
+    if (located == nullptr || !located->bias_due) continue;
+    impl_->searchForBias(a, located, held);
+    return;
+  }
+}
+
+}  // namespace vir::estimator
