@@ -275,6 +275,9 @@ bool Recording::takeRange(Event* event) {
     RangeRow row = *rows.peek();
     if (ranges_[i].by_settings || !row.place) row.place = ranges_[i].antenna;
     if (!(row.sigma_m > 0)) row.sigma_m = ranges_[i].sigma_m;
+    if (row.anchor_place) {
+      anchor_places_.add(static_cast<std::uint32_t>(row.anchor), *row.anchor_place);
+    }
     event->what = std::move(row);
     event->stream = i;
     rows.pop();
@@ -283,7 +286,7 @@ bool Recording::takeRange(Event* event) {
   }
   if (!drawn_ || drawn_->peek() == nullptr || drawn_->peek()->t != event->t) return false;
   const SimulatedRange& r = *drawn_->peek();
-  event->what = RangeRow{r.t, r.anchor, r.range_m, {}, {}, 0};
+  event->what = RangeRow{r.t, r.anchor, r.range_m, {}, {}, 0, {}};
   if (!r.line_of_sight) log_->count("range_drawn_without_line_of_sight");
   drawn_->pop();
   return true;
@@ -321,6 +324,7 @@ bool Recording::next(Event* event) {
   const TimeNs t = nextTime();
   if (t == kEnd || t > until_) {
     noteAnchorNames();
+    anchor_places_.say(log_);
     return false;
   }
   event->t = now_ = t;
