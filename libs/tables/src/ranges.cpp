@@ -24,7 +24,7 @@ int findBare(const Layout& layout, const std::vector<std::string>& wanted) {
   const int whole = layout.find(wanted);
   if (whole >= 0) return whole;
   for (std::size_t i = 0; i < layout.names.size(); ++i) {
-    if (std::count(wanted.begin(), wanted.end(), bareName(layout.names[i])) > 0) {
+    if (std::count(wanted.begin(), wanted.end(), layout.bare[i]) > 0) {
       return static_cast<int>(i);
     }
   }
