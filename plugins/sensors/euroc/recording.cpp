@@ -194,6 +194,11 @@ void Recording::openStreams(const EurocOptions& o) {
                ": no IMU: no table has columns of gyro and accelerometer that could "
                "be told as such; name it: --topic imu=FILE");
   }
+  if (cameras_.empty() && section_ == "csv") {
+    log_->note(folder_.root +
+               ": no images: there is no list or folder of them that could be told as such, nor a "
+               "video; name it: --topic camera=FILE");
+  }
   for (CameraStream& camera : cameras_) {
     const auto imu_start = imu_ ? std::optional<TimeNs>(imu_->peek()->t) : std::nullopt;
     camera.rows = openCameraImages(o, camera.files, imu_start, log_);

@@ -74,6 +74,7 @@ TEST(RangeTables, ComeBackAsTheyAreExported) {
   ASSERT_TRUE(c.ranges[1].place.has_value());
   EXPECT_EQ(*c.ranges[1].place, Vec3(0.1, 0.3, 0.05));
   EXPECT_FALSE(contains(c.notes, "of the settings")) << c.notes;
+  EXPECT_TRUE(contains(c.notes, "no images: ")) << c.notes;
 }
 
 TEST(RangeTables, EachAntennaHasThePlaceOfItsColumns) {
