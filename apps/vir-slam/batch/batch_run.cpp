@@ -156,7 +156,8 @@ class BatchRunner {
     const BatchRecording& r = recordings_[i];
     if (r.condition == nullptr) return;  // not ours
     const std::string stem = options_.out + "/recordings/" + r.name();
-    for (const char* end : {".rawlog", "_Images", ".ini", "_anchors_truth.csv", ".done.json"}) {
+    for (const char* end :
+         {".rawlog", "_Images", ".ini", "_anchors_truth.csv", "_anchors.csv", ".done.json"}) {
       fs::remove_all(stem + end);
     }
   }

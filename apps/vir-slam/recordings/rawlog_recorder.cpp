@@ -70,6 +70,7 @@ std::string stemOf(const std::string& rawlog) {
 
 constexpr const char* kIniMark = "// Written by vir-slam ";
 constexpr const char* kAnchorsMark = "#id,x,y,z";
+constexpr const char* kSurveyMark = "#id,x,y,z as the recording tells";
 
 /// Writes a file that goes with the recording beside its rawlog, or removes what an older import
 /// left there if there is nothing to say. A file that does not begin with `mark` is not ours and is
@@ -107,16 +108,34 @@ std::string iniText(const roles::RecordedSource& source, const std::string& rawl
          "; `vir-slam run` takes from here what its own ini does not set.\n" + text;
 }
 
+std::string anchorLine(std::uint64_t id, const Vec3& p) {
+  char line[128];
+  std::snprintf(line, sizeof line, "%" PRIu64 ",%.9g,%.9g,%.9g\n", id, p.x(), p.y(), p.z());
+  return line;
+}
+
 std::string anchorsText(const roles::RecordedSource& source) {
   std::string text;
-  for (const roles::TrueAnchor& a : source.trueAnchors()) {
-    char line[128];
-    std::snprintf(line, sizeof line, "%" PRIu64 ",%.9g,%.9g,%.9g\n", a.id, a.p_W.x(), a.p_W.y(),
-                  a.p_W.z());
-    text += line;
-  }
+  for (const roles::TrueAnchor& a : source.trueAnchors()) text += anchorLine(a.id, a.p_W);
   return text.empty() ? ""
                       : std::string(kAnchorsMark) + " in the ground truth's frame [m]\n" + text;
+}
+
+/// Writes the anchors' places that the recording tells, and says how a run takes them.
+std::string writeSurvey(const roles::RecordedSource& source, const std::string& stem,
+                        const std::string& rawlog) {
+  std::string text;
+  const std::vector<SurveyedAnchor> anchors = source.surveyedAnchors();
+  for (const SurveyedAnchor& a : anchors) text += anchorLine(a.id, a.p_S);
+  if (!text.empty()) text.insert(0, std::string(kSurveyMark) + " [m]\n");
+  const std::string path = stem + "_anchors.csv";
+  std::string said = writeCompanion(path, kSurveyMark, text);
+  if (said.rfind("wrote ", 0) == 0) {
+    said += "  where the recording says that " + std::to_string(anchors.size()) +
+            (anchors.size() == 1 ? " anchor is" : " anchors are") +
+            "; if that was measured: vir-slam run " + rawlog + " --anchors " + path + "\n";
+  }
+  return said;
 }
 
 void report(const roles::RecordedSource& source, const Statistics& statistics,
@@ -183,7 +202,8 @@ bool recordToRawlog(const RecordingJob& job) {
   images.commit();
   const std::string companions =
       writeCompanion(stem + ".ini", kIniMark, iniText(*job.source, job.out, job.command)) +
-      writeCompanion(stem + "_anchors_truth.csv", kAnchorsMark, anchorsText(*job.source));
+      writeCompanion(stem + "_anchors_truth.csv", kAnchorsMark, anchorsText(*job.source)) +
+      writeSurvey(*job.source, stem, job.out);
   report(*job.source, statistics, job.out, companions);
   const std::vector<std::string> doubts = briefLines(check);
   // What is left out here a look at the rawlog can no longer find. Damage is said below.

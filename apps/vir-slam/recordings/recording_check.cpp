@@ -119,7 +119,10 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
   if (follow) {
     const auto turn = camera->turning->add(t, gray);
     camera->images.addCorners(camera->turning->corners());
-    if (turn && turning_) turning_->add(*turn);
+    if (turn && turning_) {
+      turning_->setCamera(camera->calibration);
+      turning_->add(*turn);
+    }
   }
   if (image.image.isExternallyStored()) image.image.unload();
 }

@@ -19,7 +19,8 @@ struct ClockFit {
   TimeNs origin = 0;              ///< the first image
   bool runs_apart = false;        ///< the rate is beyond doubt, and beyond what clocks differ by
   double rate = 0, rate_sigma = 0;
-  int pieces = 0;                  ///< of the recording in which an offset was found
+  /// Of the recording in which an offset was found; 0: the rate is by all turns together.
+  int pieces = 0;
   double first_s = 0, last_s = 0;  ///< when the first and the last are, since the origin
   double first_offset_s = 0, last_offset_s = 0;
 

@@ -331,7 +331,10 @@ TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) co
   const auto axes = axesFindings(fit, share_given, R_B_C, camera_label_, imu_label_);
   out.findings.insert(out.findings.end(), axes.begin(), axes.end());
   out.gyro_trusted = out.gyro_trusted && axes.empty();
-  if (!axes.empty()) return out;
+  if (!axes.empty()) {
+    if (!degrees) judgeCamera(turning, readings, clock, R_B_C, &out);
+    return out;
+  }
   const auto force_with = [&](const Mat3& R) {
     if (degrees) return ForceSign{};
     std::vector<ImuSample> samples = beside_;
@@ -346,16 +349,16 @@ TurningVerdict TurningCheck::verdict(const Mat3& R_B_C, double time_offset_s) co
   };
   judgeRotation(fit, share_given, R_B_C, camera_label_, force_with, &out);
   if (out.R_B_C) out.force = force_with(*out.R_B_C);
-  const bool contradicted = !out.R_B_C && worst(out.findings) != Severity::note;
-  if (!degrees && !contradicted) judgeScale(turning, readings, clock, R_B_C, &out);
+  if (!degrees) judgeCamera(turning, readings, clock, R_B_C, &out);
   return out;
 }
 
 /// With the rotation found, or where turning has not confirmed any (a wrong lens may be why) with
 /// the one given: then only what explains it counts.
-void TurningCheck::judgeScale(std::vector<TurnPair> turning, const imu::ImuBuffer& readings,
-                              const ClockFit& clock, const Mat3& R_B_C_given,
-                              TurningVerdict* out) const {
+void TurningCheck::judgeCamera(std::vector<TurnPair> turning, const imu::ImuBuffer& readings,
+                               const ClockFit& clock, const Mat3& R_B_C_given,
+                               TurningVerdict* out) const {
+  const bool contradicted = !out->R_B_C && worst(out->findings) != Severity::note;
   const bool confirmed = out->R_B_C.has_value();
   const Mat3 R_C_B = out->R_B_C.value_or(R_B_C_given).transpose();
   const double ratio = ratioOf(turning);
@@ -372,7 +375,14 @@ void TurningCheck::judgeScale(std::vector<TurnPair> turning, const imu::ImuBuffe
     if (!readings.meanGyro(t0, t1, &rate)) return std::nullopt;
     return expSO3(R_C_B * (rate - bias) * toSeconds(t1 - t0));
   };
-  const LensFit lens = fitLens(turns_, by_gyro);
+  const LensFit lens = fitLens(turns_, by_gyro, camera_);
+  if (lens.other_told) {
+    // What else turning says was seen through a lens that is not this one.
+    *out = TurningVerdict{};
+    out->findings = {otherModelFinding(lens, camera_->distortion, camera_label_)};
+    return;
+  }
+  if (contradicted) return;
   const auto camera = cameraFinding(lens, confirmed ? ratio : 1, camera_label_);
   if (camera) out->findings.push_back(*camera);
   if (!confirmed) return;

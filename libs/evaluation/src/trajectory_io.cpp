@@ -62,7 +62,10 @@ Habit habitOf(const std::string& text, ReadReport* report) {
       h.columns.named ? tables::unknownUnits(layout, {p[0], p[1], p[2]}) : std::string();
   if (!unknown.empty()) report->notes.push_back(unknown);
   report->positions_only = !layout.rows.empty() && !h.columns.hasAttitude();
-  if (h.unit != expected) {
+  const std::string unknown_time = tables::unknownStampUnit(layout, h.columns.stamp, h.unit);
+  if (!unknown_time.empty()) {
+    report->notes.push_back(unknown_time);
+  } else if (h.unit != expected) {
     report->notes.push_back(std::string("the stamps are in ") + tables::name(h.unit));
   }
   const std::string stamps = tables::stampRemark(layout, h.columns.stamp);

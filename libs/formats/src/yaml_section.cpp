@@ -26,8 +26,15 @@ constexpr std::size_t kMaxNumbers = 4096;
 /// Brackets and indentation deeper than this are no calibration, and the parser recurses.
 constexpr int kMaxDepth = 64;
 
-/// The document without the `%YAML:1.0` line of OpenCV's dialect, which is not YAML.
-std::string textOf(const std::string& path) {
+struct Document {
+  std::string text;
+  int tab_line = 0;  ///< the first that is indented with a tab; 0: none
+};
+
+/// The document without the `%YAML:1.0` line of OpenCV's dialect, which is not YAML. A tab counts
+/// as one blank: YAML forbids them as indentation, but files edited by hand have them, and where
+/// all of a block is indented alike the meaning is clear.
+Document documentOf(const std::string& path) {
   std::error_code ec;
   if (!fs::is_regular_file(path, ec)) {
     throw CalibrationError(path + ": no such file; the calibration is needed");
@@ -37,13 +44,17 @@ std::string textOf(const std::string& path) {
   }
   std::ifstream file(path, std::ios::binary);
   if (!file) throw CalibrationError(path + ": cannot be read (permissions?)");
-  std::string text, line;
+  Document out;
+  std::string line;
   int depth = 0, deepest = 0;
-  for (bool first = true; readLine(file, &line); first = false) {
-    if (first && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
+  for (int number = 1; readLine(file, &line); ++number) {
+    if (number == 1 && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.compare(0, 5, "%YAML") == 0) line.clear();  // lines keep their numbers
-    // YAML forbids tabs as indentation; hand-edited files have them.
+    const std::size_t content = line.find_first_not_of(" \t");
+    if (out.tab_line == 0 && content != std::string::npos && line.find('\t') < content) {
+      out.tab_line = number;
+    }
     std::replace(line.begin(), line.end(), '\t', ' ');
     for (const char c : line) {
       if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
@@ -51,10 +62,10 @@ std::string textOf(const std::string& path) {
     }
     const std::size_t indent = line.find_first_not_of(" -?:");
     if (indent != std::string::npos && indent > 4 * kMaxDepth) deepest = kMaxDepth + 1;
-    text += line + '\n';
+    out.text += line + '\n';
   }
   if (deepest > kMaxDepth) throw CalibrationError(path + ": is not readable YAML: nested too deep");
-  return text;
+  return out;
 }
 
 /// Where a value stands that is no number, and why where that is seen.
@@ -106,13 +117,18 @@ YamlSection::YamlSection(std::string path, std::string prefix, const YAML::Node&
       node_(std::make_shared<const YAML::Node>(node)) {}
 
 YamlSection YamlSection::load(const std::string& path) {
-  const std::string text = textOf(path);
+  const Document document = documentOf(path);
   try {
-    const YAML::Node node = YAML::Load(text);
+    const YAML::Node node = YAML::Load(document.text);
     if (!node.IsMap()) throw CalibrationError(path + ": is empty or holds no `key: value` lines");
     return YamlSection(path, "", node);
   } catch (const YAML::Exception& e) {
-    throw CalibrationError(path + ": is not readable YAML: " + e.what());
+    const std::string tabs =
+        document.tab_line == 0
+            ? ""
+            : "; line " + std::to_string(document.tab_line) +
+                  " is indented with a tab, others may be with blanks: write blanks everywhere";
+    throw CalibrationError(path + ": is not readable YAML: " + e.what() + tabs);
   }
 }
 

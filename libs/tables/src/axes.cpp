@@ -2,14 +2,11 @@
 
 #include <algorithm>
 
-#include "units.h"
-
 namespace vir::tables {
 
 bool findAxes(const Layout& layout, const std::vector<std::string>& heads,
               const std::vector<std::string>& axes, int* out) {
-  std::vector<std::string> names;
-  for (const std::string& name : layout.names) names.push_back(bareName(name));
+  const std::vector<std::string>& names = layout.bare;
   for (const std::string& head : heads) {
     std::vector<int> found;
     for (const std::string& axis : axes) {

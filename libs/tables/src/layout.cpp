@@ -133,6 +133,7 @@ void readNames(std::string_view header, Layout* layout) {
     layout->units.erase(layout->units.begin() + layout->date_apart);
     layout->written.erase(layout->written.begin() + layout->date_apart);
   }
+  for (const std::string& name : layout->names) layout->bare.push_back(bareName(name));
 }
 
 bool isComment(std::string_view line) { return line.front() == '#' || line.front() == '%'; }

@@ -142,7 +142,7 @@ std::string unknownAttitude(const Layout& layout, const PoseColumns& pose) {
                                               "rx",      "ry",     "rz",      "w"};
   std::string out;
   for (std::size_t i = 0; i < layout.names.size(); ++i) {
-    const std::string name = bareName(layout.names[i]);
+    const std::string& name = layout.bare[i];
     const int column = static_cast<int>(i);
     if (column == pose.stamp || std::count(pose.p, pose.p + 3, column) > 0) continue;
     if (unitAt(layout, column).quantity == Quantity::rate) continue;
@@ -186,7 +186,7 @@ bool findEastNorth(const Layout& layout, PoseColumns* out) {
          {"", "utm_", "pos_", "p_", "position_", "enu_", "ned_", "local_"}) {
       for (std::size_t i = 0; i < layout.names.size(); ++i) {
         for (const std::string& w : wanted) {
-          if (layout.names[i] == head + w || bareName(layout.names[i]) == head + w) {
+          if (layout.names[i] == head + w || layout.bare[i] == head + w) {
             return static_cast<int>(i);
           }
         }

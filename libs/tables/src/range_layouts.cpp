@@ -138,7 +138,7 @@ void findWide(const Layout& layout, RangeColumns* out) {
   std::vector<AnchorColumn> found;
   for (std::size_t i = 0; i < layout.names.size(); ++i) {
     const int column = static_cast<int>(i);
-    const std::string plain = layout.names[i], bare = bareName(plain);
+    const std::string &plain = layout.names[i], &bare = layout.bare[i];
     bool sure = false;
     const std::string anchor(anchorIn(bare, &sure));
     if (anchor.empty() || column == out->stamp || !holdsRanges(layout, column)) continue;

@@ -24,7 +24,7 @@ int findBare(const Layout& layout, const std::vector<std::string>& wanted) {
   const int whole = layout.find(wanted);
   if (whole >= 0) return whole;
   for (std::size_t i = 0; i < layout.names.size(); ++i) {
-    if (std::count(wanted.begin(), wanted.end(), bareName(layout.names[i])) > 0) {
+    if (std::count(wanted.begin(), wanted.end(), layout.bare[i]) > 0) {
       return static_cast<int>(i);
     }
   }
@@ -82,6 +82,20 @@ void findLever(const Layout& layout, RangeColumns* out) {
                          " m from it");
 }
 
+/// Where the anchor is. In a table with a column for each of them there is no row for one.
+void findPlace(const Layout& layout, RangeColumns* out) {
+  int found[3];
+  const bool there = out->wide.empty() &&
+                     findAxes(layout,
+                              {"anchor_", "anchor_position_", "anchor_pos_", "anchor_location_",
+                               "beacon_", "beacon_position_", "beacon_pos_", "responder_location_",
+                               "responder_position_", "responder_"},
+                              {"x", "y", "z"}, found);
+  if (!there) return;
+  std::copy(found, found + 3, out->place);
+  out->place_unit_m = lengthUnit(layout, found[0]);
+}
+
 void findSigma(const Layout& layout, RangeColumns* out) {
   const int column = findBare(layout, {"std", "sigma", "noise", "stddev", "std_dev", "stdev",
                                        "range_std", "range_sigma", "range_noise", "range_stddev",
@@ -128,6 +142,7 @@ void sayUnused(const Layout& layout, RangeColumns* out) {
                      out->los,
                      nanosecondColumn(layout, out->stamp)};
   used.insert(out->lever, out->lever + 3);
+  used.insert(out->place, out->place + 3);
   if (out->wide.empty()) used.insert({out->anchor, out->range});
   for (const AnchorColumn& a : out->wide) used.insert(a.column);
   std::string unused;
@@ -202,6 +217,7 @@ RangeColumns rangeColumns(const Layout& layout) {
   if (!out.named && namesAll(layout)) findWide(layout, &out);
   if (!out.named && out.wide.empty()) return out;
   findLever(layout, &out);
+  findPlace(layout, &out);
   findSigma(layout, &out);
   findFlags(layout, &out);
   sayUnused(layout, &out);

@@ -123,6 +123,7 @@ void BagSource::doProcess() {
 
 void BagSource::finish() {
   release(0);
+  recording_->anchorPlaces().say(&log_);
   finished_ = true;
   long all = 0;
   for (const bag::Stream& s : recording_->streams()) {
@@ -231,6 +232,11 @@ std::vector<std::pair<std::string, long>> BagSource::counters() const {
   const auto problems = log_.counters();
   out.insert(out.end(), problems.begin(), problems.end());
   return out;
+}
+
+std::vector<SurveyedAnchor> BagSource::surveyedAnchors() const {
+  if (!recording_) return {};
+  return recording_->anchorPlaces().standing();
 }
 
 std::string BagSource::companionIni() const {

@@ -36,6 +36,7 @@ class BagSource : public mrpt::hwdrivers::CGenericSensor, public roles::Recorded
   std::vector<std::pair<std::string, long>> counters() const override;
   std::vector<std::string> warnings() const override { return log_.messages(); }
   std::string companionIni() const override;
+  std::vector<SurveyedAnchor> surveyedAnchors() const override;
   std::string listing(const std::string& source) const override;
 
  protected:

@@ -25,7 +25,8 @@ void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
   v.value("source", o.source, "the file, or the folder of its parts");
   v.value("topics", o.topics,
           "what to take, as role=/topic or range=/topic:anchor,distance,unit=mm,stamp=field,"
-          "sigma=field,valid=field with blanks between; role: camera imu accel gyro range peer "
+          "sigma=field,valid=field,tag=field,antenna=field,place=field with blanks between; role: "
+          "camera imu accel gyro range peer "
           "odometry truth; empty: by the types of messages");
   v.choice("stamps", o.stamps, {"header", "received"},
            "which time holds: the one in the message, or when it was received");

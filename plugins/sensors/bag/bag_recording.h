@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "anchor_places.h"
 #include "bag_options.h"
 #include "camera_setup.h"
 #include "imu_pairing.h"
@@ -50,6 +51,8 @@ class BagRecording {
   const std::vector<CameraSetup>& cameras() const { return cameras_; }
   const CalibrationExtras& extras() const { return extras_; }
   const tables::AnchorNames& anchors() const { return anchors_; }
+  /// Where the messages read so far say that the anchors are.
+  const AnchorPlaces& anchorPlaces() const { return places_; }
 
  private:
   /// Of ranges of the stream `s` by this tag: the stream's own for the first that is heard.
@@ -90,6 +93,7 @@ class BagRecording {
   ImuPairing pairing_;
   double acc_unit_ = 1, gyro_unit_ = 1;  ///< what one of them is [m/s^2], [rad/s]
   tables::AnchorNames anchors_;
+  AnchorPlaces places_;
   std::map<std::pair<int, std::string>, std::size_t> antennas_;  // by stream and tag
   std::size_t next_antenna_ = 0;                                 // after those of the topics
   std::multimap<std::pair<TimeNs, int>, Held> held_;

@@ -18,28 +18,29 @@ struct Known {
   const char* type;
   const char *list, *anchor, *distance, *sigma;
   bool sigma_squared;
-  const char* antenna;
+  const char *antenna, *place;
   double unit_m;
 };
 
 /// From the public definitions of these packages.
 constexpr Known kKnown[] = {
     // NTU VIRAL: radios P440, several antennas on the robot
-    {"uwb_driver/UwbRange", "", "responder_id", "distance", "", false, "rqst_antenna_offset", 1},
+    {"uwb_driver/UwbRange", "", "responder_id", "distance", "", false, "rqst_antenna_offset",
+     "responder_location", 1},
     // MILUV
-    {"uwb_ros/RangeStamped", "", "to_id", "range", "covariance", true, "", 1},
+    {"uwb_ros/RangeStamped", "", "to_id", "range", "covariance", true, "", "", 1},
     // UVIO and what its authors publish
-    {"uwb_msgs/TwoWayRangeStamped", "", "UWB_ID2", "range_raw", "", false, "", 1},
+    {"uwb_msgs/TwoWayRangeStamped", "", "UWB_ID2", "range_raw", "", false, "", "", 1},
     // Nooploop LinkTrack
-    {"nlink_parser/LinktrackNodeframe2", "nodes", "id", "dis", "", false, "", 1},
-    {"nlink_parser/LinktrackNodeframe3", "nodes", "id", "dis", "", false, "", 1},
-    {"nlink_parser/LinktrackTagframe0", "", "", "dis_arr", "", false, "", 1},
+    {"nlink_parser/LinktrackNodeframe2", "nodes", "id", "dis", "", false, "", "", 1},
+    {"nlink_parser/LinktrackNodeframe3", "nodes", "id", "dis", "", false, "", "", 1},
+    {"nlink_parser/LinktrackTagframe0", "", "", "dis_arr", "", false, "", "", 1},
     // GTEC: Pozyx and boards with DW1000
-    {"gtec_msgs/Ranging", "", "anchorId", "range", "", false, "", 0.001},
-    {"gtec_msgs/PozyxRanging", "", "destinationId", "range", "", false, "", 0.001},
+    {"gtec_msgs/Ranging", "", "anchorId", "range", "", false, "", "", 0.001},
+    {"gtec_msgs/PozyxRanging", "", "destinationId", "range", "", false, "", "", 0.001},
     // What `export --format mcap` writes
-    {"vir_slam/Range", "", "anchor", "range_m", "sigma_m", false, "antenna", 1},
-    {"sensor_msgs/Range", "", "", "range", "", false, "", 1},
+    {"vir_slam/Range", "", "anchor", "range_m", "sigma_m", false, "antenna", "", 1},
+    {"sensor_msgs/Range", "", "", "range", "", false, "", "", 1},
 };
 
 /// `list[].field` into its two parts.
@@ -66,6 +67,12 @@ std::string anchorText(const MessageView& m, const std::string& path) {
   return std::to_string(m.integer(path));
 }
 
+/// A Point.
+std::optional<Vec3> pointIn(const MessageView& m, const std::string& path) {
+  const Vec3 p(m.number(path + ".x"), m.number(path + ".y"), m.number(path + ".z"));
+  return p.allFinite() ? std::optional<Vec3>(p) : std::nullopt;
+}
+
 void addCommon(const MessageView& m, const RangeFields& f, ReadRange* r) {
   // What somebody asked for and is not there is an error that names what is.
   if (!f.stamp.empty() && (f.asked || m.has(f.stamp))) {
@@ -81,10 +88,10 @@ void addCommon(const MessageView& m, const RangeFields& f, ReadRange* r) {
   }
   if (!f.tag.empty() && (f.asked || m.has(f.tag))) r->tag = anchorText(m, f.tag);
   if (!f.antenna.empty() && (f.asked || m.has(f.antenna))) {
-    const Vec3 p(m.number(f.antenna + ".x"), m.number(f.antenna + ".y"),
-                 m.number(f.antenna + ".z"));
-    if (p.allFinite() && p.norm() < 20) r->antenna = p;
+    const auto p = pointIn(m, f.antenna);
+    if (p && p->norm() < 20) r->antenna = p;
   }
+  if (!f.place.empty() && (f.asked || m.has(f.place))) r->place = pointIn(m, f.place);
 }
 
 /// The anchors of a list of distances, as text.
@@ -159,6 +166,8 @@ constexpr Names kTagNames = {"tag",         "tag_id",     "tagId",   "tagid",   
                              "requesterId", "antenna_id", "from_id", "initiator_id", "mobile_id"};
 constexpr Names kAntennaNames = {"tag_offset", "antenna_offset", "antenna_position", "lever_arm",
                                  "tag_position_body"};
+constexpr Names kPlaceNames = {"anchor_position",    "anchor_location",    "anchor_pos",
+                               "responder_position", "responder_location", "anchor_place"};
 constexpr Names kValidNames = {"valid", "valid_range", "is_valid", "range_valid"};
 
 const Field* fieldNamed(const bags::MessageType& type, Names names, bool array) {
@@ -200,9 +209,11 @@ void addGuessedOptions(const bags::MessageType& type, const Field& distance, boo
     const bool point =
         f.type != nullptr && !f.array &&
         (f.type->name == "geometry_msgs/Point" || f.type->name == "geometry_msgs/Vector3");
-    const bool named =
-        std::find(kAntennaNames.begin(), kAntennaNames.end(), f.name) != kAntennaNames.end();
-    if (point && named) out->push_back("antenna=" + f.name);
+    const auto among = [&](Names names) {
+      return point && std::find(names.begin(), names.end(), f.name) != names.end();
+    };
+    if (among(kAntennaNames)) out->push_back("antenna=" + f.name);
+    if (among(kPlaceNames)) out->push_back("place=" + f.name);
   }
 }
 
@@ -220,14 +231,16 @@ std::vector<std::string> pairIn(const bags::MessageType& type, const std::string
   return out;
 }
 
-/// `unit=mm`, `stamp=field`, `sigma=field`, `valid=field`, `tag=field`, `antenna=field`.
+/// `unit=mm`, `stamp=field`, `sigma=field`, `valid=field`, `tag=field`, `antenna=field`,
+/// `place=field`.
 void applyOption(const std::string& topic, const std::string& option, RangeFields* f) {
   const std::size_t equals = option.find('=');
   const std::string key = option.substr(0, equals);
   std::string value = option.substr(equals + 1);
   // Within a list fields are those of its elements, however they are written.
   if (!f->list.empty() && value.rfind(f->list + "[].", 0) == 0) value.erase(0, f->list.size() + 3);
-  f->asked = f->asked || key == "stamp" || key == "sigma" || key == "tag" || key == "antenna";
+  f->asked = f->asked || key == "stamp" || key == "sigma" || key == "tag" || key == "antenna" ||
+             key == "place";
   if (key == "stamp") {
     f->stamp = value;
   } else if (key == "sigma") {
@@ -239,12 +252,14 @@ void applyOption(const std::string& topic, const std::string& option, RangeField
     f->tag = value;
   } else if (key == "antenna") {
     f->antenna = value;
+  } else if (key == "place") {
+    f->place = value;
   } else if (key == "unit" && (value == "m" || value == "cm" || value == "mm")) {
     f->unit_m = value == "m" ? 1.0 : value == "cm" ? 0.01 : 0.001;
   } else {
     throw InputError(topic + ": `" + option +
                      "` is not known; unit=m|cm|mm, stamp=FIELD, sigma=FIELD, valid=FIELD, "
-                     "tag=FIELD and antenna=FIELD are");
+                     "tag=FIELD, antenna=FIELD and place=FIELD are");
   }
 }
 
@@ -260,6 +275,7 @@ std::optional<RangeFields> knownRangeFields(const std::string& type) {
     f.sigma = k.sigma;
     f.sigma_squared = k.sigma_squared;
     f.antenna = k.antenna;
+    f.place = k.place;
     f.unit_m = k.unit_m;
     return f;
   }

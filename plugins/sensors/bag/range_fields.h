@@ -20,6 +20,7 @@ struct RangeFields {
   bool asked = false;   ///< stamp or sigma were named by the user: they must be there
   std::string valid;    ///< a number or a boolean; 0: no range
   std::string antenna;  ///< a Point: antenna in the body [m]
+  std::string place;    ///< a Point: where the anchor is, in a frame of its own [m]
   std::string tag;      ///< a number or a text: which of the robot's radios; empty: there is one
   std::optional<std::string> fixed_anchor;
   double unit_m = 1;
@@ -33,13 +34,14 @@ struct ReadRange {
   double sigma_m = 0;  ///< 0: not given
   std::optional<TimeNs> stamp;
   std::optional<Vec3> antenna;
+  std::optional<Vec3> place;  ///< of the anchor, in a frame of its own [m]
 };
 
 /// What is known of a type of message, or empty.
 std::optional<RangeFields> knownRangeFields(const std::string& type);
 /// By what was asked for (`anchor,distance`, each perhaps `list[].field`; `#7` = always anchor 7;
 /// then perhaps `unit=mm`, `stamp=field`, `sigma=field`, `valid=field`, `tag=field`,
-/// `antenna=field`), or of the known type.
+/// `antenna=field`, `place=field`), or of the known type.
 /// `frame`: of the topic's messages, for a Range that names no anchor. Throws InputError.
 RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type, const std::string& frame);
 /// The fields that must be anchor and distance by their names, as `--topic range=` takes them, in a

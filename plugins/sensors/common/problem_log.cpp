@@ -1,26 +1,47 @@
 #include "problem_log.h"
 
 namespace vir {
+namespace {
+
+/// `file` of `file:12`; else nothing.
+std::string fileOf(const std::string& where) {
+  const std::size_t colon = where.rfind(':');
+  const bool line = colon != std::string::npos && colon + 1 < where.size() &&
+                    where.find_first_not_of("0123456789", colon + 1) == std::string::npos;
+  return line ? where.substr(0, colon) : std::string();
+}
+
+}  // namespace
+
+void ProblemLog::say(const std::string& kind, const Message& message) {
+  const auto [known, is_new] = kinds_.emplace(kind, said_.size());
+  if (is_new) {
+    said_.emplace_back(kind, message);
+  } else {
+    said_[known->second].second.more += 1 + message.more;
+  }
+}
 
 void ProblemLog::add(const std::string& counter, const std::string& where,
                      const std::string& what) {
-  const long n = ++counts_[counter];
+  ++counts_[counter];
   const std::string text = where + ": " + what;
-  if (n == 1) first_[counter] = text;
-  // What says the same of every reading is said once.
-  const bool said = n > 1 && !messages_.empty() && messages_.back() == text;
-  if (n <= kShown && !said) messages_.push_back(text);
-  if (n == kShown + 1) messages_.push_back(counter + ": further cases are only counted");
+  first_.emplace(counter, text);
+  say(counter + " of " + fileOf(where), {text});
 }
 
 void ProblemLog::takeOver(const ProblemLog& other) {
   for (const auto& [counter, n] : other.counts_) counts_[counter] += n;
   for (const auto& [counter, text] : other.first_) first_.emplace(counter, text);
-  messages_.insert(messages_.end(), other.messages_.begin(), other.messages_.end());
+  for (const auto& [kind, message] : other.said_) {
+    const bool note = kind.compare(0, 5, "note:") == 0;
+    if (!note || kinds_.count(kind) == 0) say(kind, message);
+  }
 }
 
 void ProblemLog::note(const std::string& text) {
-  if (first_.emplace("note:" + text, text).second) messages_.push_back(text);
+  const std::string kind = "note:" + text;
+  if (kinds_.count(kind) == 0) say(kind, {text});
 }
 
 long ProblemLog::get(const std::string& counter) const {
@@ -30,6 +51,15 @@ long ProblemLog::get(const std::string& counter) const {
 
 std::vector<std::pair<std::string, long>> ProblemLog::counters() const {
   return {counts_.begin(), counts_.end()};
+}
+
+std::vector<std::string> ProblemLog::messages() const {
+  std::vector<std::string> out;
+  for (const auto& [kind, m] : said_) {
+    out.push_back(m.more == 0 ? m.text
+                              : m.text + " (and " + std::to_string(m.more) + " more like this)");
+  }
+  return out;
 }
 
 std::string ProblemLog::first(const std::string& counter) const {

@@ -1,5 +1,6 @@
 #pragma once
-/// What could not be used, counted by kind; the first few of each kind in words.
+/// What could not be used, counted by kind; the first of each kind in words.
+#include <cstddef>
 #include <map>
 #include <string>
 #include <utility>
@@ -9,10 +10,8 @@ namespace vir {
 
 class ProblemLog {
  public:
-  /// Messages kept in words per kind.
-  static constexpr long kShown = 5;
-
-  /// `counter` is the kind ("imu_not_finite"), `where` a file and line, `what` the reason.
+  /// `counter` is the kind ("imu_not_finite"), `where` a file and line, `what` the reason. Each
+  /// kind of each file has one message, of its first case, which says how many more there are.
   void add(const std::string& counter, const std::string& where, const std::string& what);
   /// Counts without a message.
   void count(const std::string& counter, long n = 1) { counts_[counter] += n; }
@@ -24,14 +23,21 @@ class ProblemLog {
   long get(const std::string& counter) const;
   std::vector<std::pair<std::string, long>> counters() const;
   /// Oldest first.
-  const std::vector<std::string>& messages() const { return messages_; }
+  std::vector<std::string> messages() const;
   /// The first message of a kind, or empty.
   std::string first(const std::string& counter) const;
 
  private:
+  struct Message {
+    std::string text;
+    long more = 0;  ///< cases of the same kind
+  };
+  void say(const std::string& kind, const Message& message);
+
   std::map<std::string, long> counts_;
   std::map<std::string, std::string> first_;
-  std::vector<std::string> messages_;
+  std::vector<std::pair<std::string, Message>> said_;  // with their kinds
+  std::map<std::string, std::size_t> kinds_;           // where in said_
 };
 
 }  // namespace vir

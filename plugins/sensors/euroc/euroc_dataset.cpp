@@ -218,4 +218,9 @@ std::vector<roles::TrueAnchor> FolderSource::trueAnchors() const {
   return anchors;
 }
 
+std::vector<SurveyedAnchor> FolderSource::surveyedAnchors() const {
+  if (!recording_) return {};
+  return recording_->anchorPlaces().standing();
+}
+
 }  // namespace vir

@@ -39,6 +39,7 @@ class FolderSource : public mrpt::hwdrivers::CGenericSensor, public roles::Recor
   std::vector<std::string> warnings() const override;
   std::string companionIni() const override;
   std::vector<roles::TrueAnchor> trueAnchors() const override;
+  std::vector<SurveyedAnchor> surveyedAnchors() const override;
 
  protected:
   void loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& config,

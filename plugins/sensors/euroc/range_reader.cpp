@@ -49,8 +49,11 @@ bool parseRadio(const Fields& f, const RangeTable& table, RangeRow* row, RowFaul
     if (!vector(f, c.lever, &place, fault)) return false;
     row->place = c.lever_unit_m == 1 ? place : Vec3(c.lever_unit_m * place);
   }
-  if (c.sigma < 0 || c.sigma >= static_cast<int>(f.size())) return true;
   RowFault unsaid;
+  if (c.hasPlace() && vector(f, c.place, &place, &unsaid)) {
+    row->anchor_place = c.place_unit_m * place;
+  }
+  if (c.sigma < 0 || c.sigma >= static_cast<int>(f.size())) return true;
   double sigma = 0;
   if (value(f, c.sigma, &sigma, &unsaid) && sigma > 0) {
     row->sigma_m = c.sigma_unit_m == 1 ? sigma : c.sigma_unit_m * sigma;
@@ -141,7 +144,10 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
   if (!wide) lengths.push_back(c.range);
   for (const tables::AnchorColumn& to : c.wide) lengths.push_back(to.column);
   const std::string unknown = units.range > 0 ? "" : tables::unknownUnits(layout, lengths);
-  if (!unknown.empty()) log->add("unknown_unit", path, unknown);
+  if (!unknown.empty()) {
+    log->note(path + ": " + unknown);
+    log->count("unknown_unit");
+  }
   for (const std::string& remark : c.remarks) log->note(path + ": " + remark);
   const std::string why_not = tables::whyNoRanges(layout);
   if (!why_not.empty()) log->note(path + ": " + why_not);

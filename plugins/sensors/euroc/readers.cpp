@@ -140,7 +140,9 @@ double accUnit(const std::string& path, const Units& units, double header, doubl
 void sayUnknownUnits(const std::string& path, const tables::Layout& layout, const int columns[3],
                      ProblemLog* log) {
   const std::string text = tables::unknownUnits(layout, {columns[0], columns[1], columns[2]});
-  if (!text.empty()) log->add("unknown_unit", path, text);
+  if (text.empty()) return;
+  log->note(path + ": " + text);
+  log->count("unknown_unit");
 }
 
 }  // namespace

@@ -31,9 +31,10 @@ struct RangeRow {
   TimeNs t = 0;
   int anchor = 0;
   double range_m = 0;
-  std::string antenna;        ///< empty: not said
-  std::optional<Vec3> place;  ///< of the antenna, in our body [m]; none: not said
-  double sigma_m = 0;         ///< standard deviation; 0: not said
+  std::string antenna;                    ///< empty: not said
+  std::optional<Vec3> place;              ///< of the antenna, in our body [m]; none: not said
+  double sigma_m = 0;                     ///< standard deviation; 0: not said
+  std::optional<Vec3> anchor_place = {};  ///< in a frame of its own [m]; none: not said
 };
 
 struct PoseRow {

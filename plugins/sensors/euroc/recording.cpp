@@ -194,6 +194,11 @@ void Recording::openStreams(const EurocOptions& o) {
                ": no IMU: no table has columns of gyro and accelerometer that could "
                "be told as such; name it: --topic imu=FILE");
   }
+  if (cameras_.empty() && section_ == "csv") {
+    log_->note(folder_.root +
+               ": no images: there is no list or folder of them that could be told as such, nor a "
+               "video; name it: --topic camera=FILE");
+  }
   for (CameraStream& camera : cameras_) {
     const auto imu_start = imu_ ? std::optional<TimeNs>(imu_->peek()->t) : std::nullopt;
     camera.rows = openCameraImages(o, camera.files, imu_start, log_);
@@ -275,6 +280,9 @@ bool Recording::takeRange(Event* event) {
     RangeRow row = *rows.peek();
     if (ranges_[i].by_settings || !row.place) row.place = ranges_[i].antenna;
     if (!(row.sigma_m > 0)) row.sigma_m = ranges_[i].sigma_m;
+    if (row.anchor_place) {
+      anchor_places_.add(static_cast<std::uint32_t>(row.anchor), *row.anchor_place);
+    }
     event->what = std::move(row);
     event->stream = i;
     rows.pop();
@@ -283,7 +291,7 @@ bool Recording::takeRange(Event* event) {
   }
   if (!drawn_ || drawn_->peek() == nullptr || drawn_->peek()->t != event->t) return false;
   const SimulatedRange& r = *drawn_->peek();
-  event->what = RangeRow{r.t, r.anchor, r.range_m, {}, {}, 0};
+  event->what = RangeRow{r.t, r.anchor, r.range_m, {}, {}, 0, {}};
   if (!r.line_of_sight) log_->count("range_drawn_without_line_of_sight");
   drawn_->pop();
   return true;
@@ -321,6 +329,7 @@ bool Recording::next(Event* event) {
   const TimeNs t = nextTime();
   if (t == kEnd || t > until_) {
     noteAnchorNames();
+    anchor_places_.say(log_);
     return false;
   }
   event->t = now_ = t;

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "anchor_places.h"
 #include "euroc_options.h"
 #include "folder.h"
 #include "image_survey.h"
@@ -71,6 +72,8 @@ class Recording {
   /// Where the anchors of the ranges truly are: drawn ones by the settings, others by
   /// anchors_truth.csv beside the ranges. Empty: not known.
   const std::vector<AnchorRow>& trueAnchors() const { return true_anchors_; }
+  /// Where the rows read so far say that the anchors are.
+  const AnchorPlaces& anchorPlaces() const { return anchor_places_; }
 
  private:
   void openCalibration(const EurocOptions& o);
@@ -96,6 +99,7 @@ class Recording {
   ImuYaml imu_calibration_;
   std::optional<double> time_offset_s_;
   tables::AnchorNames anchor_names_;
+  AnchorPlaces anchor_places_;
   bool said_truth_lever_ = false;
   Vec3 antenna_ = Vec3::Zero();
   std::vector<AnchorRow> true_anchors_;

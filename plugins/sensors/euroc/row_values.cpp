@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "vir/core/time_bounds.h"
+#include "vir/tables/unknown_units.h"
 
 namespace vir::euroc {
 
@@ -14,6 +15,12 @@ Stamps stampsOf(const std::string& path, const tables::Layout& layout, int colum
       seconds_expected ? tables::StampUnit::seconds : tables::StampUnit::nanoseconds;
   const Stamps stamps{column, guess.sure ? guess.unit : expected,
                       tables::nanosecondColumn(layout, column)};
+  const std::string unknown = tables::unknownStampUnit(layout, column, stamps.unit);
+  if (!unknown.empty()) {
+    log->note(path + ": " + unknown);
+    log->count("unknown_unit");
+    return stamps;
+  }
   const std::string remark = tables::stampRemark(layout, column);
   if (!remark.empty()) {
     log->note(path + ": " + remark);

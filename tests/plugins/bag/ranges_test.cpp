@@ -63,6 +63,46 @@ TEST_F(Recording, TagsInOneTopicHaveLabelsAndPlacesOfTheirOwn) {
   EXPECT_TRUE(noted("no_such") || complaint().find("no_such") != std::string::npos);
 }
 
+/// NTU VIRAL's messages tell where an anchor is, or 99999; other types by the name of the field.
+TEST_F(Recording, PlacesOfAnchorsAreThoseThatStay) {
+  const std::string point =
+      std::string(80, '=') + "\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n";
+  {
+    test::Ros1Writer bag(path());
+    bag.define("uwb_driver/UwbRange",
+               "Header header\nuint8 responder_id\nfloat32 distance\n"
+               "geometry_msgs/Point responder_location\n" +
+                   point);
+    bag.define(
+        "other/UwbDistance",
+        "Header header\nuint16 anchor\nfloat64 range\ngeometry_msgs/Point anchor_position\n" +
+            point);
+    for (int i = 0; i < 8; ++i) {
+      test::WireBytes m = bag.message();
+      m.header(kStart + i * kMs, "").put(static_cast<std::uint8_t>(100 + i % 2)).put(2.5F);
+      m.put(i % 2 == 0 ? 5.0 : 99999.0).put(i % 2 == 0 ? -1.0 : 99999.0).put(99999.0 * (i % 2));
+      bag.write("/uwb", "uwb_driver/UwbRange", m.bytes(), kStart + i * kMs);
+      test::WireBytes other = bag.message();
+      other.header(kStart + i * kMs, "").put(static_cast<std::uint16_t>(i % 2)).put(3.5);
+      other.put(i % 2 == 0 ? 0.5 : 0.5 * i).put(2.0).put(3.0);
+      bag.write("/other", "other/UwbDistance", other.bytes(), kStart + i * kMs);
+    }
+  }
+  EXPECT_EQ(readAll().size(), 16u);
+  const std::vector<SurveyedAnchor> standing = recording->anchorPlaces().standing();
+  ASSERT_EQ(standing.size(), 2u);
+  EXPECT_EQ(standing[0].id, 0u);
+  EXPECT_EQ(standing[0].p_S, Vec3(0.5, 2, 3));
+  EXPECT_EQ(standing[1].id, 100u);
+  EXPECT_EQ(standing[1].p_S, Vec3(5, -1, 0));
+  options.topics = "range=/other:anchor,range,place=anchor_position";
+  readAll();
+  EXPECT_EQ(recording->anchorPlaces().standing().size(), 1u);
+  options.topics = "range=/other:anchor,range,place=no_such";
+  readAll();
+  EXPECT_TRUE(noted("no_such"));
+}
+
 TEST_F(Recording, RangesOfATypeNobodyKnowsByTheNamesOfItsFields) {
   {
     test::Ros1Writer bag(path());

@@ -5,8 +5,10 @@
 #include <mrpt/serialization/CArchive.h>
 
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
+#include "vir/ranging/survey_table.h"
 #include "vir_test_data.h"
 #include "vir_test_euroc_folder.h"
 #include "vir_test_shell.h"
@@ -97,6 +99,28 @@ TEST_F(Import, TakesTheTrueAnchorsOfTheRecordingAlong) {
   EXPECT_NE(o.text.find("anchor four is 1000000"), std::string::npos) << o.text;
 }
 
+TEST_F(Import, LeavesATableOfTheAnchorsWhosePlacesTheRangesTell) {
+  std::string table = "timestamp,anchor_id,range,anchor_x,anchor_y,anchor_z\n";
+  for (int i = 0; i < 10; ++i) {
+    table += std::to_string(folder.imageStamp(i)) +
+             (i % 2 == 0 ? ",7,2.5,1,-2,3.25" : ",north,3.5,4,5,6") + "\n";
+  }
+  test::writeText(folder.mav0() / "uwb0/data.csv", table);
+  const Outcome o = run();
+  ASSERT_EQ(o.code, 0) << o.text;
+  const std::string path = (folder.temp() / "out/x_anchors.csv").string();
+  const std::string written = test::readText(path);
+  EXPECT_EQ(written, "#id,x,y,z as the recording tells [m]\n7,1,-2,3.25\n1000000,4,5,6\n");
+  EXPECT_NE(o.text.find("vir-slam run " + rawlog().string() + " --anchors " + path),
+            std::string::npos)
+      << o.text;
+  const std::vector<SurveyedAnchor> survey = ranging::surveyFromText(written, path, {});
+  ASSERT_EQ(survey.size(), 2u);
+  EXPECT_EQ(survey[0].id, 7u);
+  EXPECT_EQ(survey[0].p_S, Vec3(1, -2, 3.25));
+  EXPECT_EQ(survey[1].id, 1000000u);
+}
+
 TEST_F(Import, TwiceGivesTheSameBytes) {
   ASSERT_EQ(run("--set euroc.images=embed").code, 0);
   const std::string first = test::readText(rawlog());
@@ -184,6 +208,25 @@ TEST(ImportShared, TheMachineHallClip) {
       (std::map<std::string, int>{{"CAM0", 600}, {"CAM1", 339}, {"GT", 6975}, {"IMU0", 7192}}));
   EXPECT_EQ(std::distance(fs::directory_iterator(temp / "mh_Images"), fs::directory_iterator()),
             939);
+}
+
+/// One image of a hundred and more that cannot be decoded is a slip, one of a hundred is not.
+TEST(Check, UndecodableImagesAreDoubtfulFromOnePercentOn) {
+  for (const int images : {101, 102}) {
+    test::EurocFolderOptions o;
+    o.images = images;
+    const test::EurocFolder folder(o);
+    test::writeText(folder.imageFile(50), "no image");
+    const fs::path json = folder.temp() / "check.json";
+    virSlam("check " + folder.root().string() + " --json " + json.string());
+    std::string severity;
+    const auto report = nlohmann::json::parse(test::readText(json));
+    for (const auto& f : report["findings"]) {
+      if (f["kind"] == "unreadable") severity += f["severity"].get<std::string>() + " ";
+    }
+    // 100 are left of 101, so that one is a hundredth of them.
+    EXPECT_EQ(severity, images == 101 ? "doubtful " : "note ") << report["findings"];
+  }
 }
 
 }  // namespace

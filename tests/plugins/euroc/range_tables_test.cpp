@@ -14,6 +14,7 @@ struct Content {
   std::vector<RangeRow> ranges;
   std::vector<std::string> labels;
   std::string notes;
+  std::vector<SurveyedAnchor> standing;
   ProblemLog log;
 };
 
@@ -40,6 +41,7 @@ Content read(const std::string& table, const std::vector<double>& lever_arm_m = 
     c.ranges.push_back(*range);
     c.labels.push_back(recording.rangeStreams()[e.stream].label);
   }
+  c.standing = recording.anchorPlaces().standing();
   for (const std::string& m : c.log.messages()) c.notes += m + "\n";
   return c;
 }
@@ -72,6 +74,7 @@ TEST(RangeTables, ComeBackAsTheyAreExported) {
   ASSERT_TRUE(c.ranges[1].place.has_value());
   EXPECT_EQ(*c.ranges[1].place, Vec3(0.1, 0.3, 0.05));
   EXPECT_FALSE(contains(c.notes, "of the settings")) << c.notes;
+  EXPECT_TRUE(contains(c.notes, "no images: ")) << c.notes;
 }
 
 TEST(RangeTables, EachAntennaHasThePlaceOfItsColumns) {
@@ -173,6 +176,50 @@ TEST(RangeTables, TimesOfFlightNeedTheirUnit) {
   EXPECT_EQ(none.ranges.size(), 0u);
   EXPECT_EQ(none.log.get("range_no_range"), 4);
   EXPECT_TRUE(contains(none.notes, "time of flight without a unit")) << none.notes;
+}
+
+TEST(RangeTables, AnchorsThatAlwaysStandAtOnePlaceAreSurveyed) {
+  for (const std::string header : {"t,anchor_id,range_m,anchor_x,anchor_y,anchor_z",
+                                   "t,anchor,range,anchor_x [m],anchor_y [m],anchor_z [m]",
+                                   "t,id,distance,beacon_pos_x,beacon_pos_y,beacon_pos_z"}) {
+    const Content c = read(rows(header, 8, [](int i) {
+      return i % 2 == 0 ? std::string("4,3.5,1.5,-2,0.25") : std::string("0x84,4.5,7,8,2.5");
+    }));
+    ASSERT_EQ(c.ranges.size(), 8u) << header << c.notes;
+    ASSERT_EQ(c.standing.size(), 2u) << header << c.notes;
+    EXPECT_EQ(c.standing[0].id, 4u);
+    EXPECT_EQ(c.standing[0].p_S, Vec3(1.5, -2, 0.25));
+    EXPECT_EQ(c.standing[1].id, 0x84u);
+    EXPECT_EQ(c.standing[1].p_S, Vec3(7, 8, 2.5));
+    EXPECT_FALSE(contains(c.notes, "not used")) << c.notes;
+  }
+}
+
+TEST(RangeTables, AnchorsThatMoveAreLeftOutOfTheSurvey) {
+  const Content c =
+      read(rows("t,anchor_id,range_m,anchor_x_mm,anchor_y_mm,anchor_z_mm", 8, [](int i) {
+        const std::string moved = "," + std::to_string(1000 + 100 * i) + ",0,500";
+        return i % 2 == 0 ? "4,3.5" + moved : std::string("5,4.5,7000,8000,2500");
+      }));
+  ASSERT_EQ(c.ranges.size(), 8u) << c.notes;
+  ASSERT_EQ(c.standing.size(), 1u) << c.notes;
+  EXPECT_EQ(c.standing[0].id, 5u);
+  EXPECT_NEAR((c.standing[0].p_S - Vec3(7, 8, 2.5)).norm(), 0, 1e-12);
+  EXPECT_TRUE(contains(c.notes, "anchor 4: the ranges say places up to 0.6 m apart")) << c.notes;
+}
+
+/// Columns that nobody has filled in, and those of one anchor that a radio does not know.
+TEST(RangeTables, AnchorsThatAreNowhereAreNotSurveyed) {
+  const std::string header = "t,anchor_id,range_m,anchor_x,anchor_y,anchor_z";
+  Content c = read(rows(header, 6, [](int i) { return std::to_string(i % 2) + ",3.5,0,0,0"; }));
+  EXPECT_EQ(c.ranges.size(), 6u) << c.notes;
+  EXPECT_TRUE(c.standing.empty());
+  EXPECT_TRUE(contains(c.notes, "every anchor that it is at 0 0 0")) << c.notes;
+  c = read(rows(header, 6, [](int i) {
+    return i % 2 == 0 ? std::string("4,3.5,99999,99999,99999") : std::string("5,4.5,,,");
+  }));
+  EXPECT_EQ(c.ranges.size(), 6u) << c.notes;
+  EXPECT_TRUE(c.standing.empty());
 }
 
 }  // namespace

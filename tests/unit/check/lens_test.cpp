@@ -1,10 +1,14 @@
 /// Focal length and lens, told apart by what points do near the middle and near the rim.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <functional>
+#include <optional>
 #include <string>
 
 #include "found.h"
+#include "vir/camera/camera_model.h"
 #include "vir/check/turning_check.h"
 #include "vir/core/random.h"
 
@@ -23,9 +27,14 @@ Vec2 asGiven(const Vec2& x, double scale, double bend) {
   return given;
 }
 
+/// What a ray, x and y at depth 1, is taken for; false: it is not seen.
+using Lens = std::function<bool(const Vec2&, Vec2*)>;
+
 /// 20 s at 200 Hz, images at 20 Hz of a cloud of points the camera flies by and turns in.
-std::vector<Finding> findingsWith(double scale, double bend) {
+std::vector<Finding> findingsThrough(const Lens& lens,
+                                     const std::optional<CameraCalibration>& given) {
   TurningCheck check("IMU0", "CAM0");
+  if (given) check.setCamera(*given);
   Random random(6);
   Mat3 R = Mat3::Identity(), R_before = R;  // of the camera, which has the body's axes
   for (int i = 0; i < 4000; ++i) {
@@ -43,7 +52,8 @@ std::vector<Finding> findingsWith(double scale, double bend) {
         const Vec3 p = (2 + 3 * std::abs(std::sin(1.3 * k))) * Vec3(x.x(), x.y(), 1);
         const Vec3 q = R_C0_C1.transpose() * (p - step);
         if (q.z() < 0.3) continue;
-        const Vec2 a = asGiven(x, scale, bend), b = asGiven(q.head<2>() / q.z(), scale, bend);
+        Vec2 a, b;
+        if (!lens(x, &a) || !lens(q.head<2>() / q.z(), &b)) continue;
         const double noise = 0.0005;
         turn.matches.push_back(
             Eigen::Vector4d(a.x() + noise * random.normal(), a.y() + noise * random.normal(),
@@ -58,6 +68,44 @@ std::vector<Finding> findingsWith(double scale, double bend) {
     R = R * expSO3(0.005 * rate(t + 0.0025));
   }
   return check.findings(Mat3::Identity(), 0);
+}
+
+std::vector<Finding> findingsWith(double scale, double bend) {
+  return findingsThrough(
+      [&](const Vec2& x, Vec2* seen) {
+        *seen = asGiven(x, scale, bend);
+        return true;
+      },
+      std::nullopt);
+}
+
+CameraCalibration cameraWith(Distortion model, const std::array<double, 8>& dist) {
+  CameraCalibration c;
+  c.width = 752;
+  c.height = 480;
+  c.fx = c.fy = 400;
+  c.cx = 376;
+  c.cy = 240;
+  c.distortion = model;
+  c.dist = dist;
+  return c;
+}
+
+/// Of a camera whose calibration names a model, of its own or of another one.
+std::vector<Finding> findingsOf(const CameraCalibration& truth, Distortion named) {
+  CameraCalibration wrong = truth;
+  wrong.distortion = named;
+  const auto real = camera::makeCamera(truth), given = camera::makeCamera(wrong);
+  return findingsThrough(
+      [&](const Vec2& x, Vec2* seen) {
+        Vec2 px;
+        Vec3 bearing;
+        if (!real->project(Vec3(x.x(), x.y(), 1), &px) || !given->unproject(px, &bearing))
+          return false;
+        *seen = bearing.head<2>() / bearing.z();
+        return bearing.z() > 0.2;
+      },
+      wrong);
 }
 
 TEST(Lens, NothingIsWrongWithTheRightOne) {
@@ -81,6 +129,22 @@ TEST(Lens, NamesAFocalLength) {
 TEST(Lens, NamesALens) {
   EXPECT_EQ(seriousKinds(findingsWith(1, 0.4)), Kinds{"camera_lens"});
   EXPECT_EQ(seriousKinds(findingsWith(1, -0.15)), Kinds{"camera_lens"});
+}
+
+/// Radtan and equidistant exchanged in the file.
+TEST(Lens, NamesTheModelThatTheCoefficientsAreOf) {
+  const CameraCalibration euroc = cameraWith(Distortion::radtan, {-0.283, 0.074, 0.0002, 0.00002});
+  const CameraCalibration fisheye =
+      cameraWith(Distortion::equidistant, {0.0034, 0.0007, -0.002, 0.0002});
+  for (const CameraCalibration& truth : {euroc, fisheye}) {
+    const bool radtan = truth.distortion == Distortion::radtan;
+    const auto wrong = findingsOf(truth, radtan ? Distortion::equidistant : Distortion::radtan);
+    ASSERT_EQ(seriousKinds(wrong), Kinds{"camera_lens"}) << radtan;
+    EXPECT_NE(wrong[0].what.find(radtan ? "are those of radtan" : "are those of equidistant"),
+              std::string::npos)
+        << wrong[0].what;
+    EXPECT_EQ(seriousKinds(findingsOf(truth, truth.distortion)), Kinds{}) << radtan;
+  }
 }
 
 }  // namespace

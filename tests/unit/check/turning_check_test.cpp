@@ -131,6 +131,19 @@ TEST(TurningCheck, TellsAClockThatRunsFastFromOneThatIsOff) {
   EXPECT_EQ(seriousKinds(clocksFound(1, 1.01, 0, 1600, 3)), Kinds{"clock_rate"});
   EXPECT_EQ(seriousKinds(clocksFound(1, 1, 0.03, 1600, 3)), Kinds{"time_offset"});
   EXPECT_EQ(seriousKinds(clocksFound(1, 1, 0, 1600, 3)), Kinds{});
+  // Slow and smooth: no piece tells an offset from a bias, all of them together tell the rate.
+  for (const double images : {1.01, 0.98, 1.03}) {
+    for (const int readings : {1600, 3000}) {
+      if (readings == 1600 && images < 1.03) continue;  // not always told by 8 s
+      const auto findings = clocksFound(1, images, 0, readings);
+      EXPECT_EQ(seriousKinds(findings), Kinds{"clock_rate"}) << images << " " << readings;
+      if (findings[0].kind != "clock_rate") continue;
+      EXPECT_NE(findings[0].evidence.find("all turns together"), std::string::npos);
+      const double percent = std::stod(findings[0].what.substr(findings[0].what.find("runs") + 5));
+      EXPECT_NEAR(percent, 100 * std::abs(images - 1), 0.15) << findings[0].what;
+    }
+  }
+  EXPECT_EQ(seriousKinds(clocksFound(1, 1, 0, 1600)), Kinds{});
   // As quartz differs.
   EXPECT_EQ(seriousKinds(clocksFound(1.00005, 1)), Kinds{});
 }

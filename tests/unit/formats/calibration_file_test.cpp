@@ -76,6 +76,41 @@ TEST(CalibrationFile, ReadsKalibr) {
   EXPECT_TRUE(f.notes.empty());
 }
 
+/// YAML forbids tabs as indentation, editors put them there.
+TEST(CalibrationFile, TabsAreBlanksWhereTheMeaningIsClear) {
+  const std::string camera =
+      "cam0:\n>camera_model: pinhole\n>intrinsics: [458.654,\t457.296, 367.215, 248.375]\n"
+      ">distortion_model: radtan\n>distortion_coeffs: [-0.28, 0.07, 0.0002, 0.00002]\n"
+      ">resolution: [752, 480]\n>T_cam_imu:\n>- [1, 0, 0, 0]\n>- [0, 1, 0, 0]\n>- [0, 0, 1, 0.1]\n"
+      ">- [0, 0, 0, 1]\n";
+  const auto with = [&](const std::string& indent, const std::string& of_pose) {
+    std::string out;
+    bool pose = false;
+    for (const char c : camera) {
+      if (c == '>') {
+        out += pose ? of_pose : indent;
+      } else {
+        out += c;
+        pose = pose || c == 'T';
+      }
+    }
+    return out;
+  };
+  const CalibrationFile blanks = read(with("  ", "  "));
+  for (const std::string& text : {with("\t", "\t"), with("\t\t", "\t\t")}) {
+    const CalibrationFile tabs = read(text);
+    ASSERT_EQ(tabs.cameras.size(), 1u);
+    expectEurocCamera(tabs.cameras[0]);
+    ASSERT_TRUE(tabs.cameras[0].T_B_C.has_value());
+    EXPECT_EQ(tabs.cameras[0].T_B_C->p, blanks.cameras[0].T_B_C->p);
+    EXPECT_EQ(tabs.cameras[0].T_B_C->p, Vec3(0, 0, -0.1));
+  }
+  const std::string mixed = errorOf(with("    ", "\t"));
+  EXPECT_TRUE(contains(mixed, "line 8 is indented with a tab")) << mixed;
+  EXPECT_TRUE(contains(mixed, "write blanks")) << mixed;
+  EXPECT_FALSE(contains(errorOf("cam0: [1, 2\n"), "tab"));
+}
+
 TEST(CalibrationFile, ReadsOpenCvsDialect) {
   const CalibrationFile f = fixture("opencv.yaml");
   ASSERT_EQ(f.cameras.size(), 1u);

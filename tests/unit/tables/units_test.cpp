@@ -115,5 +115,22 @@ TEST(Units, TurnsPerMinuteAndWhatNobodyKnows) {
   EXPECT_EQ(unknownUnits(layoutOfText("1,2,3\n"), {2}), "");
 }
 
+TEST(Units, OfStampsThatNobodyKnowsAreSaid) {
+  for (const std::string head :
+       {"time [parsec]", "stamp(foo)", "t [ticks]", "Timestamp [0.1 ms]"}) {
+    const Layout layout = layoutOfText(head + ",x,y,z\n0.00,1,2,3\n0.02,1,2,3\n0.04,1,2,3\n");
+    const std::string said = unknownStampUnit(layout, stampColumn(layout), StampUnit::seconds);
+    EXPECT_NE(said.find("known are s, ms, us and ns"), std::string::npos) << head;
+    EXPECT_NE(said.find("taken to be in s:"), std::string::npos) << said;
+  }
+  for (const std::string head : {"time [s]", "stamp (msec)", "t [\xC2\xB5s]", "time [UTC]", "t [-]",
+                                 "timestamp [nanoseconds]", "time", "time_ms"}) {
+    const Layout layout = layoutOfText(head + ",x,y,z\n0.00,1,2,3\n0.02,1,2,3\n0.04,1,2,3\n");
+    EXPECT_EQ(unknownStampUnit(layout, stampColumn(layout), StampUnit::seconds), "") << head;
+  }
+  const Layout dates = layoutOfText("time [ISO 8601],x\n2024-05-01T12:00:00.1Z,1\n");
+  EXPECT_EQ(unknownStampUnit(dates, stampColumn(dates), StampUnit::seconds), "");
+}
+
 }  // namespace
 }  // namespace vir::tables

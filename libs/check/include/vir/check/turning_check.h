@@ -9,6 +9,7 @@
 #include "vir/check/finding.h"
 #include "vir/check/force_sign.h"
 #include "vir/check/turning.h"
+#include "vir/types/calibration.h"
 #include "vir/types/imu_sample.h"
 
 namespace vir::imu {
@@ -42,6 +43,8 @@ class TurningCheck {
       : imu_label_(std::move(imu_label)), camera_label_(std::move(camera_label)) {}
   void add(const ImuSample& sample);
   void add(const ImageTurn& turn);
+  /// The camera through which the matches of the turns were seen.
+  void setCamera(const CameraCalibration& camera) { camera_ = camera; }
   /// Pieces of time with the readings of the gyro in them: what a time offset is found from.
   const std::vector<TurnPair>& pairs() const { return pairs_; }
   /// `R_B_C`: the camera's rotation on the IMU as given. `time_offset_s`: stamp of an image + this
@@ -53,12 +56,13 @@ class TurningCheck {
 
  private:
   std::vector<TurnPair> aligned(const imu::ImuBuffer& readings, const ClockFit& clock) const;
-  void judgeScale(std::vector<TurnPair> turning, const imu::ImuBuffer& readings,
-                  const ClockFit& clock, const Mat3& R_B_C_given, TurningVerdict* out) const;
+  void judgeCamera(std::vector<TurnPair> turning, const imu::ImuBuffer& readings,
+                   const ClockFit& clock, const Mat3& R_B_C_given, TurningVerdict* out) const;
   void pairUp();
   void keepBeside(const ImuSample& sample);
 
   std::string imu_label_, camera_label_;
+  std::optional<CameraCalibration> camera_;
   std::deque<ImuSample> readings_;  ///< since the oldest turn that waits
   std::deque<ImageTurn> waiting_;
   std::vector<TurnPair> pairs_;

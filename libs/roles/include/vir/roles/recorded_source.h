@@ -6,6 +6,7 @@
 
 #include "vir/core/options.h"
 #include "vir/geometry/so3.h"
+#include "vir/types/survey.h"
 
 namespace vir::roles {
 
@@ -46,6 +47,10 @@ class RecordedSource {
   /// For evaluation only, so not among the observations: `import` writes them beside the rawlog as
   /// `<name>_anchors_truth.csv`. Valid after initialize(); empty: not known.
   virtual std::vector<TrueAnchor> trueAnchors() const { return {}; }
+  /// Positions of anchors that the recording itself tells with its ranges, in a frame of their own:
+  /// `import` writes them beside the rawlog as `<name>_anchors.csv`, a table that `run --anchors`
+  /// takes. Valid once finished(); empty: it tells none.
+  virtual std::vector<SurveyedAnchor> surveyedAnchors() const { return {}; }
   /// Whether it knows how to read this file or folder, going by how it looks: `import SOURCE` asks
   /// everyone. Does not throw and needs no initialize().
   virtual bool canRead(const std::string& /*source*/) const { return false; }

@@ -18,6 +18,9 @@ std::string plainName(std::string_view name);
 struct Layout : RowFormat {
   /// Plain names in the order of the columns; empty without a header.
   std::vector<std::string> names;
+  /// The names without a unit behind them or a device in front (`imu_acc_x_mg`: `acc_x`); same
+  /// length.
+  std::vector<std::string> bare;
   std::vector<std::string> units;  ///< in brackets behind the names, as written; same length
   /// The names as written, without what is in brackets; same length.
   std::vector<std::string> written;

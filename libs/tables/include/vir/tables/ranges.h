@@ -23,6 +23,8 @@ struct RangeColumns {
   bool flight = false;             ///< those are times of flight, which range_unit does not change
   int lever[3] = {-1, -1, -1};     ///< where the antenna is on the robot, x y z
   double lever_unit_m = 1;         ///< of those
+  int place[3] = {-1, -1, -1};     ///< where the anchor is, in a frame of its own, x y z
+  double place_unit_m = 1;         ///< of those
   int sigma = -1;                  ///< standard deviation of the range
   double sigma_unit_m = 1;         ///< of that
   int valid = -1;                  ///< false: no measurement
@@ -31,6 +33,7 @@ struct RangeColumns {
   std::vector<std::string> remarks;  ///< what is to be said of the columns
   std::string refusal;               ///< why the ranges cannot be used, and what to do; else empty
   bool hasLever() const { return lever[0] >= 0; }
+  bool hasPlace() const { return place[0] >= 0; }
   int last() const;  ///< the last column that every row must have
 };
 /// By the names of the header, else t, anchor, range. `src`, `dst`: the anchor is in the one that
