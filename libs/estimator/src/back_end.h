@@ -8,6 +8,7 @@
 
 #include "camera_timing.h"
 #include "doubts.h"
+#include "old_keyframes.h"
 #include "packet.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 #include "vir/initialization/inertial_alignment.h"
@@ -142,8 +143,8 @@ struct BackEnd {
   std::vector<StateEstimate> results;
   Doubts doubts;
   Elapsed elapsed;
-  std::vector<StampedPose> old_keyframes;
-  std::vector<Landmark> old_landmarks;  // thinned out in a long run
+  OldKeyframes old_keyframes;
+  ThinnedOut<Landmark> old_landmarks{30000};  // 2 MB at most
   std::vector<std::string> warnings;
   std::map<std::string, double> wait_reasons;  // seconds
   std::deque<WrongTracks> wrong_tracks;        // that the tracker may not have heard of
