@@ -46,7 +46,7 @@ class LongRun {
   KeptRows<PoseRow> truth;
   KeptRows<PoseRow> settled;
   KeptRows<CpuRow> cpu_ms;
-  ThinnedOut<roles::CalibrationPoint> calibrations{4000};
+  ThinnedOut<roles::CalibrationPoint> calibrations{1000};
 };
 
 }  // namespace vir::results
