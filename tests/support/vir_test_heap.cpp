@@ -75,4 +75,6 @@ HeapPeak::HeapPeak() {
 
 std::size_t HeapPeak::bytes() const { return static_cast<std::size_t>(peak - start); }
 
+long HeapPeak::now() { return held - start; }
+
 }  // namespace vir::test

@@ -14,6 +14,8 @@ class HeapPeak {
   HeapPeak();
   /// The most that was held at a time beyond what was held at the beginning [byte].
   std::size_t bytes() const;
+  /// What is held now beyond that; below 0: less [byte].
+  static long now();
 };
 
 }  // namespace vir::test

@@ -54,7 +54,9 @@ void RecordingCheck::add(const CObservation& o) {
   const TimeNs t = rawlog::fromMrptTime(o.timestamp);
   streams_.try_emplace(label, label, kindOf(o)).first->second.add(t);
   if (const auto sample = rawlog::imuSampleOf(o)) {
-    imus_.try_emplace(label, label).first->second.add(*sample);
+    using Keeps = check::ImuCheck::Keeps;
+    const Keeps keeps = depth_ == Depth::full ? Keeps::all : Keeps::evenly;
+    imus_.try_emplace(label, label, keeps).first->second.add(*sample);
     if (!turning_ && depth_ == Depth::full) {
       turning_ = std::make_unique<check::TurningCheck>(label, rawlog::kCameraLabel);
     }

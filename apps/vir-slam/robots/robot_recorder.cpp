@@ -25,12 +25,14 @@ void noteObservation(const mrpt::obs::CObservation& observation, const std::stri
 void RobotRecorder::onOutput(const roles::EstimatorOutput& output,
                              const roles::Estimator& estimator) {
   for (const StateEstimate& e : output.states) team::keepPose(e, &record_->poses);
+  for (const StampedPose& k : output.settled) keyframes_[k.t] = k.T_W_B;
   if (record_->snapshotDue()) record_->takeSnapshot(estimator.anchors());
 }
 
 void RobotRecorder::onEnd(const roles::Estimator& estimator, results::RunSummary* /*summary*/) {
   record_->landmarks = estimator.landmarks();
-  record_->keyframes = estimator.keyframes();
+  for (const StampedPose& k : estimator.keyframes()) keyframes_[k.t] = k.T_W_B;
+  for (const auto& [t, T_W_B] : keyframes_) record_->keyframes.push_back({t, T_W_B});
 }
 
 }  // namespace vir::app

@@ -1,5 +1,6 @@
 #pragma once
 /// Fills a robot's record from its run and its recording.
+#include <map>
 #include <string>
 
 #include "vir/results/run_observer.h"
@@ -20,6 +21,7 @@ class RobotRecorder final : public results::RunObserver {
 
  private:
   team::RobotRecord* record_;
+  std::map<TimeNs, Pose> keyframes_;
 };
 
 }  // namespace vir::app

@@ -112,18 +112,18 @@ void ImuCheck::close() {
     }
     b.acc_spread = std::sqrt(b.acc_spread);
     b.dt = toSeconds(open_.back().t - open_.front().t) / (n - 1);
-    blocks_.push_back(b);
+    blocks_.add(b);
   }
   open_.clear();
 }
 
 std::vector<ImuCheck::Block> ImuCheck::quietest() const {
-  if (blocks_.size() < kFewest) return {};
+  if (blocks().size() < kFewest) return {};
   std::vector<double> spread;
-  for (const Block& b : blocks_) spread.push_back(b.acc_spread);
+  for (const Block& b : blocks()) spread.push_back(b.acc_spread);
   const double limit = quantileInPlace(&spread, 0.2);
   std::vector<Block> out;
-  for (const Block& b : blocks_) {
+  for (const Block& b : blocks()) {
     if (b.acc_spread <= limit) out.push_back(b);
   }
   return out;
@@ -138,7 +138,7 @@ double ImuCheck::restMagnitude() const {
 bool ImuCheck::columnsSwapped(std::vector<Finding>* out) const {
   // Gravity in the gyro: about 9.8 that is always there, and no such thing in the accelerometer.
   std::vector<double> gyro, acc;
-  for (const Block& b : blocks_) {
+  for (const Block& b : blocks()) {
     gyro.push_back(b.gyro.norm());
     acc.push_back(b.acc.norm());
   }
@@ -163,7 +163,7 @@ void ImuCheck::checkGravity(std::vector<Finding>* out) const {
                                       {1000, "acc_in_mg", "mg", "0.00980665"},
                                       {980.665, "acc_in_cm", "cm/s2", "0.01"}};
   std::vector<double> sizes;
-  for (const Block& b : blocks_) sizes.push_back(b.acc.norm());
+  for (const Block& b : blocks()) sizes.push_back(b.acc.norm());
   // What is left without gravity comes and goes, and its size may well be 1 m/s^2.
   if (a < 0.3 * kGravity && !steady(sizes)) {
     out->push_back(gravityRemoved(label_, evidence));
@@ -195,7 +195,7 @@ void ImuCheck::checkGravity(std::vector<Finding>* out) const {
 
 void ImuCheck::checkRates(std::vector<Finding>* out) const {
   std::vector<double> rates;
-  for (const Block& b : blocks_) rates.push_back(b.gyro.norm());
+  for (const Block& b : blocks()) rates.push_back(b.gyro.norm());
   const double fast = quantileInPlace(&rates, 0.95);
   if (fast < kFastestRate) return;
   const bool degrees = fast < 57.3 * kFastestRate;
@@ -232,7 +232,7 @@ std::optional<bool> ImuCheck::moves(TimeNs from, TimeNs to) const {
   Vec3 gyro_low = Vec3::Constant(1e300), gyro_high = -gyro_low;
   Vec3 acc_low = gyro_low, acc_high = gyro_high;
   int n = 0;
-  for (const Block& b : blocks_) {
+  for (const Block& b : blocks()) {
     if (b.t < from || b.t + kBlock > to) continue;
     ++n;
     gyro_low = gyro_low.cwiseMin(b.gyro);
@@ -248,7 +248,7 @@ std::optional<bool> ImuCheck::moves(TimeNs from, TimeNs to) const {
 
 bool ImuCheck::forceAxesWrong(const Vec3& gyro_bias, std::vector<Finding>* out) const {
   std::vector<ForceAndTurn> parts;
-  for (const Block& b : blocks_) parts.push_back({b.t, b.gyro - gyro_bias, b.acc});
+  for (const Block& b : blocks()) parts.push_back({b.t, b.gyro - gyro_bias, b.acc});
   const ForceAxes axes = forceAxes(parts);
   if (!axes.wrong && !axes.doubtful) return false;
   out->push_back({axes.wrong ? Severity::unusable : Severity::doubtful, "acc_axes", label_,
@@ -273,8 +273,8 @@ void ImuCheck::checkUp(const Mounting& m, std::vector<Finding>* out) const {
     return;
   }
   Vec3 mean = Vec3::Zero();
-  for (const Block& b : blocks_) mean += b.acc.normalized();
-  const double constant = mean.norm() / static_cast<double>(blocks_.size());
+  for (const Block& b : blocks()) mean += b.acc.normalized();
+  const double constant = mean.norm() / static_cast<double>(blocks().size());
   if (constant < 0.8) return;  // carried about any way up
   // Up, as the camera sees it: y is down, z forward.
   const Vec3 up_C = m.R_B_C.transpose() * mean.normalized();
@@ -346,7 +346,7 @@ std::vector<Finding> ImuCheck::findings(const std::optional<imu::ImuNoise>& give
                        num(highest_spike_),
                    "leave them out before importing; look for bit errors on the way"});
   }
-  if (blocks_.size() < kFewest) return out;
+  if (blocks().size() < kFewest) return out;
   if (columnsSwapped(&out)) return out;
   checkAccelerometer(&out);
   const std::size_t before_rates = out.size();

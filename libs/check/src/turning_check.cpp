@@ -6,6 +6,7 @@
 
 #include "camera_mounting.h"
 #include "lens_fit.h"
+#include "stamp_noise.h"
 #include "text.h"
 #include "turn_axes.h"
 #include "turn_clock.h"
@@ -388,6 +389,9 @@ void TurningCheck::judgeCamera(std::vector<TurnPair> turning, const imu::ImuBuff
   if (!confirmed) return;
   out->gyro_bias = bias;
   if (bias.norm() > kSmallBias) out->findings.push_back(biasFinding(bias, imu_label_));
+  if (camera || !ratio_fits) return;
+  const auto noise = stampNoise(turning, R_C_B, bias, camera_label_);
+  if (noise) out->findings.push_back(*noise);
 }
 
 }  // namespace vir::check

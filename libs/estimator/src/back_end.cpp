@@ -378,6 +378,7 @@ void BackEnd::restart(const std::string& why) {
   rest.reset();
   contradicted_since = 0;
   wrong_stamps_in_a_row = 0;
+  stamp_jitter.reset();
   turning_C.reset();
   running = false;
 }

@@ -8,7 +8,9 @@
 
 #include "camera_timing.h"
 #include "doubts.h"
+#include "old_keyframes.h"
 #include "packet.h"
+#include "stamp_jitter.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 #include "vir/initialization/inertial_alignment.h"
 
@@ -88,6 +90,9 @@ struct BackEnd {
   std::optional<Pose> poseByReadings(TimeNs t, const State& newest);
   /// The state of an image that does not get into the window.
   void leaveOut(const State& predicted, StateEstimate* out) const;
+  /// An image was taken so much later than stamped: where all scatter, the sights are believed less
+  /// along their way, and that is told once.
+  void noteLateness(double late_s);
   /// Says once that the images have the lens otherwise than given.
   void tellLens();
   void rememberSights(const vision::TrackedFrame& frame);
@@ -142,8 +147,8 @@ struct BackEnd {
   std::vector<StateEstimate> results;
   Doubts doubts;
   Elapsed elapsed;
-  std::vector<StampedPose> old_keyframes;
-  std::vector<Landmark> old_landmarks;  // thinned out in a long run
+  OldKeyframes old_keyframes;
+  ThinnedOut<Landmark> old_landmarks{30000};  // 2 MB at most
   std::vector<std::string> warnings;
   std::map<std::string, double> wait_reasons;  // seconds
   std::deque<WrongTracks> wrong_tracks;        // that the tracker may not have heard of
@@ -156,6 +161,7 @@ struct BackEnd {
   Vec3 turning_B = Vec3::Zero();  // before the newest state [rad/s]
   std::optional<Vec3> turning_C;  // of the camera, while they do not fit [rad/s]
   double usual_off_px = 0;        // how far sights are from where readings put them
+  StampJitter stamp_jitter;
   std::unique_ptr<CameraTiming> timing;
   imu::ImuNoise imu_noise;         // as given, or as seen at rest
   int images_since_rotation = 0;   // was looked for
@@ -169,7 +175,7 @@ struct BackEnd {
   std::vector<Eigen::Vector2f> pixels;  // of the features of the last image
   Sights last_sights;
   bool in_gap = false;  // warn once per stretch
-  bool lens_told = false;
+  bool lens_told = false, jitter_told = false;
   TimeNs last_image = 0;  // on the IMU clock
   TimeNs last_usable = 0;
   /// Images at the ends of the last stretch without readings; none once it has been judged.

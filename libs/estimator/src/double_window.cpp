@@ -14,8 +14,6 @@ constexpr double kLostSpeed = 0.5;
 constexpr double kLostPosition = 1.0, kLostYaw = 0.1;
 /// Solver iterations when an anchor has just been found or changed.
 constexpr int kIterationsOnChange = 6;
-/// Landmarks that have left the window: 2 MB.
-constexpr std::size_t kMostOldLandmarks = 60000;
 
 /// Pose between two states: cubic in position (it knows both velocities), slerp in attitude.
 Pose between(const State& a, const State& b, TimeNs t) {
@@ -131,18 +129,11 @@ Eigen::Matrix<double, 6, 6> BackEnd::covarianceInWorld() const {
 
 void BackEnd::collectRetired() {
   for (const window::LongNode& n : long_window.takeRetired()) {
-    old_keyframes.push_back({n.t, n.T_W_B()});
+    old_keyframes.add({n.t, n.T_W_B()});
   }
   for (const Landmark& l : window->takeRetiredLandmarks()) {
-    old_landmarks.push_back({l.id, long_window.pointToWorld(l.p_W)});
+    old_landmarks.add({l.id, long_window.pointToWorld(l.p_W)});
   }
-  if (old_landmarks.size() < kMostOldLandmarks) return;
-  // A robot that flies for hours sees the same again: every other one shows that as well.
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < old_landmarks.size(); i += 2) {
-    old_landmarks[kept++] = old_landmarks[i];
-  }
-  old_landmarks.resize(kept);
 }
 
 std::vector<State> BackEnd::keyframes() const {
@@ -152,7 +143,7 @@ std::vector<State> BackEnd::keyframes() const {
     out.back().t = t;
     out.back().T_W_B = T_W_B;
   };
-  for (const StampedPose& k : old_keyframes) add(k.t, k.T_W_B);
+  for (const StampedPose& k : old_keyframes.kept()) add(k.t, k.T_W_B);
   for (const window::LongNode& n : long_window.nodes()) add(n.t, n.T_W_B());
   if (window) {
     for (const State& s : window->states()) out.push_back(inWorld(s));
@@ -161,7 +152,7 @@ std::vector<State> BackEnd::keyframes() const {
 }
 
 std::vector<Landmark> BackEnd::landmarks() const {
-  std::vector<Landmark> out = old_landmarks;
+  std::vector<Landmark> out = old_landmarks.values();
   if (window) {
     for (const Landmark& l : window->landmarks()) {
       out.push_back({l.id, long_window.pointToWorld(l.p_W)});

@@ -52,6 +52,7 @@ std::optional<window::Resected> BackEnd::contradiction(const State& previous,
   if (rest.standing()) return std::nullopt;
   const double far_px = std::max(kFarPx, kUsual * usual_off_px);
   const window::Resected seen = window->resect(predicted, frame.features, far_px);
+  if (seen.late_s) noteLateness(*seen.late_s);
   if (seen.found.sights < kSightsThatCount) return std::nullopt;
   const double off_px = seen.predicted.median_px;
   if (off_px < far_px || off_px < kBetter * seen.found.median_px) {

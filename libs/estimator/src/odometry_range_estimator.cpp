@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "old_keyframes.h"
 #include "start_sigma.h"
 #include "vir/core/stage_timer.h"
 #include "vir/core/time_bounds.h"
@@ -100,7 +101,7 @@ struct OdometryRangeEstimator::Impl {
   RangeLayer ranges;
   std::vector<window::HeldRange> head_ranges;
   std::vector<StateEstimate> results;
-  std::vector<StampedPose> retired;
+  OldKeyframes retired;
   std::vector<std::string> warnings;
   TimeNs last_t = 0;
   Pose last;
@@ -189,7 +190,7 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   jumped = false;
   head_ranges.clear();
   travelled = Travelled();
-  for (const window::LongNode& n : window.takeRetired()) retired.push_back({n.t, n.T_W_B()});
+  for (const window::LongNode& n : window.takeRetired()) retired.add({n.t, n.T_W_B()});
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
   // The covariances must know the new node before ranges are judged by them.
   window.solve(config.iterations, head_ranges);
@@ -300,11 +301,14 @@ std::vector<StateEstimate> OdometryRangeEstimator::take() {
   return std::exchange(impl_->results, {});
 }
 std::vector<RangeRecord> OdometryRangeEstimator::takeRanges() { return impl_->ranges.take(); }
+std::vector<StampedPose> OdometryRangeEstimator::takeSettled() {
+  return impl_->retired.takeSettled();
+}
 std::vector<Anchor> OdometryRangeEstimator::anchors() const { return impl_->ranges.anchors(); }
 std::optional<SurveyFit> OdometryRangeEstimator::survey() const { return impl_->ranges.survey(); }
 
 std::vector<StampedPose> OdometryRangeEstimator::keyframes() const {
-  std::vector<StampedPose> out = impl_->retired;
+  std::vector<StampedPose> out = impl_->retired.kept();
   if (impl_->window.empty()) return out;
   for (const window::LongNode& n : impl_->window.nodes()) out.push_back({n.t, n.T_W_B()});
   out.push_back({impl_->window.head().t, impl_->window.head().T_W_B()});

@@ -77,6 +77,7 @@ void Vio::finish() {
 void Vio::add(const AnchorRange& range) { estimator_->addAnchorRange(range); }
 
 void Vio::tell() {
+  estimator_->takeSettled();  // keyframes() shows enough of them
   for (const StateEstimate& state : estimator_->take()) {
     if (on_state_) on_state_(state);
   }

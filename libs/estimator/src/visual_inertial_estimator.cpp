@@ -146,6 +146,9 @@ void VisualInertialEstimator::finish() {
 std::vector<StateEstimate> VisualInertialEstimator::take() {
   return std::exchange(impl_->back_end.results, {});
 }
+std::vector<StampedPose> VisualInertialEstimator::takeSettled() {
+  return impl_->back_end.old_keyframes.takeSettled();
+}
 std::vector<RangeRecord> VisualInertialEstimator::takeRanges() {
   return impl_->back_end.ranges.take();
 }

@@ -98,6 +98,20 @@ bool BackEnd::wronglyStamped(const vision::TrackedFrame& frame, const State& pre
   return true;
 }
 
+void BackEnd::noteLateness(double late_s) {
+  stamp_jitter.add(late_s);
+  window->setStampSigma(stamp_jitter.sigma());
+  if (stamp_jitter.sigma() == 0 || jitter_told) return;
+  jitter_told = true;
+  char text[200];
+  std::snprintf(
+      text, sizeof text,
+      "the stamps of the images are off by about %.0f ms, each by itself, by the readings "
+      "of the IMU (from %s): believed accordingly less; stamp them when they are taken",
+      1e3 * stamp_jitter.sigma(), elapsed.text(window->newest().t).c_str());
+  warn(text);
+}
+
 void BackEnd::leaveOut(const State& predicted, StateEstimate* out) const {
   out->state = inWorld(predicted);
   out->covariance = kInflation * covarianceInWorld();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "vir/core/order_statistics.h"
 #include "vir/core/resource_usage.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
@@ -152,7 +151,7 @@ void LiveEstimation::collect() {
       const double ms = 1e3 * toSeconds(hostNow() - arrival->second);
       arrivals_.erase(arrivals_.begin(), std::next(arrival));
       const std::lock_guard<std::mutex> lock(mutex_);
-      latencies_ms_.push_back(static_cast<float>(ms));
+      latencies_.add(ms);
     }
     estimate_ms_ += estimate.ms.total;
   }
@@ -195,20 +194,8 @@ results::RunSummary LiveEstimation::finish() {
 }
 
 Latency LiveEstimation::latency() const {
-  std::vector<float> all;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    all = latencies_ms_;
-  }
-  Latency out;
-  out.count = static_cast<long>(all.size());
-  if (all.empty()) return out;
-  const auto quantile = [&all](double p) { return static_cast<double>(quantileInPlace(&all, p)); };
-  out.median_ms = quantile(0.5);
-  out.p95_ms = quantile(0.95);
-  out.p99_ms = quantile(0.99);
-  out.max_ms = quantile(1);
-  return out;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return latencies_.summary();
 }
 
 long LiveEstimation::imagesDropped() const {

@@ -80,23 +80,4 @@ class KeptRows {
   std::FILE* file_ = nullptr;
 };
 
-/// Evenly thinned out, for pictures: at most twice `shown`.
-template <typename T>
-class ThinnedOut {
- public:
-  explicit ThinnedOut(std::size_t shown) : shown_(shown) {}
-  void add(const T& value) {
-    if (seen_++ % stride_ == 0) kept_.push_back(value);
-    if (kept_.size() < 2 * shown_) return;
-    for (std::size_t i = 0; 2 * i < kept_.size(); ++i) kept_[i] = kept_[2 * i];
-    kept_.resize(shown_);
-    stride_ *= 2;
-  }
-  const std::vector<T>& values() const { return kept_; }
-
- private:
-  std::size_t shown_, seen_ = 0, stride_ = 1;
-  std::vector<T> kept_;
-};
-
 }  // namespace vir::results

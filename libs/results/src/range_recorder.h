@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kept_rows.h"
+#include "vir/core/thinned_out.h"
 #include "vir/results/results_folder.h"
 #include "vir/roles/estimator.h"
 

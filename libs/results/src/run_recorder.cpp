@@ -6,7 +6,7 @@
 
 #include "csv_text.h"
 #include "frame_history.h"
-#include "kept_rows.h"
+#include "long_run.h"
 #include "range_recorder.h"
 #include "report_html.h"
 #include "run_figures.h"
@@ -95,47 +95,7 @@ void relativeErrors(const evaluation::EvaluationResult& result, RunSummary* summ
   }
 }
 
-constexpr std::size_t kShownCalibrations = 4000;
-
-struct PoseRow {
-  TimeNs t;
-  double q[4], p[3];  // x y z w; [m]
-};
-PoseRow rowOf(const StampedPose& pose) {
-  PoseRow row{pose.t, {}, {}};
-  Eigen::Map<Eigen::Vector4d>(row.q) = pose.T_W_B.q.coeffs();
-  Eigen::Map<Vec3>(row.p) = pose.T_W_B.p;
-  return row;
-}
-StampedPose poseOf(const PoseRow& row) {
-  StampedPose pose;
-  pose.t = row.t;
-  pose.T_W_B.q.coeffs() = Eigen::Map<const Eigen::Vector4d>(row.q);
-  pose.T_W_B.p = Eigen::Map<const Vec3>(row.p);
-  return pose;
-}
-
-struct EstimateRow {
-  PoseRow pose;
-  double covariance[9];  // of the position [m^2]
-};
-
-struct CpuRow {
-  TimeNs t;
-  double ms;
-};
-
 }  // namespace
-
-/// What a run brings image by image.
-class LongRun {
- public:
-  explicit LongRun(const std::string& folder) : poses(folder), truth(folder), cpu_ms(folder) {}
-  KeptRows<EstimateRow> poses;
-  KeptRows<PoseRow> truth;
-  KeptRows<CpuRow> cpu_ms;
-  ThinnedOut<roles::CalibrationPoint> calibrations{kShownCalibrations};
-};
 
 RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
     : folder_(folder),
@@ -163,6 +123,7 @@ void RunRecorder::onOutput(const roles::EstimatorOutput& output,
   if (!output.states.empty()) images_->add(output.states.back(), estimator.trackedPixels());
   for (const RangeRecord& range : output.ranges) ranges_->add(range);
   for (const Revision& revision : output.revisions) add(revision);
+  for (const StampedPose& keyframe : output.settled) keepSettled(keyframe);
   for (const roles::CalibrationPoint& point : output.calibrations) {
     long_run_->calibrations.add(point);
   }
@@ -170,6 +131,11 @@ void RunRecorder::onOutput(const roles::EstimatorOutput& output,
 
 void RunRecorder::add(const Revision& revision) {
   for (const StampedPose& k : revision.keyframes) revised_[k.t] = k.T_W_B;
+}
+
+void RunRecorder::keepSettled(const StampedPose& keyframe) {
+  revised_.erase(keyframe.t);
+  long_run_->settled.add(rowOf(keyframe));
 }
 
 void RunRecorder::add(const StateEstimate& estimate) {
@@ -234,8 +200,11 @@ void RunRecorder::checkGroundTruth(RunSummary* summary) {
 }
 
 void RunRecorder::writeKeyframes(const std::vector<StampedPose>& keyframes) {
-  for (const StampedPose& k : keyframes) revised_[k.t] = k.T_W_B;
-  for (const auto& [t, T_W_B] : revised_) {
+  std::map<TimeNs, Pose> all;
+  for (const PoseRow& row : long_run_->settled.all()) all[row.t] = poseOf(row).T_W_B;
+  for (const auto& [t, T_W_B] : revised_) all[t] = T_W_B;
+  for (const StampedPose& k : keyframes) all[k.t] = k.T_W_B;
+  for (const auto& [t, T_W_B] : all) {
     if (isFinite(T_W_B)) {
       smoothed_.push_back({t, T_W_B});
     } else {

@@ -95,6 +95,7 @@ void FeatureTracker::Impl::detect(TrackedFrame* frame) {
 FeatureTracker::FeatureTracker(const TrackerOptions& options,
                                std::shared_ptr<const camera::CameraModel> camera) {
   if (!camera) throw std::invalid_argument("FeatureTracker: no camera model given");
+  options.validate();
   impl_ = std::make_unique<Impl>(options, std::move(camera));
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "linearization.h"
 #include "vir/factors/pose_manifold.h"
@@ -22,8 +23,10 @@ void blockMinus(const double* y, const double* x, int ambient, double* delta) {
 }
 
 Eigen::MatrixXd scaledPseudoInverse(const Eigen::MatrixXd& H, double relative) {
+  // Of a denormal number the inverse would be infinite.
+  constexpr double kLeast = std::numeric_limits<double>::min();
   const Eigen::VectorXd s =
-      H.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 0.0; });
+      H.diagonal().unaryExpr([](double d) { return d >= kLeast ? 1.0 / std::sqrt(d) : 0.0; });
   const Eigen::MatrixXd A = s.asDiagonal() * H * s.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eig(A);
   const Eigen::VectorXd inv =

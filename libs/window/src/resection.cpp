@@ -2,6 +2,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "vir/core/order_statistics.h"
 #include "window_state.h"
@@ -12,12 +13,15 @@ namespace {
 constexpr int kSteps = 8;
 /// Fewer sights give no pose that could contradict anything.
 constexpr std::size_t kFewestSights = 12;
+/// A sight that moves more slowly tells no time [px/s].
+constexpr double kLeastSpeed = 30;
 /// What is further off than this many medians hardly counts.
 constexpr double kMedians = 1.5;
 
 struct Match {
   const WindowLandmark* landmark = nullptr;
   LandmarkSight seen;
+  double speed_px = 0;  ///< along its way [px/s]
 };
 
 class Resection {
@@ -32,6 +36,18 @@ class Resection {
     out.sights = static_cast<int>(off_.size());
     out.median_px = medianInPlace(&off_) * w_.options.sigma_px;
     return out;
+  }
+
+  /// Each sight that moves tells how far it is ahead along its way: the median of them.
+  std::optional<double> late(const Pose& T_W_B) {
+    off_.clear();
+    for (const Match& m : matches_) {
+      const Vec2 way = m.seen.sight.weight * m.seen.sight.by_camera.col(factors::kTimeOffset);
+      if (m.speed_px < kLeastSpeed) continue;
+      off_.push_back(way.dot(residual(m, T_W_B, nullptr)) / way.squaredNorm());
+    }
+    if (off_.size() < kFewestSights) return std::nullopt;
+    return medianInPlace(&off_);
   }
 
   /// Gauss-Newton with Cauchy's weights about the median.
@@ -77,13 +93,14 @@ Resected resect(const WindowState& w, const Pose& predicted,
   for (const vision::FeatureObservation& o : features) {
     const auto at = w.landmarks.find(o.id);
     if (at == w.landmarks.end() || !at->second.has_depth) continue;
-    matches.push_back({&at->second, w.sightOf(o)});
+    matches.push_back({&at->second, w.sightOf(o), (o.dpx_dbearing * o.bearing_rate).norm()});
   }
   Resected out;
   out.T_W_B = predicted;
   const bool enough = matches.size() >= kFewestSights;
   Resection resection(w, std::move(matches));
   out.predicted = out.found = resection.fit(predicted);
+  out.late_s = resection.late(predicted);
   if (!enough || out.predicted.median_px < far_px) return out;
   out.T_W_B = resection.pose(predicted);
   out.found = resection.fit(out.T_W_B);

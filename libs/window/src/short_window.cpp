@@ -29,6 +29,18 @@ State navStateOf(const Frame& f) {
   return s;
 }
 
+/// All sights of an image are off by the same time, as noise of each alone is not: taken for that
+/// much more than it is.
+void WindowState::believeLessAlong(const Vec2& px_rate, Mat23* weight) const {
+  constexpr double kInCommon = 3;
+  const double speed = px_rate.norm();
+  if (!(speed > 0)) return;
+  const Vec2 way = px_rate / speed;
+  const double off_px = kInCommon * stamp_sigma_s * speed;
+  const double less = options.sigma_px / std::hypot(options.sigma_px, off_px);
+  *weight += ((less - 1) * way) * (way.transpose() * *weight).eval();
+}
+
 LandmarkSight WindowState::sightOf(const vision::FeatureObservation& o) const {
   LandmarkSight s;
   s.frame = frames.back().get();
@@ -36,6 +48,7 @@ LandmarkSight WindowState::sightOf(const vision::FeatureObservation& o) const {
   s.off_centre = o.px - Vec2(camera.cx, camera.cy);
   s.sight.bearing = o.bearing;
   s.sight.weight = o.dpx_dbearing / options.sigma_px;
+  if (stamp_sigma_s > 0) believeLessAlong(o.dpx_dbearing * o.bearing_rate, &s.sight.weight);
   s.sight.by_camera =
       factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate, Vec2(camera.cx, camera.cy),
                                s.row, radial_response.at(s.off_centre));
@@ -361,6 +374,7 @@ bool ShortWindow::lensContradicted() const {
 }
 
 void ShortWindow::stampWith(double time_offset_s) { impl_->stamp_offset_s = time_offset_s; }
+void ShortWindow::setStampSigma(double sigma_s) { impl_->stamp_sigma_s = sigma_s; }
 
 Calibration ShortWindow::calibration() const {
   const factors::CameraVector c = impl_->cameraVector();

@@ -152,6 +152,7 @@ struct WindowState {
   bool lens_held = false;        ///< see watchLens()
   int lens_doubts = 0;           ///< keyframes in a row that contradict the lens
   double stamp_offset_s = 0;     ///< time offset that new frames are stamped with
+  double stamp_sigma_s = 0;      ///< of the stamp of each new frame
   double extrinsic[7];
   double camera_parameters[factors::kCameraParameters] = {};
   double imu_intrinsics[imu::kImuIntrinsicsSize] = {};
@@ -180,6 +181,7 @@ struct WindowState {
   bool calibrating() const { return options.calibrate; }
   Frame& newest() { return *frames.back(); }
   LandmarkSight sightOf(const vision::FeatureObservation& o) const;
+  void believeLessAlong(const Vec2& px_rate, Mat23* weight) const;
 };
 
 /// The residuals of (part of) the window, with the cost functions they point to. Only one at a time

@@ -154,7 +154,8 @@ void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& 
 void VirEstimator::finish() { estimator_->finish(); }
 
 roles::EstimatorOutput VirEstimator::take() {
-  roles::EstimatorOutput out{estimator_->take(), estimator_->takeRanges(), {}, {}};
+  roles::EstimatorOutput out{
+      estimator_->take(), estimator_->takeRanges(), {}, {}, estimator_->takeSettled()};
   const auto sigma = estimator_->calibrationSigma();
   if (sigma && !out.states.empty() && out.states.back().valid) {
     out.calibrations.push_back({out.states.back().state.t, estimator_->calibration(), *sigma});

@@ -54,6 +54,46 @@ TEST(TurningCheck, NothingIsWrongWithTheRightCalibration) {
   EXPECT_EQ(seriousKinds(findingsOf(kAsItIs, forward(), off)), Kinds{});
 }
 
+/// 20 s with images at 20 Hz whose stamps are off by up to `by_s`, each by itself.
+std::vector<Finding> withStampsOff(double by_s) {
+  TurningCheck check("IMU0", "CAM0");
+  Random random(4);
+  const auto turned = [](double from, double to) {
+    Mat3 R = Mat3::Identity();
+    for (double t = from; t < to; t += 0.001) R = R * expSO3(rate(t) * std::min(0.001, to - t));
+    return R;
+  };
+  double taken = 0, stamped = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double t = 0.005 * i;
+    check.add(ImuSample{fromSeconds(t), rate(t), Vec3(0, 0, 9.81)});
+    if (i % 10 != 5) continue;
+    const double at = t - 0.03, stamp = at + random.uniform(-by_s, by_s);
+    ImageTurn turn;
+    turn.t0 = fromSeconds(stamped);
+    turn.t1 = fromSeconds(stamp);
+    const Vec3 noise(random.normal(), random.normal(), random.normal());
+    turn.rotation_C = forward().transpose() * logSO3(turned(taken, at)) + 0.0005 * noise;
+    if (taken > 0) check.add(turn);
+    taken = at;
+    stamped = stamp;
+  }
+  return check.findings(forward(), 0);
+}
+
+TEST(TurningCheck, StampsThatScatterAreNamed) {
+  EXPECT_EQ(seriousKinds(withStampsOff(0)), Kinds{});
+  EXPECT_EQ(seriousKinds(withStampsOff(0.002)), Kinds{});
+  const std::vector<Finding> found = withStampsOff(0.01);
+  EXPECT_EQ(seriousKinds(found), Kinds{"jitter"});
+  const auto jitter =
+      std::find_if(found.begin(), found.end(), [](const Finding& f) { return f.kind == "jitter"; });
+  ASSERT_NE(jitter, found.end());
+  // 10 ms to both sides are 5.8 ms.
+  const double told = std::stod(jitter->what.substr(jitter->what.find("about ") + 6));
+  EXPECT_NEAR(told, 5.8, 1.2) << jitter->what;
+}
+
 /// Images stamped `late_s` late, given as `given_s`.
 std::vector<Finding> offsetFound(double late_s, double given_s) {
   TurningCheck check("IMU0", "CAM0");

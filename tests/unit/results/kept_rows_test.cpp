@@ -59,16 +59,5 @@ TEST(KeptRows, SaysThatTheDiskIsFullOrTheFolderGone) {
   EXPECT_EQ(WEXITSTATUS(status), 3);
 }
 
-TEST(ThinnedOut, KeepsThemEvenly) {
-  ThinnedOut<int> thinned(10);
-  for (int i = 0; i < 1000; ++i) thinned.add(i);
-  const std::vector<int>& kept = thinned.values();
-  ASSERT_GE(kept.size(), 10u);
-  ASSERT_LT(kept.size(), 20u);
-  for (std::size_t k = 1; k < kept.size(); ++k) EXPECT_EQ(kept[k] - kept[k - 1], kept[1]);
-  EXPECT_EQ(kept.front(), 0);
-  EXPECT_GT(kept.back(), 900);
-}
-
 }  // namespace
 }  // namespace vir::results

@@ -1,5 +1,7 @@
 #pragma once
 /// Units, columns and noise of an IMU, by itself.
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +10,7 @@
 #include "vir/check/force_sign.h"
 #include "vir/check/imu_clipping.h"
 #include "vir/check/imu_copies.h"
+#include "vir/core/thinned_out.h"
 #include "vir/imu/preintegration.h"
 #include "vir/types/imu_sample.h"
 
@@ -21,10 +24,15 @@ struct Mounting {
   bool as_given = true;           ///< false: found by the images, which is a finding already
 };
 
-/// Memory: four entries a second.
+/// Memory: four entries a second of what is kept of the stream.
 class ImuCheck {
  public:
-  explicit ImuCheck(std::string label) : label_(std::move(label)) {}
+  enum class Keeps {
+    all,
+    evenly,  ///< beyond half an hour stretches of 16 s, rarer as the stream grows: for live use
+  };
+  explicit ImuCheck(std::string label, Keeps keeps = Keeps::all)
+      : label_(std::move(label)), blocks_(keeps == Keeps::all ? kAll : kHalfOfMost, kTogether) {}
   void add(const ImuSample& sample);
 
   /// Whether it moves between two times of its clock, shaking aside; nothing where it says too
@@ -61,8 +69,12 @@ class ImuCheck {
   void checkUp(const Mounting& mounting, std::vector<Finding>* out) const;
   void noteNoise(const std::optional<imu::ImuNoise>& given, std::vector<Finding>* out) const;
 
+  static constexpr std::size_t kAll = SIZE_MAX / 4, kHalfOfMost = 3600 / 64 * 64, kTogether = 64;
+
+  const std::vector<Block>& blocks() const { return blocks_.values(); }
+
   std::string label_;
-  std::vector<Block> blocks_;
+  ThinnedOut<Block> blocks_;
   ImuClipping clipping_;
   ImuCopies copies_;
   std::vector<ImuSample> open_;  ///< of the block that is being filled

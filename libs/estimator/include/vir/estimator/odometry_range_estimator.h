@@ -65,10 +65,13 @@ class OdometryRangeEstimator {
   void anchorDeployed(std::uint64_t id, const Vec3& p_B, double sigma_m);
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();
+  /// Nodes that left the window since this was last asked: they do not change any more.
+  std::vector<StampedPose> takeSettled();
   std::vector<Anchor> anchors() const;
   /// How the survey of the anchors lies in W; empty without one.
   std::optional<SurveyFit> survey() const;
-  /// Nodes as last seen, in W.
+  /// Nodes as last seen, in W. Beyond some thousand those that left the window are evenly thinned
+  /// out, so that memory does not grow for hours.
   std::vector<StampedPose> keyframes() const;
   std::vector<std::pair<std::string, long>> counters() const;
   const std::vector<std::string>& warnings() const;

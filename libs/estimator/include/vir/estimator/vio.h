@@ -56,7 +56,7 @@ class Vio {
   std::vector<Anchor> anchors() const;
   /// How the survey of the anchors (EstimatorConfig's ranges.survey) lies in W; empty without one.
   std::optional<SurveyFit> survey() const;
-  /// Keyframes as the windows last saw them, in W.
+  /// Keyframes as the windows last saw them, in W; of hours ago not all.
   std::vector<StampedPose> keyframes() const;
   /// Map points that left the window since the start, and those in it, in W.
   std::vector<Landmark> landmarks() const;

@@ -98,13 +98,17 @@ class VisualInertialEstimator {
   void finish();
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();
+  /// Keyframes that left the long window since this was last asked: they do not change any more.
+  std::vector<StampedPose> takeSettled();
   std::vector<Anchor> anchors() const;
   /// How the survey of the anchors lies in W; empty without one.
   std::optional<SurveyFit> survey() const;
   std::vector<std::pair<std::string, long>> rangeCounters() const;
 
-  /// Keyframes that left the long window, then those in it and in the short one; in W.
+  /// Keyframes that left the long window, then those in it and in the short one; in W. Beyond some
+  /// thousand those that left are evenly thinned out, so that memory does not grow for hours.
   std::vector<State> keyframes() const;
+  /// Map points that left the window (evenly thinned out beyond 60000), and those in it.
   std::vector<Landmark> landmarks() const;
   /// Where features were seen in the last image [px].
   const std::vector<Eigen::Vector2f>& trackedPixels() const;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "vir/live/acquisition.h"
+#include "vir/live/latency.h"
 #include "vir/live/pose_propagator.h"
 #include "vir/results/results_folder.h"
 #include "vir/results/run_recorder.h"
@@ -32,12 +33,6 @@ struct LiveEstimationHooks {
   std::function<void(const State&, const Vec3& rate_B)> on_pose;
   /// Not owned. onOutput() comes from the thread that made the estimates; no two calls at a time.
   std::vector<results::RunObserver*> observers;
-};
-
-/// From the arrival of an image to its pose.
-struct Latency {
-  long count = 0;
-  double median_ms = 0, p95_ms = 0, p99_ms = 0, max_ms = 0;
 };
 
 /// Estimates while sensors deliver, in one or two threads of its own, and writes the files of a
@@ -85,7 +80,7 @@ class LiveEstimation {
   long dropped_ = 0;
   bool closing_ = false;
   std::string problem_;
-  std::vector<float> latencies_ms_;
+  LatencyCounter latencies_;
   std::mutex results_mutex_;           // of the recorder and:
   std::map<TimeNs, TimeNs> arrivals_;  // of images handed to the estimator, by stamp
   double estimate_ms_ = 0;

@@ -126,6 +126,7 @@ class RunRecorder final : public RunObserver {
  private:
   void add(const StateEstimate& estimate);
   void add(const Revision& revision);
+  void keepSettled(const StampedPose& keyframe);
   void writePose(const StateEstimate& estimate);
   void fetchLongRun();
   void writeKeyframes(const std::vector<StampedPose>& keyframes);
@@ -147,7 +148,7 @@ class RunRecorder final : public RunObserver {
   std::unique_ptr<FrameHistory> history_;
   std::unique_ptr<Thumbnails> images_;
   TimeNs first_frame_ = 0;
-  std::map<TimeNs, Pose> revised_;  // keyframes as they were last told of
+  std::map<TimeNs, Pose> revised_;  // keyframes as they were last told of, until they settle
   std::optional<StampedPose> last_pose_;
   std::optional<TimeNs> first_estimate_;
   TimeNs last_truth_ = 0;

@@ -65,6 +65,8 @@ struct EstimatorOutput {
   std::vector<RangeRecord> ranges;
   std::vector<Revision> revisions;
   std::vector<CalibrationPoint> calibrations;  ///< only of what is estimated
+  /// Keyframes that will not change any more. Whoever wants all of a long run keeps them from here.
+  std::vector<StampedPose> settled{};
 };
 
 /// A working estimator. The caller keeps time order per sensor.
@@ -77,9 +79,9 @@ class Estimator {
   /// The input has ended: process what is queued.
   virtual void finish() = 0;
   virtual EstimatorOutput take() = 0;
-  /// Map points that left the window since the start, and those in it.
+  /// Map points that left the window since the start, and those in it; in a long run not all.
   virtual std::vector<Landmark> landmarks() const = 0;
-  /// Keyframes as the window last saw them.
+  /// Keyframes as the window last saw them; of hours ago not all.
   virtual std::vector<StampedPose> keyframes() const = 0;
   /// Anchors ordered by id; none if the estimator uses no ranges.
   virtual std::vector<Anchor> anchors() const { return {}; }

@@ -62,6 +62,7 @@ struct TrackedFrame {
 
 class FeatureTracker {
  public:
+  /// Throws std::invalid_argument without a camera or for an option that is not allowed.
   FeatureTracker(const TrackerOptions& options, std::shared_ptr<const camera::CameraModel> camera);
   ~FeatureTracker();
   /// Follows the features into `gray` (CV_8UC1; not kept, not modified). `R_C0_C1` takes

@@ -30,6 +30,9 @@ struct Resected {
   Pose T_W_B;          ///< as predicted where the sights fit that, or are too few
   SightFit predicted;  ///< at the prediction
   SightFit found;      ///< at T_W_B
+  /// By how much the sights that move are ahead of the prediction along their way [s]: the image
+  /// was taken so much later than predicted for. Empty where too few move.
+  std::optional<double> late_s;
 };
 
 /// What becomes of the lens' radial coefficients.
@@ -181,6 +184,9 @@ class ShortWindow {
   void setCalibration(const Calibration& calibration);
   /// The frames given from now on are stamped with this offset, near the estimated one.
   void stampWith(double time_offset_s);
+  /// Stamps of the images given from now on are off by about so much, each by itself [s]: what
+  /// moves in them is believed accordingly less along its way.
+  void setStampSigma(double sigma_s);
   /// As estimated by now.
   Calibration calibration() const;
   /// The sights are sure that the lens is another than given (LensMode::watched).
