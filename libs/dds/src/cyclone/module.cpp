@@ -1,0 +1,7 @@
+/// What the program finds in the shared object.
+#include "cyclone/cyclone_link.h"
+
+extern "C" __attribute__((visibility("default"))) vir::dds::Link* virOpenDdsLink(
+    const vir::dds::LinkOptions& options, const vir::LogSink& log) {
+  return vir::dds::openCycloneLink(options, log).release();
+}
