@@ -18,6 +18,16 @@ void putState(Json* json, const State& state) {
   (*json)["v"] = array(state.v);
 }
 
+/// Of its position in this robot's world [m].
+Vec3 sigmaOfPeer(const team::TransformSolution& s, const team::KnownPose& told) {
+  Eigen::Matrix<double, 3, 4> J;  // by yaw, x, y, z
+  const Mat3 R = rotZ(s.T_A_B.yaw_rad);
+  J << Vec3::UnitZ().cross(R * told.T_W_B.p), Mat3::Identity();
+  const Mat3 C =
+      J * s.covariance * J.transpose() + R * told.covariance.topLeftCorner<3, 3>() * R.transpose();
+  return C.diagonal().cwiseMax(0).cwiseSqrt();
+}
+
 std::string text(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -69,6 +79,32 @@ std::string surveyLine(TimeNs t, const SurveyFit& survey) {
   json["sigma_yaw"] = found ? Json(sigma[0]) : Json(nullptr);
   json["sigma_t"] = found ? array(sigma.tail<3>()) : Json(nullptr);
   json["open"] = survey.open;
+  return text(json);
+}
+
+std::string peerLine(TimeNs t, const team::PeerResult& peer) {
+  Json json;
+  json["type"] = "peer";
+  json["t_ns"] = t;
+  json["id"] = peer.id;
+  const team::TransformAnswer& answer = peer.transform.answer;
+  json["status"] = name(answer.status);
+  json["reason"] = answer.reason;
+  json["open"] = Json::array();
+  if (answer.height_open) json["open"].push_back("z");
+  const bool placed = answer.status == team::TransformStatus::unique;
+  const team::TransformSolution s = placed ? answer.solutions[0] : team::TransformSolution();
+  const Eigen::Vector4d sigma = s.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  json["yaw"] = placed ? Json(s.T_A_B.yaw_rad) : Json(nullptr);
+  json["t"] = placed ? array(s.T_A_B.t_m) : Json(nullptr);
+  json["sigma_yaw"] = placed ? Json(sigma[0]) : Json(nullptr);
+  json["sigma_t"] = placed ? array(sigma.tail<3>()) : Json(nullptr);
+  json["told_t_ns"] = peer.told ? Json(peer.told->t) : Json(nullptr);
+  const bool known = placed && peer.told;
+  const Pose T = known ? s.T_A_B.pose() * peer.told->T_W_B : Pose();
+  json["p"] = known ? array(T.p) : Json(nullptr);
+  json["sigma_p"] = known ? array(sigmaOfPeer(s, *peer.told)) : Json(nullptr);
+  json["q"] = known ? Json{T.q.x(), T.q.y(), T.q.z(), T.q.w()} : Json(nullptr);
   return text(json);
 }
 
