@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 #include <vector>
 
@@ -290,6 +291,37 @@ TEST_F(TeamLive, OverABadNetwork) {
   EXPECT_GT(counters["team_lost"], 20);
   EXPECT_GT(counters["team_repeated"], 5);
   EXPECT_GT(counters["team_reordered"], 20);
+}
+
+/// As a node of ROS 2 on the same domain sees a run, without our code.
+TEST_F(TeamLive, Ros2SeesTheTrajectory) {
+  const std::string out = at("seen");
+  std::string call = quoted(test::buildDir() + "/bin/vir_test_dds_ros_listener") + " " + domain() +
+                     " /a > " + quoted(out) + " & pid=$!; " +
+                     quoted(test::buildDir() + "/bin/vir-slam") + " record " +
+                     quoted(test::sourceDir() + "/ini/live_replay.ini") + " --out " +
+                     quoted(at("a.rawlog")) + " --results " + quoted(at("a")) +
+                     " --duration-s 5 --set Dds.ros2=true --set Dds.ros2_namespace=a" +
+                     " --set Dds.domain=" + domain() + "; code=$?; kill $pid; exit $code";
+  const test::Outcome outcome = test::shell(call);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_TRUE(contains(outcome.text, "topics of ROS 2 on domain")) << outcome.text;
+  std::ifstream in(at("a/trajectory.tum"));
+  evaluation::ReadReport report;
+  std::map<TimeNs, Vec3> path;
+  for (const StampedPose& pose : evaluation::readTum(in, &report)) path[pose.t] = pose.T_W_B.p;
+  std::istringstream lines(test::readText(out));
+  int compared = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const Json m = Json::parse(line, nullptr, false);
+    if (m.is_discarded() || m.value("topic", "") != "odometry") continue;
+    EXPECT_EQ(m["frame"], "a/world");
+    const auto there = path.find(m["s"].get<TimeNs>() * 1'000'000'000 + m["ns"].get<TimeNs>());
+    ASSERT_NE(there, path.end()) << line;
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(m["p"][i].get<double>(), there->second[i], 1e-8);
+    ++compared;
+  }
+  EXPECT_GT(compared, 60);
 }
 
 }  // namespace

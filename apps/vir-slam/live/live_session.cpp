@@ -13,6 +13,7 @@
 #include "live/foxglove_stream.h"
 #include "live/live_view.h"
 #include "live/pose_stream.h"
+#include "live/ros_stream.h"
 #include "output/console.h"
 #include "recordings/check_observer.h"
 #include "robots/team_on_air.h"
@@ -105,10 +106,12 @@ class LiveSession final : public results::RunObserver {
       if (foxglove_) foxglove_->onLog(level, text);
     };
     plan_.peers.follow(log_, &hooks.observers, [this](TimeNs t, const auto& peers) {
+      if (ros_) ros_->onPeers(peers);
       if (!server_) return;
       for (const team::PeerResult& peer : peers) server_->send(peerLine(t, peer));
     });
     if (team_) hooks.observers.push_back(team_.get());
+    if (ros_) hooks.observers.push_back(ros_.get());
     hooks.observers.push_back(this);
     hooks.observers.push_back(&check_observer_);
     if (foxglove_) hooks.observers.push_back(foxglove_.get());
@@ -127,13 +130,15 @@ class LiveSession final : public results::RunObserver {
   }
 
   void openTeam() {
-    if (options_.dds.robot < 0) return;
+    if (options_.dds.robot < 0 && !options_.dds.ros2) return;
     if (!options_.estimate) {
-      log_(LogLevel::warning,
-           "Dds.robot is of no use without --estimate: there is nothing to tell");
+      log_(LogLevel::warning, "[Dds] is of no use without --estimate: there is nothing to tell");
       return;
     }
-    team_ = std::make_unique<TeamOnAir>(options_.dds, plan_.peers.label(), log_);
+    if (options_.dds.robot >= 0) {
+      team_ = std::make_unique<TeamOnAir>(options_.dds, plan_.peers.label(), log_);
+    }
+    if (options_.dds.ros2) ros_ = std::make_unique<RosStream>(options_.dds, log_);
   }
 
   /// What sensors and other robots say.
@@ -303,6 +308,7 @@ class LiveSession final : public results::RunObserver {
     }
     if (autopilot_) std::printf("%s\n", autopilot_->report().c_str());
     if (team_) std::printf("%s\n", team_->report().c_str());
+    if (ros_) std::printf("%s\n", ros_->report().c_str());
     if (foxglove_) std::printf("%s\n", foxglove_->report().c_str());
     for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
   }
@@ -358,6 +364,7 @@ class LiveSession final : public results::RunObserver {
   std::unique_ptr<AutopilotLink> autopilot_;
   std::unique_ptr<FoxgloveStream> foxglove_;
   std::unique_ptr<TeamOnAir> team_;
+  std::unique_ptr<RosStream> ros_;
   std::unique_ptr<LiveView> view_;
   std::atomic<bool> view_failed_{false};  // asked by the thread of the estimation, so before that
   std::unique_ptr<live::LiveEstimation> estimation_;

@@ -18,16 +18,6 @@ void putState(Json* json, const State& state) {
   (*json)["v"] = array(state.v);
 }
 
-/// Of its position in this robot's world [m].
-Vec3 sigmaOfPeer(const team::TransformSolution& s, const team::KnownPose& told) {
-  Eigen::Matrix<double, 3, 4> J;  // by yaw, x, y, z
-  const Mat3 R = rotZ(s.T_A_B.yaw_rad);
-  J << Vec3::UnitZ().cross(R * told.T_W_B.p), Mat3::Identity();
-  const Mat3 C =
-      J * s.covariance * J.transpose() + R * told.covariance.topLeftCorner<3, 3>() * R.transpose();
-  return C.diagonal().cwiseMax(0).cwiseSqrt();
-}
-
 std::string text(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -100,11 +90,12 @@ std::string peerLine(TimeNs t, const team::PeerResult& peer) {
   json["sigma_yaw"] = placed ? Json(sigma[0]) : Json(nullptr);
   json["sigma_t"] = placed ? array(sigma.tail<3>()) : Json(nullptr);
   json["told_t_ns"] = peer.told ? Json(peer.told->t) : Json(nullptr);
-  const bool known = placed && peer.told;
-  const Pose T = known ? s.T_A_B.pose() * peer.told->T_W_B : Pose();
-  json["p"] = known ? array(T.p) : Json(nullptr);
-  json["sigma_p"] = known ? array(sigmaOfPeer(s, *peer.told)) : Json(nullptr);
-  json["q"] = known ? Json{T.q.x(), T.q.y(), T.q.z(), T.q.w()} : Json(nullptr);
+  const auto there = team::poseInOwnWorld(peer);
+  json["p"] = there ? array(there->T_W_B.p) : Json(nullptr);
+  json["sigma_p"] =
+      there ? array(there->covariance.diagonal().head<3>().cwiseMax(0).cwiseSqrt()) : Json(nullptr);
+  const Quat q = there ? there->T_W_B.q : Quat::Identity();
+  json["q"] = there ? Json{q.x(), q.y(), q.z(), q.w()} : Json(nullptr);
   return text(json);
 }
 

@@ -28,4 +28,15 @@ void* functionOf(const char* object, const char* name) {
   return function;
 }
 
+void* functionOfDds(const char* name) {
+  try {
+    return functionOf("libvir_dds_module.so", name);
+  } catch (const std::runtime_error& e) {
+    throw std::runtime_error(
+        std::string("[Dds] asks for DDS, which this program was built without (build it with "
+                    "cyclonedds-dev and cyclonedds-tools installed): ") +
+        e.what());
+  }
+}
+
 }  // namespace vir::app

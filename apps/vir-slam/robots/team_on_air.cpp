@@ -21,16 +21,7 @@ constexpr TimeNs kAnchorsEvery = 1'000'000'000;
 constexpr double kLongestPause = 1;  // [s] in which the own time goes on without a state
 
 std::unique_ptr<dds::Link> open(const dds::LinkOptions& options, const LogSink& log) {
-  dds::OpenLink open_link = nullptr;
-  try {
-    open_link =
-        reinterpret_cast<dds::OpenLink>(functionOf("libvir_dds_module.so", "virOpenDdsLink"));
-  } catch (const std::runtime_error& e) {
-    throw std::runtime_error(
-        std::string("Dds.robot is set, but this program has no DDS (build it with cyclonedds-dev "
-                    "and cyclonedds-tools installed): ") +
-        e.what());
-  }
+  const auto open_link = reinterpret_cast<dds::OpenLink>(functionOfDds("virOpenDdsLink"));
   return std::unique_ptr<dds::Link>(open_link(options, log));
 }
 

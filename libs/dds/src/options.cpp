@@ -25,6 +25,9 @@ void describe(OptionVisitor& v, LinkOptions& o) {
   v.value("rate_hz", o.rate_hz, {0.1, 50}, "of the own pose to the others");
   v.value("security", o.security,
           "folder of certificates and permissions as in an enclave of ROS 2; empty: none");
+  v.value("ros2", o.ros2, "pose as standard topics of ROS 2, with or without a team");
+  v.value("ros2_namespace", o.ros2_namespace,
+          "before the names of these topics and frames; empty: none");
   v.value("config", o.config,
           "XML file of Cyclone DDS in place of interface, multicast and peers; empty: these");
 }

@@ -1,6 +1,5 @@
 /// The team over DDS, with robots that are processes of their own.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -11,47 +10,17 @@
 
 #include "cyclone/cyclone_link.h"
 #include "cyclone/report_sample.h"
+#include "program.h"
 #include "team_on_a_line.h"
 #include "vir/team/peer_inbox.h"
-#include "vir_test_paths.h"
 
 namespace vir::dds {
 namespace {
 
-/// Tests of other checkouts may run at the same time.
-int ownDomain() { return 1 + getpid() % 100; }
+using test::ownDomain;
+using test::Program;
+
 std::string ownTeam() { return "team" + std::to_string(getpid()); }
-
-/// A program of tests/unit/dds.
-class Program {
- public:
-  Program(const std::string& name, std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), test::buildDir() + "/bin/" + name);
-    std::vector<char*> argv;
-    for (std::string& a : arguments) argv.push_back(a.data());
-    argv.push_back(nullptr);
-    pid_ = fork();
-    if (pid_ == 0) {
-      execv(argv[0], argv.data());
-      _exit(126);
-    }
-  }
-  ~Program() {
-    if (!ended_) end(SIGKILL);
-  }
-  /// Exit code, or -signal.
-  int end(int signal = 0) {
-    if (signal != 0) kill(pid_, signal);
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    ended_ = true;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
-
- private:
-  pid_t pid_ = -1;
-  bool ended_ = false;
-};
 
 std::vector<std::string> robot(int number, int reports, const std::string& fault = "",
                                const std::string& team = ownTeam(), int domain = ownDomain()) {

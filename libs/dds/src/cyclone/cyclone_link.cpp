@@ -2,11 +2,9 @@
 #include "cyclone/cyclone_link.h"
 
 #include <atomic>
-#include <mutex>
 
-#include "cyclone/dds_entities.h"
+#include "cyclone/domain.h"
 #include "cyclone/report_sample.h"
-#include "cyclone/security.h"
 
 namespace vir::dds {
 namespace {
@@ -30,18 +28,23 @@ Qos reportQos(std::int32_t keeps) {
 
 class CycloneLink final : public Link {
  public:
-  CycloneLink(const LinkOptions& o, LogSink log) : log_(std::move(log)) {
-    dds_set_log_sink(&CycloneLink::onLog, this);
-    try {
-      open(o);
-    } catch (const std::runtime_error& e) {
-      dds_set_log_sink(nullptr, nullptr);
-      const std::lock_guard<std::mutex> lock(log_mutex_);
-      throw std::runtime_error(e.what() + (last_said_.empty() ? "" : " (" + last_said_ + ")"));
-    }
-    opened_ = true;
+  CycloneLink(const LinkOptions& o, const LogSink& log) : domain_(Domain::of(o, log)) {
+    const dds_entity_t p = domain_->participant();
+    topic_ = Entity(dds_create_topic(p, &vir_team_Report_desc, kTopic, nullptr, nullptr), "topic");
+    const Qos group = newQos();
+    if (!o.team.empty()) dds_qset_partition1(group.get(), o.team.c_str());
+    publisher_ = Entity(dds_create_publisher(p, group.get(), nullptr), "publisher");
+    subscriber_ = Entity(dds_create_subscriber(p, group.get(), nullptr), "subscriber");
+    const Qos out = reportQos(kWriterKeeps), in = reportQos(kReaderKeeps);
+    dds_qset_lifespan(out.get(), kUseful);
+    // What this program tells is not for itself.
+    dds_qset_ignorelocal(out.get(), DDS_IGNORELOCAL_PARTICIPANT);
+    dds_qset_ignorelocal(in.get(), DDS_IGNORELOCAL_PARTICIPANT);
+    writer_ =
+        checked(dds_create_writer(publisher_.get(), topic_.get(), out.get(), nullptr), "writer");
+    reader_ =
+        checked(dds_create_reader(subscriber_.get(), topic_.get(), in.get(), nullptr), "reader");
   }
-  ~CycloneLink() override { dds_set_log_sink(nullptr, nullptr); }
 
   bool send(const team::PeerReport& report) override {
     const ReportSample sample(report);
@@ -88,52 +91,8 @@ class CycloneLink final : public Link {
   }
 
  private:
-  void open(const LinkOptions& o) {
-    const auto domain = static_cast<dds_domainid_t>(o.domain);
-    domain_ = Entity(dds_create_domain(domain, domainConfig(o).c_str()),
-                     "domain " + std::to_string(o.domain) + " on interface " + o.interface);
-    const Qos participant = newQos();
-    if (!o.security.empty()) secure(participant.get(), o.security);
-    participant_ =
-        Entity(dds_create_participant(domain, participant.get(), nullptr), "participant");
-    const dds_entity_t p = participant_.get();
-    const dds_entity_t topic =
-        checked(dds_create_topic(p, &vir_team_Report_desc, kTopic, nullptr, nullptr), "topic");
-    const Qos group = newQos();
-    if (!o.team.empty()) dds_qset_partition1(group.get(), o.team.c_str());
-    const dds_entity_t publisher =
-        checked(dds_create_publisher(p, group.get(), nullptr), "publisher");
-    const dds_entity_t subscriber =
-        checked(dds_create_subscriber(p, group.get(), nullptr), "subscriber");
-    const Qos out = reportQos(kWriterKeeps), in = reportQos(kReaderKeeps);
-    dds_qset_lifespan(out.get(), kUseful);
-    // What this program tells is not for itself.
-    dds_qset_ignorelocal(out.get(), DDS_IGNORELOCAL_PARTICIPANT);
-    dds_qset_ignorelocal(in.get(), DDS_IGNORELOCAL_PARTICIPANT);
-    writer_ = checked(dds_create_writer(publisher, topic, out.get(), nullptr), "writer");
-    reader_ = checked(dds_create_reader(subscriber, topic, in.get(), nullptr), "reader");
-  }
-
-  /// In any thread of DDS.
-  static void onLog(void* self, const dds_log_data_t* data) {
-    auto* link = static_cast<CycloneLink*>(self);
-    std::string text(data->message, data->size);
-    while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-    const std::lock_guard<std::mutex> lock(link->log_mutex_);
-    link->last_said_ = text;
-    if (link->opened_) log(link->log_, LogLevel::warning, "DDS: " + text);
-  }
-
-  static dds_entity_t checked(dds_entity_t handle, const std::string& what) {
-    if (handle < 0) throw std::runtime_error("DDS: no " + what + ": " + dds_strretcode(-handle));
-    return handle;
-  }
-
-  LogSink log_;
-  std::mutex log_mutex_;  // of what DDS says
-  std::string last_said_;
-  std::atomic<bool> opened_{false};
-  Entity domain_, participant_;  // with all that is in it
+  std::shared_ptr<Domain> domain_;
+  Entity topic_, publisher_, subscriber_;  // with what is in them
   dds_entity_t writer_ = 0, reader_ = 0;
   std::atomic<long> sent_{0}, not_sent_{0}, received_{0};
 };

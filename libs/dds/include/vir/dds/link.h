@@ -20,7 +20,9 @@ struct LinkOptions {
   std::string team;   ///< partition; empty: the one without a name
   double rate_hz = 10;
   std::string security;  ///< folder; empty: none
-  std::string config;    ///< a file of Cyclone DDS; empty: what is above
+  bool ros2 = false;     ///< standard topics as well
+  std::string ros2_namespace;
+  std::string config;  ///< a file of Cyclone DDS; empty: what is above
 };
 void describe(OptionVisitor& v, LinkOptions& o);
 

@@ -17,4 +17,8 @@ struct PeerResult {
   std::optional<KnownPose> told;  ///< its newest pose, in its own world; empty: it tells none
 };
 
+/// Where it was when it last told its pose, in this robot's world; empty as long as the transform
+/// is not unique. Its own attitude is taken as exact but for what the transform adds.
+std::optional<KnownPose> poseInOwnWorld(const PeerResult& peer);
+
 }  // namespace vir::team
