@@ -1,6 +1,6 @@
 /// A robot of a team as a process of its own: tells where it is along a line. What is wrong with it
 /// is asked for by name.
-///   vir_test_dds_robot NUMBER DOMAIN TEAM REPORTS RATE_HZ [FAULT]
+///   vir_test_dds_robot NUMBER DOMAIN TEAM REPORTS RATE_HZ [FAULT [SECURITY]]
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   options.robot = std::atoi(argv[1]);
   options.domain = std::atoi(argv[2]);
   options.team = argv[3];
+  if (argc > 7) options.security = argv[7];
   const int reports = std::atoi(argv[4]);
   const double period_s = 1 / std::atof(argv[5]);
   const auto link = dds::openCycloneLink(options);

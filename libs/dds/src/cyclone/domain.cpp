@@ -6,6 +6,11 @@
 #include "cyclone/security.h"
 
 namespace vir::dds {
+namespace {
+
+constexpr std::size_t kMostTexts = 50;  // of DDS that are logged
+
+}  // namespace
 
 dds_entity_t checked(dds_entity_t handle, const std::string& what) {
   if (handle < 0) throw std::runtime_error("DDS: no " + what + ": " + dds_strretcode(-handle));
@@ -47,7 +52,9 @@ void Domain::onLog(void* self, const dds_log_data_t* data) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
   const std::lock_guard<std::mutex> lock(domain->mutex_);
   domain->last_said_ = text;
-  if (domain->opened_) log(domain->log_, LogLevel::warning, "DDS: " + text);
+  // A stranger who tries again and again is told of once.
+  const bool new_text = domain->said_.size() < kMostTexts && domain->said_.insert(text).second;
+  if (domain->opened_ && new_text) log(domain->log_, LogLevel::warning, "DDS: " + text);
 }
 
 }  // namespace vir::dds

@@ -2,6 +2,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 
 #include "cyclone/dds_entities.h"
@@ -28,6 +29,7 @@ class Domain {
   LogSink log_;
   std::mutex mutex_;  // of what DDS says
   std::string last_said_;
+  std::set<std::string> said_;
   std::atomic<bool> opened_{false};
   Entity domain_, participant_;
 };
