@@ -95,6 +95,20 @@ function(vir_plugin name)
   vir_compile_options(vir_plugin_${name})
 endfunction()
 
+# vir_module(NAME SOURCES ... DEPENDS ...): a part of the program with libraries that nobody else needs, opened
+# when it is asked for; beside the folder of the plugins.
+cmake_path(GET VIR_PLUGIN_DIR PARENT_PATH VIR_MODULE_DIR)
+function(vir_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_library(${name} MODULE ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS})
+  set_target_properties(${name} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${VIR_MODULE_DIR})
+  vir_find_libraries_from(${name} ${VIR_MODULE_DIR})
+  install(TARGETS ${name} LIBRARY DESTINATION ${VIR_MODULE_DIR} COMPONENT program)
+  set_property(GLOBAL APPEND PROPERTY VIR_INSTALLED ${name})
+  vir_compile_options(${name})
+endfunction()
+
 # vir_program(NAME): installs a program, with its man pages and completion made from its --help.
 function(vir_program name)
   vir_find_libraries_from(${name} ${CMAKE_INSTALL_BINDIR})

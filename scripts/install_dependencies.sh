@@ -18,6 +18,7 @@ packages=(
   libcli11-dev nlohmann-json3-dev libyaml-cpp-dev
   libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev  # bags of ROS and MCAP
   libwebsocketpp-dev                    # Foxglove; headers only
+  cyclonedds-dev cyclonedds-tools       # a team over DDS; the rest is built without them too
   libgtest-dev
 )
 dev_packages=(clang clang-format clang-tidy libbenchmark-dev ccache debootstrap gcovr doxygen)

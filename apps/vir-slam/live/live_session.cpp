@@ -13,8 +13,10 @@
 #include "live/foxglove_stream.h"
 #include "live/live_view.h"
 #include "live/pose_stream.h"
+#include "live/ros_stream.h"
 #include "output/console.h"
 #include "recordings/check_observer.h"
+#include "robots/team_on_air.h"
 #include "vir/core/ini_writer.h"
 #include "vir/live/acquisition.h"
 #include "vir/live/line_server.h"
@@ -47,7 +49,8 @@ class LiveSession final : public results::RunObserver {
       : plan_(plan),
         options_(plan.options),
         log_(consoleLog(plan.verbose)),
-        acquisition_(plan.settings, "", {}, log_) {}
+        acquisition_(plan.settings, "", {}, log_),
+        sensors_(acquisition_.sensors().size()) {}
 
   bool run() {
     rawlog::LiveRecording::requireNew(
@@ -55,19 +58,21 @@ class LiveSession final : public results::RunObserver {
     if (options_.estimate && !options_.mavlink.port.empty()) {
       autopilot_ = std::make_unique<AutopilotLink>(options_.mavlink, log_);
     }
+    openTeam();
     live::LiveMergerOptions merging;
     merging.delay = fromSeconds(options_.delay_s);
-    const std::size_t sensors = acquisition_.sensors().size();
     acquisition_.start();
     startEstimation();
-    recorder_ = std::make_unique<live::LiveRecorder>(options_.out, options_.file, merging, sensors);
+    // The last one is what the other robots tell.
+    recorder_ =
+        std::make_unique<live::LiveRecorder>(options_.out, options_.file, merging, sensors_ + 1);
     for (const std::string& line : plan_.calibration.said()) std::printf("%s\n", line.c_str());
-    std::printf("recording %zu sensors to %s; Ctrl-C ends it\n", sensors, options_.out.c_str());
+    std::printf("recording %zu sensors to %s; Ctrl-C ends it\n", sensors_, options_.out.c_str());
     std::fflush(stdout);
     started_ = SteadyClock::now();
     loop();
     acquisition_.stop();
-    pass(acquisition_.take(0));
+    pass(take(0));
     const bool sound = closeRecording();
     report();
     const bool any = anythingRecorded();
@@ -100,7 +105,13 @@ class LiveSession final : public results::RunObserver {
       log_(level, text);
       if (foxglove_) foxglove_->onLog(level, text);
     };
-    plan_.peers.follow(log_, &hooks.observers);
+    plan_.peers.follow(log_, &hooks.observers, [this](TimeNs t, const auto& peers) {
+      if (ros_) ros_->onPeers(peers);
+      if (!server_) return;
+      for (const team::PeerResult& peer : peers) server_->send(peerLine(t, peer));
+    });
+    if (team_) hooks.observers.push_back(team_.get());
+    if (ros_) hooks.observers.push_back(ros_.get());
     hooks.observers.push_back(this);
     hooks.observers.push_back(&check_observer_);
     if (foxglove_) hooks.observers.push_back(foxglove_.get());
@@ -116,6 +127,29 @@ class LiveSession final : public results::RunObserver {
     estimation_ =
         std::make_unique<live::LiveEstimation>(*plan_.estimator, *folder_, live, std::move(hooks));
     results::writeTextFile(folder_->file("used.ini"), plan_.usedIni());
+  }
+
+  void openTeam() {
+    if (options_.dds.robot < 0 && !options_.dds.ros2) return;
+    if (!options_.estimate) {
+      log_(LogLevel::warning, "[Dds] is of no use without --estimate: there is nothing to tell");
+      return;
+    }
+    if (options_.dds.robot >= 0) {
+      team_ = std::make_unique<TeamOnAir>(options_.dds, plan_.peers.label(), log_);
+    }
+    if (options_.dds.ros2) ros_ = std::make_unique<RosStream>(options_.dds, log_);
+  }
+
+  /// What sensors and other robots say.
+  std::vector<live::Arrival> take(TimeNs timeout) {
+    std::vector<live::Arrival> arrivals = acquisition_.take(timeout);
+    if (!team_) return arrivals;
+    team_->note(arrivals);
+    for (live::Arrival& a : team_->receive(sensors_)) {
+      arrivals.push_back(std::move(a));
+    }
+    return arrivals;
   }
 
   void warnOfStrangers(const std::string& address, const std::string& token, const char* key) {
@@ -173,7 +207,7 @@ class LiveSession final : public results::RunObserver {
   void loop() {
     SteadyClock::time_point next_status = started_ + kStatusEvery;
     while (!interrupted() && !acquisition_.ended()) {
-      pass(acquisition_.take(kTurn));
+      pass(take(kTurn));
       const SteadyClock::time_point now = SteadyClock::now();
       if (options_.duration_s > 0 && secondsFromStart(now) >= options_.duration_s) break;
       if (!recorder_->problem().empty()) break;
@@ -189,7 +223,7 @@ class LiveSession final : public results::RunObserver {
   void pass(const std::vector<live::Arrival>& arrivals) {
     for (const live::Arrival& a : arrivals) {
       plan_.calibration.apply(a.observation.get());
-      check_.add(*a.observation);
+      if (a.sensor < sensors_) check_.add(*a.observation);  // not what other robots tell
     }
     if (estimation_) estimation_->add(arrivals);
     drawn([&] {
@@ -203,6 +237,8 @@ class LiveSession final : public results::RunObserver {
     for (std::size_t i = 0; i < sensors.size(); ++i) {
       if (sensors[i].state != live::SensorState::running) recorder_->setEnded(i);
     }
+    // What the other robots tell is put in its place while the order of time waits anyway.
+    if (!team_) recorder_->setEnded(sensors_);
   }
 
   /// What waits is in memory only.
@@ -271,6 +307,8 @@ class LiveSession final : public results::RunObserver {
                   server_->refused());
     }
     if (autopilot_) std::printf("%s\n", autopilot_->report().c_str());
+    if (team_) std::printf("%s\n", team_->report().c_str());
+    if (ros_) std::printf("%s\n", ros_->report().c_str());
     if (foxglove_) std::printf("%s\n", foxglove_->report().c_str());
     for (const std::string& file : counts.files) std::printf("wrote %s\n", file.c_str());
   }
@@ -318,12 +356,15 @@ class LiveSession final : public results::RunObserver {
   RecordingCheck check_{RecordingCheck::Depth::brief};
   CheckObserver check_observer_{check_};
   live::Acquisition acquisition_;
+  const std::size_t sensors_;
   std::optional<results::ResultsFolder> folder_;
   std::unique_ptr<live::LineServer> server_;
   mutable std::mutex state_mutex_;  // of what follows
   std::string state_, advice_;
   std::unique_ptr<AutopilotLink> autopilot_;
   std::unique_ptr<FoxgloveStream> foxglove_;
+  std::unique_ptr<TeamOnAir> team_;
+  std::unique_ptr<RosStream> ros_;
   std::unique_ptr<LiveView> view_;
   std::atomic<bool> view_failed_{false};  // asked by the thread of the estimation, so before that
   std::unique_ptr<live::LiveEstimation> estimation_;

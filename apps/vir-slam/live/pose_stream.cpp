@@ -72,4 +72,31 @@ std::string surveyLine(TimeNs t, const SurveyFit& survey) {
   return text(json);
 }
 
+std::string peerLine(TimeNs t, const team::PeerResult& peer) {
+  Json json;
+  json["type"] = "peer";
+  json["t_ns"] = t;
+  json["id"] = peer.id;
+  const team::TransformAnswer& answer = peer.transform.answer;
+  json["status"] = name(answer.status);
+  json["reason"] = answer.reason;
+  json["open"] = Json::array();
+  if (answer.height_open) json["open"].push_back("z");
+  const bool placed = answer.status == team::TransformStatus::unique;
+  const team::TransformSolution s = placed ? answer.solutions[0] : team::TransformSolution();
+  const Eigen::Vector4d sigma = s.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  json["yaw"] = placed ? Json(s.T_A_B.yaw_rad) : Json(nullptr);
+  json["t"] = placed ? array(s.T_A_B.t_m) : Json(nullptr);
+  json["sigma_yaw"] = placed ? Json(sigma[0]) : Json(nullptr);
+  json["sigma_t"] = placed ? array(sigma.tail<3>()) : Json(nullptr);
+  json["told_t_ns"] = peer.told ? Json(peer.told->t) : Json(nullptr);
+  const auto there = team::poseInOwnWorld(peer);
+  json["p"] = there ? array(there->T_W_B.p) : Json(nullptr);
+  json["sigma_p"] =
+      there ? array(there->covariance.diagonal().head<3>().cwiseMax(0).cwiseSqrt()) : Json(nullptr);
+  const Quat q = there ? there->T_W_B.q : Quat::Identity();
+  json["q"] = there ? Json{q.x(), q.y(), q.z(), q.w()} : Json(nullptr);
+  return text(json);
+}
+
 }  // namespace vir::app

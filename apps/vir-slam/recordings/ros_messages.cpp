@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/types/fixed_axes.h"
+
 namespace vir::app {
 namespace {
 
@@ -143,11 +145,8 @@ void RosMessages::odometry(const std::string& topic, const std::string& frame,
   CdrWriter w = header(s.t, frame);
   w.text(child);
   add(&w, s.T_W_B);
-  // Rotations about the axes of the frame, as ROS has them; ours are about those of the body.
   const Mat3 R_W_B = s.T_W_B.q.toRotationMatrix();
-  Eigen::Matrix<double, 6, 6> turned = Eigen::Matrix<double, 6, 6>::Identity();
-  turned.bottomRightCorner<3, 3>() = R_W_B;
-  const Eigen::Matrix<double, 6, 6> covariance = turned * estimate.covariance * turned.transpose();
+  const Eigen::Matrix<double, 6, 6> covariance = fixedAxesCovariance(s.T_W_B, estimate.covariance);
   for (int i = 0; i < 36; ++i) w.f64(covariance(i / 6, i % 6));
   add(&w, Vec3(R_W_B.transpose() * s.v));
   zeros(&w, 3 + 36);

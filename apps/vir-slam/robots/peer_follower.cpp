@@ -16,7 +16,9 @@ void PeerFollower::onObservation(const mrpt::obs::CObservation& observation) {
   if (label == peer_label_) {
     for (const Range& r : rawlog::rangesOf(observation)) tracker_.addRange(r);
   } else if (rawlog::isBroadcastLabel(label, peer_label_)) {
-    if (const auto broadcast = rawlog::broadcastOf(observation, peer_label_)) {
+    if (const auto pose = rawlog::peerPoseOf(observation, peer_label_)) {
+      tracker_.hear(*pose);
+    } else if (const auto broadcast = rawlog::broadcastOf(observation, peer_label_)) {
       tracker_.hear(*broadcast);
     } else {
       tracker_.countUnusableBroadcast();
@@ -28,6 +30,12 @@ void PeerFollower::onOutput(const roles::EstimatorOutput& output,
                             const roles::Estimator& estimator) {
   for (const StateEstimate& e : output.states) tracker_.addState(e);
   tracker_.use([&] { return estimator.anchors(); });
+  if (!listener_ || output.states.empty()) return;
+  const TimeNs t = output.states.back().state.t;
+  if (t < told_ + fromSeconds(interval_s_) && t >= told_) return;
+  told_ = t;
+  const std::vector<team::PeerResult> peers = tracker_.peers();
+  if (!peers.empty()) listener_(t, peers);
 }
 
 void PeerFollower::onEnd(const roles::Estimator& estimator, results::RunSummary* summary) {

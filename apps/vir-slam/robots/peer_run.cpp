@@ -1,6 +1,7 @@
 #include "robots/peer_run.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "vir/core/angles.h"
 #include "vir/roles/rendezvous_registry.h"
@@ -39,7 +40,8 @@ void PeerRun::describe(OptionVisitor& used) const {
   solver->describe(used);
 }
 
-void PeerRun::follow(const LogSink& log, std::vector<results::RunObserver*>* observers) {
+void PeerRun::follow(const LogSink& log, std::vector<results::RunObserver*>* observers,
+                     PeerListener listener) {
   if (!available_ || !options_.in_run) return;
   const auto create_solver = [this](const LogSink& solver_log) {
     auto solver = roles::createRendezvous(options_.driver);
@@ -49,6 +51,7 @@ void PeerRun::follow(const LogSink& log, std::vector<results::RunObserver*>* obs
     return solver;
   };
   follower_ = std::make_unique<PeerFollower>(options_, create_solver, log);
+  follower_->setListener(std::move(listener));
   observers->push_back(follower_.get());
 }
 

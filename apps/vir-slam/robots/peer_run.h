@@ -22,8 +22,10 @@ class PeerRun {
   void describe(SettingsReader& reader) const;
   void describe(OptionVisitor& used) const;
   /// Adds the observer that follows the others; nothing where nobody is to be followed. It belongs
-  /// to this object.
-  void follow(const LogSink& log, std::vector<results::RunObserver*>* observers);
+  /// to this object. `listener` (may be empty) is told of them all the time.
+  void follow(const LogSink& log, std::vector<results::RunObserver*>* observers,
+              PeerListener listener = {});
+  const std::string& label() const { return options_.peer_label; }
   /// Results of what follow() added.
   void write(const results::ResultsFolder& folder) const;
 

@@ -89,7 +89,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   reader.ignoreSection("Robots");
   reader.ignoreSection("Joint");
   // So will that of a live recording.
-  for (const char* section : {"Recording", "MAVLink"}) reader.ignoreSection(section);
+  for (const char* section : {"Recording", "MAVLink", "Dds"}) reader.ignoreSection(section);
   for (const std::string& section : of_sensors) reader.ignoreSection(section);
   RunOptions again;
   describe(reader, again);

@@ -23,6 +23,7 @@ void describe(OptionVisitor& v, RecordOptions& o) {
   describe(v, o.file);
   describe(v, o.mavlink);
   describe(v, o.foxglove);
+  describe(v, o.dds);
 }
 
 std::vector<std::string> sectionsOfSensors(const Settings& settings) {

@@ -6,6 +6,7 @@
 #include "live/foxglove_stream.h"
 #include "vir/core/options.h"
 #include "vir/core/settings.h"
+#include "vir/dds/link.h"
 #include "vir/rawlog/live_recording.h"
 #include "vir/roles/estimator.h"
 
@@ -26,6 +27,7 @@ struct RecordOptions {
   rawlog::LiveRecordingOptions file;
   MavlinkOptions mavlink;
   FoxgloveOptions foxglove;
+  dds::LinkOptions dds;
 };
 
 void describe(OptionVisitor& v, RecordOptions& o);

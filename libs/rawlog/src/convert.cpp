@@ -114,7 +114,7 @@ std::optional<PeerBroadcast> broadcastOf(const CObservation& observation,
                                          const std::string& peer_label) {
   const auto source = broadcastSourceOf(observation.sensorLabel, peer_label);
   const auto* o = dynamic_cast<const CObservationRobotPose*>(&observation);
-  if (!source || o == nullptr) return std::nullopt;
+  if (!source || source->world || o == nullptr) return std::nullopt;
   PeerBroadcast out{source->peer, source->anchor, {}};
   const auto& mean = o->pose.mean;
   out.sent.t = fromMrptTime(o->timestamp);
@@ -136,6 +136,35 @@ CObservationRobotPose::Ptr toObservation(const PeerBroadcast& broadcast,
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) o->pose.cov(r, c) = broadcast.sent.covariance(r, c);
   }
+  return o;
+}
+
+std::optional<PeerPose> peerPoseOf(const CObservation& observation, const std::string& peer_label) {
+  const auto source = broadcastSourceOf(observation.sensorLabel, peer_label);
+  const auto* o = dynamic_cast<const CObservationRobotPose*>(&observation);
+  if (!source || !source->world || o == nullptr) return std::nullopt;
+  PeerPose out;
+  out.peer = source->peer;
+  out.world = *source->world;
+  out.t = fromMrptTime(o->timestamp);
+  out.T_W_B = fromMrptPose(o->pose.mean);
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) out.covariance(r, c) = o->pose.cov(r, c);
+  }
+  out.p_B_U = Vec3(o->sensorPose.x(), o->sensorPose.y(), o->sensorPose.z());
+  return out;
+}
+
+CObservationRobotPose::Ptr toObservation(const PeerPose& pose, const std::string& peer_label) {
+  auto o = CObservationRobotPose::Create();
+  o->sensorLabel = broadcastLabel({pose.peer, std::nullopt, pose.world}, peer_label);
+  o->timestamp = toMrptTime(pose.t);
+  o->pose.mean = toMrptPose(pose.T_W_B);
+  o->pose.cov.setZero();
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) o->pose.cov(r, c) = pose.covariance(r, c);
+  }
+  o->sensorPose = mrpt::poses::CPose3D(pose.p_B_U.x(), pose.p_B_U.y(), pose.p_B_U.z(), 0, 0, 0);
   return o;
 }
 

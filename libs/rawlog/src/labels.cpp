@@ -9,7 +9,7 @@ namespace vir::rawlog {
 namespace {
 
 const std::string kDeployedAnchor = "ANCHOR:";
-const std::string kSentAnchor = ":ANCHOR:";  // behind the sender's id
+const std::string kSentAnchor = ":ANCHOR:", kSentWorld = ":WORLD:";  // behind the sender's id
 
 /// All of `text` from `from` on is a number.
 std::optional<std::uint64_t> numberAt(const std::string& text, std::size_t from) {
@@ -46,6 +46,14 @@ std::optional<BroadcastSource> broadcastSourceOf(const std::string& label,
   const std::size_t id = peer_label.size() + 1, behind = std::min(text.find(':', id), text.size());
   if (!parseNumber(text.substr(id, behind - id), &out.peer)) return std::nullopt;
   if (behind == text.size()) return out;
+  if (text.compare(behind, kSentWorld.size(), kSentWorld) == 0) {
+    int world = 0;
+    if (!parseNumber(text.substr(behind + kSentWorld.size()), &world) || world < 0) {
+      return std::nullopt;
+    }
+    out.world = world;
+    return out;
+  }
   if (text.compare(behind, kSentAnchor.size(), kSentAnchor) != 0) return std::nullopt;
   out.anchor = numberAt(label, behind + kSentAnchor.size());
   if (!out.anchor) return std::nullopt;
@@ -55,6 +63,7 @@ std::optional<BroadcastSource> broadcastSourceOf(const std::string& label,
 std::string broadcastLabel(const BroadcastSource& source, const std::string& peer_label) {
   std::string label = peer_label + ":" + std::to_string(source.peer);
   if (source.anchor) label += kSentAnchor + std::to_string(*source.anchor);
+  if (source.world) label += kSentWorld + std::to_string(*source.world);
   return label;
 }
 

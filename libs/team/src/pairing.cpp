@@ -1,12 +1,9 @@
 #include "vir/team/pairing.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace vir::team {
 namespace {
-
-constexpr double kSameRange = 1e-4;  // [m]; recordings keep ranges as float
 
 struct AntennaState {
   Vec3 p_W = Vec3::Zero();
@@ -70,8 +67,8 @@ MutualRanges mutualRanges(const RobotRecord& a, const RobotRecord& b) {
                      before);
   std::vector<MutualObservation> kept;
   for (const MutualObservation& m : out.list) {
-    const bool again = !kept.empty() && m.range.t - kept.back().range.t <= kSameStamp &&
-                       std::abs(m.range.range_m - kept.back().range.range_m) < kSameRange;
+    const bool again = !kept.empty() && isSameRange(m.range.t, m.range.range_m, kept.back().range.t,
+                                                    kept.back().range.range_m);
     if (again) {
       ++out.doubled;
     } else {

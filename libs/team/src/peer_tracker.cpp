@@ -16,6 +16,9 @@ constexpr double kFarthest = 1e8;              // [m] no robot is farther from w
 constexpr std::size_t kMostPeers = 32, kMostAnchors = 256;
 // A robot that moves faster than this, and by more than its own uncertainty, began a new world.
 constexpr double kFastest = 30, kJump = 1;  // [m/s], [m]
+constexpr std::size_t kRecent = 32;         // ranges of a robot that one may be told again of
+// Between two poses of its own a robot may have left the straight line by this [m/s^2].
+constexpr double kAcceleration = 1;
 
 template <typename T>
 void trim(std::vector<T>* list) {
@@ -73,8 +76,20 @@ void PeerTracker::addRange(const Range& peer_range) {
     ++too_many_;
     return;
   }
+  const bool again = std::any_of(peer->recent.begin(), peer->recent.end(), [&](const Range& r) {
+    return isSameRange(r.t, r.range_m, peer_range.t, peer_range.range_m);
+  });
+  if (again) {
+    ++peer->result.doubled;
+    return;
+  }
+  if (peer->recent.size() >= kRecent) peer->recent.erase(peer->recent.begin());
+  peer->recent.push_back(peer_range);
   ++peer->result.ranges;
-  waiting_.push_back(peer_range);
+  // What another robot has measured comes later than what was measured here.
+  const auto behind = std::upper_bound(waiting_.begin(), waiting_.end(), peer_range.t,
+                                       [](TimeNs t, const Range& r) { return t < r.t; });
+  waiting_.insert(behind, peer_range);
 }
 
 void PeerTracker::hear(const PeerBroadcast& broadcast) {
@@ -109,6 +124,43 @@ void PeerTracker::hear(const PeerBroadcast& broadcast) {
   trim(&peer->heard);
 }
 
+void PeerTracker::hear(const PeerPose& pose) {
+  const Vec3& p = pose.T_W_B.p;
+  if (!(p.cwiseAbs().maxCoeff() < kFarthest) || !pose.T_W_B.q.coeffs().allFinite() ||
+      !(pose.covariance.cwiseAbs().maxCoeff() < kFarthest * kFarthest) ||
+      !(pose.p_B_U.cwiseAbs().maxCoeff() < kFarthest) || !pose.covariance.allFinite()) {
+    ++unusable_;
+    return;
+  }
+  Peer* peer = peerOf(pose.peer);
+  if (peer == nullptr) return;
+  std::vector<KnownPose>& path = peer->path;
+  if (!path.empty() && pose.world < path.back().segment) return;
+  if (!path.empty() && pose.world > path.back().segment) beginWorld(pose, peer);
+  KnownPose known{pose.t, pose.T_W_B, {}, pose.world};
+  known.covariance.setZero();
+  known.covariance.topLeftCorner<3, 3>() = pose.covariance;
+  const auto behind = std::lower_bound(path.begin(), path.end(), pose.t,
+                                       [](const KnownPose& k, TimeNs t) { return k.t < t; });
+  if (behind != path.end() && behind->t == pose.t) return;
+  path.insert(behind, known);
+  peer->p_B_U = pose.p_B_U;
+  peer->result.told = path.back();
+  trim(&path);
+}
+
+void PeerTracker::beginWorld(const PeerPose& pose, Peer* peer) {
+  peer->path.clear();
+  peer->anchors.clear();
+  PairTransform& t = peer->result.transform;
+  if (t.answer.status == TransformStatus::unique) {
+    vir::log(log_, LogLevel::info,
+             "robot " + std::to_string(pose.peer) + " began a new world: where that is is open");
+  }
+  t.answer = TransformAnswer();
+  t.answer.reason = "it began a new world";
+}
+
 void PeerTracker::addState(const StateEstimate& estimate) {
   if (keepPose(estimate, &poses_)) trim(&poses_);
 }
@@ -123,32 +175,52 @@ bool PeerTracker::useOrCount(const Range& range, const AnchorsNow& anchors) {
   Peer& peer = peers_.at(robotOf(range));
   const bool behind = !poses_.empty() && poses_.back().t >= range.t;
   if (!behind && !finished_ && now_ < range.t + kLongestWait) return false;
-  const SentPosition* sent = sentAt(peer.heard, range.t);
-  if (sent == nullptr && !finished_ && now_ < range.t + kBroadcastDelay) return false;
+  const auto told = toldAt(peer, range.t);
+  // The poses of a path are later than broadcasts by what an estimate takes, and the network.
+  const TimeNs longest = peer.path.empty() ? kBroadcastDelay : kLongestWait;
+  if (!told && !finished_ && now_ < range.t + longest) return false;
   const auto own = poseAt(poses_, range.t);
-  if (sent == nullptr) {
+  if (!told) {
     ++peer.result.without_broadcast;
   } else if (!own) {
     ++peer.result.without_pose;
   } else {
-    give(range, *own, *sent, &peer);
+    give(range, *own, *told, &peer);
     if (range.t >= peer.due) ask(anchors, &peer);
   }
   return true;
 }
 
-void PeerTracker::give(const Range& range, const KnownPose& own, const SentPosition& sent,
-                       Peer* peer) {
-  int segment = 0;
-  for (const auto& [from, number] : peer->new_worlds) {
-    if (sent.t >= from) segment = number;
+std::optional<PeerTracker::Told> PeerTracker::toldAt(const Peer& peer, TimeNs t) {
+  if (!peer.path.empty()) {
+    const auto pose = poseAt(peer.path, t);
+    if (!pose) return std::nullopt;
+    Told out{{t, pose->T_W_B * peer.p_B_U, pose->covariance.topLeftCorner<3, 3>()}, pose->segment};
+    const auto next = std::lower_bound(peer.path.begin(), peer.path.end(), t,
+                                       [](const KnownPose& k, TimeNs s) { return k.t < s; });
+    if (next->t == t || next == peer.path.begin()) return out;
+    const double before_s = toSeconds(t - (next - 1)->t), behind_s = toSeconds(next->t - t);
+    const double off = 0.5 * kAcceleration * before_s * behind_s;
+    out.sent.covariance += off * off * Mat3::Identity();
+    return out;
   }
+  const SentPosition* sent = sentAt(peer.heard, t);
+  if (sent == nullptr) return std::nullopt;
+  Told out{*sent, 0};
+  for (const auto& [from, number] : peer.new_worlds) {
+    if (sent->t >= from) out.world = number;
+  }
+  return out;
+}
+
+void PeerTracker::give(const Range& range, const KnownPose& own, const Told& told, Peer* peer) {
+  const SentPosition& sent = told.sent;
   const Vec3 antenna = own.T_W_B * range.p_B_U;
   peer->solver->add({range.t, range.range_m, range.sigma_m, antenna, sent.p_W,
                      own.covariance.topLeftCorner<3, 3>(), sent.covariance},
-                    own.segment, segment);
+                    own.segment, told.world);
   if (peer->last == 0) peer->first = peer->due = range.t;
-  peer->last = range.t;
+  peer->last = std::max(peer->last, range.t);
   peer->asked = false;
 }
 

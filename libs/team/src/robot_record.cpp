@@ -1,6 +1,7 @@
 #include "vir/team/robot_record.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "vir/geometry/interpolation.h"
 #include "vir/types/interpolation.h"
@@ -10,9 +11,14 @@ namespace {
 
 constexpr TimeNs kSnapshotEvery = 200000000;
 constexpr TimeNs kLongestGap = 500000000;
+constexpr double kSameRange = 1e-4;  // [m]; recordings keep ranges as float
 constexpr double kNearMirror = 1.0;  // [m] sideways; closer, they are one anchor
 
 }  // namespace
+
+bool isSameRange(TimeNs t, double range_m, TimeNs other_t, double other_range_m) {
+  return std::abs(t - other_t) <= kSameStamp && std::abs(range_m - other_range_m) < kSameRange;
+}
 
 bool keepPose(const StateEstimate& e, std::vector<KnownPose>* poses) {
   if (!e.valid || !e.state.T_W_B.p.allFinite() || !e.state.T_W_B.q.coeffs().allFinite()) {

@@ -37,7 +37,10 @@ void TransformTracker::add(const MutualRange& range, int segment_A, int segment_
     ++restarts_;
   }
   ++seen_;
-  ranges_.push_back(range);
+  // Those that the other robot has measured can come after younger ones.
+  const auto behind = std::upper_bound(ranges_.begin(), ranges_.end(), range.t,
+                                       [](TimeNs t, const MutualRange& r) { return t < r.t; });
+  ranges_.insert(behind, range);
   if (static_cast<int>(ranges_.size()) <= options_.max_ranges) return;
   std::vector<MutualRange> kept;
   for (std::size_t i = 0; i < ranges_.size(); ++i) {

@@ -42,6 +42,32 @@ TEST(BroadcastLabel, OthersAreNone) {
   EXPECT_FALSE(broadcastSourceOf("PEER:5", "MATE"));
 }
 
+TEST(PeerPose, BothWays) {
+  PeerPose sent;
+  sent.peer = 5;
+  sent.world = 2;
+  sent.t = 1700000000123456700;
+  sent.T_W_B = {Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())), Vec3(1, -2, 3)};
+  sent.covariance << 4, 1, 0, 1, 5, 2, 0, 2, 6;
+  sent.p_B_U = Vec3(0.1, 0.2, 0.3);
+  const auto observation = toObservation(sent, kPeerLabel);
+  EXPECT_EQ(observation->sensorLabel, "PEER:5:WORLD:2");
+  EXPECT_FALSE(broadcastOf(*observation, kPeerLabel)) << "that would be a position";
+  const auto back = peerPoseOf(*observation, kPeerLabel);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->peer, 5);
+  EXPECT_EQ(back->world, 2);
+  EXPECT_EQ(back->t, sent.t);
+  EXPECT_LT((back->T_W_B.p - sent.T_W_B.p).norm(), 1e-12);
+  EXPECT_LT(back->T_W_B.q.angularDistance(sent.T_W_B.q), 1e-9);
+  EXPECT_EQ(back->covariance, sent.covariance);
+  EXPECT_EQ(back->p_B_U, sent.p_B_U);
+  EXPECT_FALSE(peerPoseOf(*toObservation(PeerBroadcast{5, {}, {}}, kPeerLabel), kPeerLabel));
+  for (const char* label : {"PEER:5:WORLD", "PEER:5:WORLD:", "PEER:5:WORLD:-1", "PEER:5:WORLD:x"}) {
+    EXPECT_FALSE(broadcastSourceOf(label)) << label;
+  }
+}
+
 TEST(Broadcast, BothWays) {
   PeerBroadcast sent;
   sent.peer = 5;

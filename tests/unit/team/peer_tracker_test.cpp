@@ -43,6 +43,16 @@ class PeerTracking : public testing::Test {
     now(ms);
     tracker_.hear({5, anchor, {kStart + ms * kMs, p, 0.01 * Mat3::Identity()}});
   }
+  void path(int ms, const Vec3& p, int world = 0, int peer = 5) {
+    PeerPose pose;
+    pose.peer = peer;
+    pose.world = world;
+    pose.t = kStart + ms * kMs;
+    pose.T_W_B.p = p;
+    pose.covariance = 0.01 * Mat3::Identity();
+    pose.p_B_U = Vec3(0, 0, 0.5);
+    tracker_.hear(pose);
+  }
   void now(int ms) { tracker_.advance(kStart + ms * kMs); }
   void use() {
     tracker_.use([this] { return anchors_; });
@@ -263,13 +273,114 @@ TEST_F(PeerTracking, TheEndUsesOrCountsWhatStillWaits) {
 
 TEST_F(PeerTracking, APositionBeyondTheEarthIsNotHeard) {
   for (int ms = 0; ms <= 1000; ms += 100) pose(ms);
+  int ms = 500;
   for (const double far : {1e9, 1e308, -1e308}) {
-    range(500);
-    told(500, Vec3(far, 0, 0));
+    range(ms);
+    told(ms, Vec3(far, 0, 0));
+    ms += 10;
   }
   finish();
   EXPECT_EQ(peer().without_broadcast, 3);
   EXPECT_EQ(tracker_.unusableBroadcasts(), 3);
+}
+
+TEST_F(PeerTracking, BetweenTwoPosesOfTheOtherRobot) {
+  pose(0);
+  range(100);
+  pose(200);
+  path(0, Vec3(10, 0, 0));
+  use();
+  EXPECT_TRUE(given().empty()) << "it waits for the pose behind the range";
+  path(400, Vec3(18, 0, 0));
+  path(200, Vec3(12, 0, 0));  // later than the one behind it
+  path(200, Vec3(99, 0, 0));  // twice
+  use();
+  ASSERT_EQ(given().size(), 1u);
+  const MutualRange& r = given()[0].range;
+  EXPECT_LT((r.p_B - Vec3(11, 0, 0.5)).norm(), 1e-12) << "its antenna";
+  EXPECT_NEAR(r.cov_B(0, 0), 0.01 + std::pow(0.5 * 0.1 * 0.1, 2), 1e-12);
+  ASSERT_TRUE(peer().told);
+  EXPECT_EQ(peer().told->T_W_B.p, Vec3(18, 0, 0));
+}
+
+TEST_F(PeerTracking, APathWithAHoleSaysNothingInIt) {
+  pose(0);
+  pose(400);
+  pose(800);
+  path(0, Vec3(1, 0, 0));
+  range(300);
+  path(600, Vec3(1, 0, 0));  // more than half a second
+  now(2299);
+  use();
+  EXPECT_EQ(peer().without_broadcast, 0);
+  now(2300);
+  use();
+  EXPECT_EQ(peer().without_broadcast, 1);
+  EXPECT_TRUE(given().empty());
+}
+
+TEST_F(PeerTracking, ARestartedRobotsPathIsInAnotherWorld) {
+  anchors_.resize(1);
+  anchors_[0].id = 4;
+  anchors_[0].has_position = true;
+  anchors_[0].state = AnchorState::estimated;
+  for (int k = 0; k < 4; ++k) {
+    const int ms = 1000 * k, world = k < 2 ? 0 : 3;
+    pose(ms);
+    path(ms, Vec3(1, 0, 0), world);
+    if (k == 0) {
+      toldAnchor(ms, 4, Vec3(1, 1, 1));
+      path(ms + 1, Vec3(1, 0, 0), world);
+      solvers_[0].status = TransformStatus::unique;
+    }
+    if (k == 2) {
+      path(ms + 1, Vec3(50, 0, 0), 0);  // too late
+      EXPECT_EQ(peer().transform.answer.status, TransformStatus::degenerate);
+      EXPECT_EQ(peer().transform.answer.reason, "it began a new world");
+      EXPECT_NE(lines_.back().find("robot 5 began a new world"), std::string::npos);
+    }
+    range(ms);
+    use();
+    EXPECT_EQ(solvers_[0].anchors.size(), k < 2 ? 1u : 0u) << "they were in the old world";
+  }
+  ASSERT_EQ(given().size(), 4u);
+  EXPECT_EQ(given()[1].segment_B, 0);
+  EXPECT_EQ(given()[2].segment_B, 3);
+  EXPECT_EQ(given()[3].segment_B, 3);
+}
+
+TEST_F(PeerTracking, ARangeThatBothRobotsTellIsUsedOnce) {
+  pose(0);
+  range(0);
+  range(1);  // the other robot's stamp of it
+  path(0, Vec3(1, 0, 0));
+  pose(100);
+  range(100);
+  path(100, Vec3(1, 0, 0));
+  use();
+  EXPECT_EQ(given().size(), 2u);
+  EXPECT_EQ(peer().ranges, 2);
+  EXPECT_EQ(peer().doubled, 1);
+}
+
+TEST_F(PeerTracking, ARangeOfBeforeThatComesLaterIsUsedInItsPlace) {
+  for (int ms = 0; ms <= 300; ms += 100) {
+    pose(ms);
+    path(ms, Vec3(0.01 * ms, 0, 0));
+  }
+  now(300);
+  range(250);
+  range(50);
+  use();
+  ASSERT_EQ(given().size(), 2u);
+  EXPECT_LT(given()[0].range.t, given()[1].range.t);
+}
+
+TEST_F(PeerTracking, APathThatIsNoNumberIsNotHeard) {
+  path(0, Vec3(std::nan(""), 0, 0));
+  path(0, Vec3(1e9, 0, 0));
+  EXPECT_EQ(tracker_.unusableBroadcasts(), 2);
+  EXPECT_FALSE(tracker_.met());
 }
 
 }  // namespace

@@ -59,6 +59,14 @@ std::optional<PeerBroadcast> broadcastOf(const mrpt::obs::CObservation& observat
 std::shared_ptr<mrpt::obs::CObservationRobotPose> toObservation(const PeerBroadcast& broadcast,
                                                                 const std::string& peer_label);
 
+/// A CObservationRobotPose labelled as the pose of another robot (labels.h): its body's pose with
+/// the covariance of the position, its antenna as the sensor's place on it. Empty for any other
+/// class or label; what it says may be no number.
+std::optional<PeerPose> peerPoseOf(const mrpt::obs::CObservation& observation,
+                                   const std::string& peer_label);
+std::shared_ptr<mrpt::obs::CObservationRobotPose> toObservation(const PeerPose& pose,
+                                                                const std::string& peer_label);
+
 /// The camera that comes with an image; empty for any other class.
 std::optional<Calibration> calibrationOf(const mrpt::obs::CObservation& observation);
 /// That of the first image labelled `camera_label`. Throws std::runtime_error if there is none, and

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -25,7 +26,8 @@ struct PeerTrackerOptions {
 };
 
 /// Follows the other robots of a run. What a range needs, it waits for: an own pose on either side
-/// of it and the broadcast with its stamp. All that comes without is counted. Memory is bounded:
+/// of it, and the broadcast with its stamp or poses of the other robot on either side (which go
+/// before broadcasts once there are any). All that comes without is counted. Memory is bounded:
 /// beside the transforms' history, of everything only the last seconds are kept.
 ///
 /// The owner tells what comes in as it comes, then calls use(), and finish() in the end.
@@ -41,6 +43,8 @@ class PeerTracker {
   void advance(TimeNs t);
   void addRange(const Range& peer_range);
   void hear(const PeerBroadcast& broadcast);
+  /// In any order; twice is once. What is of an older world than one heard before is left out.
+  void hear(const PeerPose& pose);
   /// One that could not be read.
   void countUnusableBroadcast() { ++unusable_; }
   void addState(const StateEstimate& estimate);
@@ -64,6 +68,9 @@ class PeerTracker {
   struct Peer {
     std::unique_ptr<PairSolver> solver;
     std::vector<SentPosition> heard;                 ///< the last seconds, in order of time
+    std::vector<KnownPose> path;                     ///< likewise; all of one world
+    Vec3 p_B_U = Vec3::Zero();                       ///< its antenna, as last told with a pose
+    std::vector<Range> recent;                       ///< the last few ranges
     std::map<std::uint64_t, SentPosition> anchors;   ///< as last heard
     std::vector<std::pair<TimeNs, int>> new_worlds;  ///< from then on it is another segment
     TimeNs first = 0, due = 0, last = 0;             ///< of its ranges
@@ -74,7 +81,14 @@ class PeerTracker {
 
   /// False: what the range needs may still come.
   bool useOrCount(const Range& range, const AnchorsNow& anchors);
-  void give(const Range& range, const KnownPose& own, const SentPosition& sent, Peer* peer);
+  /// Where its antenna was, in which of its worlds; empty where that is not known (yet).
+  struct Told {
+    SentPosition sent;
+    int world = 0;
+  };
+  static std::optional<Told> toldAt(const Peer& peer, TimeNs t);
+  void give(const Range& range, const KnownPose& own, const Told& told, Peer* peer);
+  void beginWorld(const PeerPose& pose, Peer* peer);
   void ask(const AnchorsNow& anchors, Peer* peer);
   /// Null where there are too many robots.
   Peer* peerOf(int id);

@@ -14,6 +14,9 @@ namespace vir::team {
 /// Stamps closer than this belong together: a range and the broadcast that came with it, or one
 /// range in two recordings.
 constexpr TimeNs kSameStamp = 2000000;
+/// Two reports of one measurement: stamps that belong together, and ranges [m] that are equal as
+/// recordings keep them (float).
+bool isSameRange(TimeNs t, double range_m, TimeNs other_t, double other_range_m);
 
 /// Where a robot was by its own estimate.
 struct KnownPose {

@@ -1,0 +1,60 @@
+#pragma once
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "vir/dds/link.h"
+#include "vir/live/acquisition.h"
+#include "vir/results/run_observer.h"
+#include "vir/team/peer_inbox.h"
+
+namespace vir::app {
+
+/// This robot among the others of its team: tells them where it is, what it believes of anchors and
+/// what it has measured to them, and makes observations of what they tell, which are recorded and
+/// followed as if they had come with the ranges.
+class TeamOnAir final : public results::RunObserver {
+ public:
+  /// Opens the link. Throws std::runtime_error: the program was built without DDS, or what the link
+  /// throws. `peer_label`: of ranges to other robots.
+  TeamOnAir(const dds::LinkOptions& options, std::string peer_label, LogSink log);
+
+  /// What this robot's own sensors have delivered. In the thread of receive().
+  void note(const std::vector<live::Arrival>& own);
+  /// What the others have told since the last call, as of sensor number `source`.
+  std::vector<live::Arrival> receive(std::size_t source);
+
+  /// Tells the others where this robot is. In the thread of the estimation.
+  void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override;
+  void onEnd(const roles::Estimator& estimator, results::RunSummary* summary) override;
+  /// What was told and heard, a line.
+  std::string report() const;
+
+ private:
+  void tell(const StateEstimate& estimate, const roles::Estimator& estimator);
+  void append(const team::HeardReport& heard, std::size_t source,
+              std::vector<live::Arrival>* arrivals) const;
+  std::optional<TimeNs> ownTime() const;
+  std::vector<std::pair<std::string, long>> counters() const;
+
+  const dds::LinkOptions options_;
+  const std::string peer_label_;
+  LogSink log_;
+  std::unique_ptr<dds::Link> link_;
+  mutable std::mutex mutex_;  // of what follows
+  team::PeerInbox inbox_;
+  Vec3 p_B_U_ = Vec3::Zero();
+  std::vector<Range> ranges_;  // of its own, to be told
+  long ranges_untold_ = 0;
+  std::optional<TimeNs> newest_;  // state of its own
+  double newest_at_s_ = 0;        // steady clock
+  // Of the thread of the estimation:
+  team::PeerReport next_;
+  TimeNs due_ = 0, anchors_due_ = 0;
+};
+
+}  // namespace vir::app
