@@ -39,16 +39,4 @@ bool LevelEdgeFactor::Evaluate(double const* const* x, double* residuals,
   return true;
 }
 
-bool LevelTieFactor::Evaluate(double const* const* x, double* residuals, double** jacobians) const {
-  Eigen::Vector4d r;
-  r << vec(x[0]) - p_M_, wrapped(x[0][3]);
-  Eigen::Map<Eigen::Vector4d> whitened(residuals);
-  whitened = W_ * r;
-  if (jacobians && jacobians[0]) {
-    Eigen::Map<RowMajor4> J(jacobians[0]);
-    J = W_;
-  }
-  return true;
-}
-
 }  // namespace vir::factors

@@ -31,11 +31,5 @@ TEST(LevelEdgeFactor, Jacobians) {
   vir_test::expectJacobians(f, {{-5, 0, 0, -9}, {100, -80, 3, 2}}, "long edge");
 }
 
-TEST(LevelTieFactor, Jacobians) {
-  const LevelTieFactor f(Vec3(0.4, -0.2, 0.1), someWeights());
-  vir_test::expectJacobians(f, {{1, 2, 3, 0.7}}, "tie");
-  EXPECT_LT(vir_test::residualOf(f, {{0.4, -0.2, 0.1, 4 * M_PI}}).norm(), 1e-11);
-}
-
 }  // namespace
 }  // namespace vir::factors

@@ -1,7 +1,8 @@
 #pragma once
 /// How two keyframes of the mission's graph lie to one another, roll and pitch being known from
 /// gravity. Block of a keyframe [4]: p_M_B [m], yaw of W in M there [rad]; W is the world of the
-/// estimator that the keyframe's axes were given in, M the corrected one. Both have z up.
+/// estimator that the keyframe's axes were given in, M the corrected one. Both have z up. A block may
+/// also be W itself: where its origin is in M.
 #include <ceres/sized_cost_function.h>
 
 #include "vir/geometry/pose.h"
@@ -20,19 +21,6 @@ class LevelEdgeFactor final : public ceres::SizedCostFunction<4, 4, 4> {
  private:
   Vec3 motion_W_;
   double turn_rad_;
-  Eigen::Matrix4d W_;
-};
-
-/// Residual [4]: W (p - p_0 ; yaw), the yaw between -pi and pi: a keyframe that is tied to where
-/// the estimator has it. `sqrt_information` W [4x4] belongs to (position in M [m], yaw [rad]).
-class LevelTieFactor final : public ceres::SizedCostFunction<4, 4> {
- public:
-  LevelTieFactor(const Vec3& p_M, const Eigen::Matrix4d& sqrt_information)
-      : p_M_(p_M), W_(sqrt_information) {}
-  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
-
- private:
-  Vec3 p_M_;
   Eigen::Matrix4d W_;
 };
 
