@@ -21,6 +21,8 @@ constexpr double kSearch = 8;
 constexpr int kMoreBits = 16;
 /// The rim of the other view is not counted on [rad].
 constexpr double kRim = 0.02;
+/// Nothing farther off than 0.1 rad is looked at.
+constexpr double kNearCos = 0.995;
 
 struct Normal {
   Mat6 H = Mat6::Zero();
@@ -128,40 +130,100 @@ RefinedPose refinePose(const LevelPlaces& places, const std::vector<PointMatch>&
   return out;
 }
 
-GuidedMatches matchGuided(const LevelPlaces& places, const Pose& T, const VerifyOptions& o) {
-  const double sigma_rad = o.sigma_px / o.focal_px;
-  const Mat3 R = T.R();
-  const View view(places.newer);
-  const double nearest_cos = std::cos(0.1);
-  GuidedMatches out;
-  for (std::size_t f = 0; f < places.older.size(); ++f) {
-    std::vector<int> best_of(places.newer.size(), std::numeric_limits<int>::max());
-    std::vector<std::size_t> owner(places.newer.size(), 0);
-    for (std::size_t j = 0; j < places.older[f].size(); ++j) {
-      const LevelPoint& p = places.older[f][j];
-      if (!p.known()) continue;
-      const Vec3 y = R.transpose() * (p.ray + p.rho * (p.eye - T.p));
-      const Vec3 x = (y - p.rho * places.newer.front().eye).normalized();
+namespace {
+
+/// Points of one side with known distances, looked for among those of the other.
+struct Direction {
+  const std::vector<LevelPoint>& from;
+  const std::vector<LevelPoint>& to;
+  bool forward;  ///< from the older into the newer
+};
+
+struct Pair {
+  std::size_t from = 0, to = 0;
+};
+
+class Guide {
+ public:
+  Guide(const Pose& T, const VerifyOptions& o)
+      : R_(T.R()),
+        t_(T.p),
+        sigma_rad_(o.sigma_px / o.focal_px),
+        most_bits_(o.max_distance_bits + kMoreBits) {}
+
+  /// Each `to` goes to the most alike `from`. Counts the points that must be in view.
+  std::vector<Pair> match(const Direction& d, int* in_view) const {
+    std::vector<int> best_of(d.to.size(), most_bits_ + 1);
+    std::vector<std::size_t> owner(d.to.size(), 0);
+    if (d.to.empty()) return {};
+    const View view(d.to);
+    for (std::size_t j = 0; j < d.from.size(); ++j) {
+      if (!d.from[j].known()) continue;
+      const Vec3 x = directionTo(d.from[j], d.to.front().eye, d.forward);
       if (!view.holds(x)) continue;
-      out.in_view += f == 0;
-      int best = o.max_distance_bits + kMoreBits + 1;
-      std::size_t at = 0;
-      for (std::size_t i = 0; i < places.newer.size(); ++i) {
-        if (x.dot(places.newer[i].ray) < nearest_cos) continue;
-        const SightFit fit = fitSight({&p, &places.newer[i], true}, R, T.p, sigma_rad, false);
-        if (!fit.usable || fit.chi2 > kSearch * kSearch) continue;
-        const int d = hammingDistance(p.point->descriptor, places.newer[i].point->descriptor);
-        if (d >= best) continue;
-        best = d;
-        at = i;
-      }
-      if (best > o.max_distance_bits + kMoreBits || best >= best_of[at]) continue;
-      best_of[at] = best;
-      owner[at] = j;
+      ++*in_view;
+      const Pair p = mostAlike(d, j, x);
+      const int bits = p.to < d.to.size() ? difference(d, p) : most_bits_ + 1;
+      if (p.to >= d.to.size() || bits >= best_of[p.to]) continue;
+      best_of[p.to] = bits;
+      owner[p.to] = j;
     }
-    for (std::size_t i = 0; i < places.newer.size(); ++i) {
-      if (best_of[i] == std::numeric_limits<int>::max()) continue;
-      out.matches.push_back({i, f, owner[i]});
+    std::vector<Pair> out;
+    for (std::size_t i = 0; i < d.to.size(); ++i) {
+      if (best_of[i] <= most_bits_) out.push_back({owner[i], i});
+    }
+    return out;
+  }
+
+ private:
+  static int difference(const Direction& d, const Pair& p) {
+    return hammingDistance(d.from[p.from].point->descriptor, d.to[p.to].point->descriptor);
+  }
+  Vec3 directionTo(const LevelPoint& p, const Vec3& eye, bool forward) const {
+    const Vec3 y = forward ? Vec3(R_.transpose() * (p.ray + p.rho * (p.eye - t_)) - p.rho * eye)
+                           : Vec3(R_ * (p.ray + p.rho * p.eye) + p.rho * (t_ - eye));
+    return y.normalized();
+  }
+  /// `to` is beyond the end if nothing is.
+  Pair mostAlike(const Direction& d, std::size_t j, const Vec3& x) const {
+    Pair out{j, d.to.size()};
+    int best = most_bits_ + 1;
+    for (std::size_t i = 0; i < d.to.size(); ++i) {
+      if (x.dot(d.to[i].ray) < kNearCos) continue;
+      const SightFit fit = fitSight({&d.from[j], &d.to[i], d.forward}, R_, t_, sigma_rad_, false);
+      if (!fit.usable || fit.chi2 > kSearch * kSearch) continue;
+      const int bits = difference(d, {j, i});
+      if (bits >= best) continue;
+      best = bits;
+      out.to = i;
+    }
+    return out;
+  }
+
+  Mat3 R_;
+  Vec3 t_;
+  double sigma_rad_;
+  int most_bits_;
+};
+
+}  // namespace
+
+GuidedMatches matchGuided(const LevelPlaces& places, const Pose& T, const VerifyOptions& o) {
+  const Guide guide(T, o);
+  GuidedMatches out;
+  int of_neighbours = 0;
+  for (std::size_t f = 0; f < places.older.size(); ++f) {
+    int* const in_view = f == 0 ? &out.in_view : &of_neighbours;
+    const std::vector<LevelPoint>& older = places.older[f];
+    std::vector<bool> done(older.size(), false);
+    for (const Pair& p : guide.match({older, places.newer, true}, in_view)) {
+      out.matches.push_back({p.to, f, p.from});
+      done[p.from] = true;
+    }
+    for (const Pair& p : guide.match({places.newer, older, false}, in_view)) {
+      // What both sides know of a match is used anyway.
+      if (done[p.to] && older[p.to].known()) continue;
+      out.matches.push_back({p.from, f, p.to});
     }
   }
   return out;

@@ -15,11 +15,11 @@ struct RefinedPose {
 RefinedPose refinePose(const LevelPlaces& places, const std::vector<PointMatch>& matches,
                        const Pose& T_older_newer, const VerifyOptions& options);
 
-/// What a pose says is in view of the newer keyframe is looked for there.
+/// What a pose says is in view of the other side is looked for there, in both directions.
 struct GuidedMatches {
   std::vector<PointMatch> matches;
-  int in_view = 0;  ///< points of the older keyframe itself that must be in view
-  int found = 0;    ///< those of them that are matched
+  /// Points of the newer and the older keyframe (not its neighbours) that the other must see.
+  int in_view = 0;
 };
 GuidedMatches matchGuided(const LevelPlaces& places, const Pose& T_older_newer,
                           const VerifyOptions& options);

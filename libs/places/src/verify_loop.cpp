@@ -15,8 +15,6 @@ namespace {
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr int kRounds = 3;  // of matching by the pose and refining it
-/// One wrong pose of several is worth less than this share of points.
-constexpr double kShrunk = 0.9;
 
 /// Spread of the rays of the newer keyframe across its line of sight, along the shorter axis [rad].
 double spread(const LevelPlaces& places, const std::vector<PointMatch>& matches) {
@@ -63,6 +61,37 @@ bool uncertain(const Mat6& C, const VerifyOptions& o) {
   };
   return !(worst(C.topLeftCorner<3, 3>()) <= o.max_sigma_m) ||
          !(worst(C.bottomRightCorner<3, 3>()) <= o.max_sigma_rad);
+}
+
+struct Found {
+  RefinedPose pose;
+  std::vector<PointMatch> inliers;
+  double share = 0;  ///< of the points that must be in view of the other side
+};
+
+/// From a first pose to all matches that it leads to, and the pose that these give.
+Found refineAndMatch(const LevelPlaces& places, const std::vector<PointMatch>& matches,
+                     const Pose& start, const VerifyOptions& options) {
+  const double sigma_rad = options.sigma_px / options.focal_px;
+  Found out;
+  out.pose = refinePose(places, explained(places, matches, start, sigma_rad), start, options);
+  GuidedMatches guided;
+  for (int round = 0; round < kRounds && out.pose.valid; ++round) {
+    guided = matchGuided(places, out.pose.T_older_newer, options);
+    const auto fit = explained(places, guided.matches, out.pose.T_older_newer, sigma_rad);
+    out.pose = refinePose(places, fit, out.pose.T_older_newer, options);
+  }
+  if (!out.pose.valid) return out;
+  out.inliers = explained(places, guided.matches, out.pose.T_older_newer, sigma_rad);
+  int seen = 0;
+  for (const PointMatch& m : out.inliers) {
+    if (m.frame != 0) continue;
+    // Looked for from either side whose distance is known.
+    seen += places.older[0][m.older].known();
+    seen += places.newer[m.newer].known();
+  }
+  out.share = guided.in_view > 0 ? static_cast<double>(seen) / guided.in_view : 0;
+  return out;
 }
 
 bool hasPose(const PlaceKeyframe& k) {
@@ -119,31 +148,18 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
   const std::vector<PointMatch> matches = matchDescriptors(places, options);
   verdict.matches = countNewer(matches);
   if (verdict.matches < options.min_matches) return refuse(LoopRefusal::few_matches);
-  const std::optional<Pose> found = searchPose(places, matches, options);
-  if (!found) return refuse(LoopRefusal::no_pose);
+  const std::optional<Pose> start = searchPose(places, matches, options);
+  if (!start) return refuse(LoopRefusal::no_pose);
 
-  const double sigma_rad = options.sigma_px / options.focal_px;
-  RefinedPose pose =
-      refinePose(places, explained(places, matches, *found, sigma_rad), *found, options);
-  GuidedMatches guided;
-  std::vector<PointMatch> inliers;
-  for (int round = 0; round < kRounds && pose.valid; ++round) {
-    guided = matchGuided(places, pose.T_older_newer, options);
-    inliers = explained(places, guided.matches, pose.T_older_newer, sigma_rad);
-    if (inliers.size() < 3) break;
-    pose = refinePose(places, inliers, pose.T_older_newer, options);
-  }
-  if (!pose.valid) return refuse(LoopRefusal::no_pose);
-  inliers = explained(places, guided.matches, pose.T_older_newer, sigma_rad);
-  verdict.inliers = countNewer(inliers);
-  const auto own = std::count_if(inliers.begin(), inliers.end(),
-                                 [](const PointMatch& m) { return m.frame == 0; });
-  verdict.share = guided.in_view > 0 ? static_cast<double>(own) / guided.in_view : 0;
+  const Found found = refineAndMatch(places, matches, *start, options);
+  if (!found.pose.valid) return refuse(LoopRefusal::no_pose);
+  verdict.inliers = countNewer(found.inliers);
+  verdict.share = found.share;
   if (verdict.inliers < options.min_inliers || verdict.share < options.min_share) {
     return refuse(LoopRefusal::few_inliers);
   }
-  if (spread(places, inliers) < options.min_spread_rad) return refuse(LoopRefusal::narrow);
-  Loop loop = loopOf(newer, *older.front(), pose, options);
+  if (spread(places, found.inliers) < options.min_spread_rad) return refuse(LoopRefusal::narrow);
+  Loop loop = loopOf(newer, *older.front(), found.pose, options);
   loop.matches = verdict.matches;
   loop.inliers = verdict.inliers;
   if (!loop.covariance.allFinite() || uncertain(loop.covariance, options)) {
