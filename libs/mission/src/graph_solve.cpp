@@ -27,6 +27,8 @@ constexpr double kTakenBack = 1.5;
 constexpr int kTakenBackAtOnce = 5;
 /// A loop decides alone where the rest is so much less certain than it.
 constexpr double kDecidesAlone = 1e-3;
+/// Keyframes beyond those of the last factorisation: so many are reached by the way alone.
+constexpr std::size_t kUncovered = 40;
 /// A first keyframe whose covariance nobody told.
 constexpr double kFirstSigma = 1e-3;
 
@@ -221,7 +223,9 @@ void MissionGraph::Impl::decideOnLoops() {
 }
 
 const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>* MissionGraph::Impl::factorised() {
-  if (factor) return factor.get();
+  if (factor && nodes.size() - covered <= kUncovered) return factor.get();
+  factor.reset();
+  covered = nodes.size();
   ceres::Problem problem;
   const std::vector<double*> moving = build(&problem);
   ceres::Problem::EvaluateOptions o;
@@ -245,26 +249,45 @@ const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>* MissionGraph::Impl::fa
   return factor.get();
 }
 
-std::optional<LevelGuess> MissionGraph::Impl::relative(int older, int newer) {
+LevelGuess MissionGraph::Impl::along(std::size_t from, std::size_t to) const {
   LevelGuess out;
-  const GraphNode &a = nodes[static_cast<std::size_t>(older)],
-                  &b = nodes[static_cast<std::size_t>(newer)];
-  out.T = a.level().inverse() * b.level();
-  if (older == newer || (a.fixed && b.fixed)) return out;
+  for (std::size_t k = from + 1; k <= to; ++k) {
+    LevelGuess step;
+    step.T = nodes[k - 1].level().inverse() * nodes[k].level();
+    step.P = nodes[k].step.way.asDiagonal();
+    out = out * step;
+  }
+  return out;
+}
+
+std::optional<LevelGuess> MissionGraph::Impl::relative(int older, int newer) {
+  const auto a = static_cast<std::size_t>(older), b = static_cast<std::size_t>(newer);
+  LevelGuess out;
+  out.T = nodes[a].level().inverse() * nodes[b].level();
+  if (a == b || (nodes[a].fixed && nodes[b].fixed)) return out;
+  if (b < a) {
+    const auto turned = relative(newer, older);
+    return turned ? std::optional<LevelGuess>(inverse(*turned)) : std::nullopt;
+  }
   const auto* H = factorised();
   if (H == nullptr) return std::nullopt;
+  if (a >= covered) return along(a, b);
+  const std::size_t to = std::min(b, covered - 1);
   const LevelEdgeFactor f(Vec3::Zero(), 0, Eigen::Matrix4d::Identity());
   Eigen::Matrix<double, 4, 4, Eigen::RowMajor> J[2];
   double* jacobians[2] = {J[0].data(), J[1].data()};
-  const double* x[2] = {a.x, b.x};
+  const double* x[2] = {nodes[a].x, nodes[to].x};
   Eigen::Vector4d r;
   f.Evaluate(x, r.data(), jacobians);
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(H->rows(), 4);
   for (int k = 0; k < 2; ++k) {
-    const int at = column[static_cast<std::size_t>(k == 0 ? older : newer)];
-    if (at >= 0) right.middleRows(at, 4) = J[k].transpose();
+    const int at = column[k == 0 ? a : to];
+    if (at >= 0) right.middleRows(at, 4) += J[k].transpose();
   }
-  out.P = right.transpose() * H->solve(right);
+  LevelGuess solved;
+  solved.T = nodes[a].level().inverse() * nodes[to].level();
+  solved.P = right.transpose() * H->solve(right);
+  out = to < b ? solved * along(to, b) : solved;
   if (!out.P.allFinite()) return std::nullopt;
   return out;
 }

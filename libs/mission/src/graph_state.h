@@ -54,6 +54,8 @@ struct MissionGraph::Impl {
   double residualOf(const JudgedLoop& loop) const;
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>* factorised();
   std::optional<LevelGuess> relative(int older, int newer);
+  /// By the way alone, from one keyframe to a later one.
+  LevelGuess along(std::size_t from, std::size_t to) const;
 
   // The referee.
   LoopState judge(JudgedLoop* judged);
@@ -76,8 +78,9 @@ struct MissionGraph::Impl {
   std::size_t unsolved = 0;     ///< loops accepted since the last solution
   bool joined_anew = false;
 
-  // Of the graph as it is; none when it has changed.
+  // Of the graph with its first `covered` keyframes; none when those or the loops have changed.
   std::unique_ptr<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>> factor;
+  std::size_t covered = 0;
   std::vector<int> column;  ///< of a node in it; -1: it does not move
 };
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "graph_state.h"
+#include "vir/core/option_check.h"
 
 namespace vir::mission {
 namespace {
@@ -22,21 +23,10 @@ bool isPose(const Pose& T) { return T.p.allFinite() && std::abs(T.q.norm() - 1) 
 
 }  // namespace
 
-void GraphOptions::validate() const {
-  const auto positive = [](double v, const char* what) {
-    if (!(v > 0)) throw std::invalid_argument(std::string("[Loops] ") + what + " must be above 0");
-  };
-  positive(drift_m_per_sqrt_m, "drift_m_per_sqrt_m");
-  positive(drift_rad_per_sqrt_m, "drift_rad_per_sqrt_m");
-  positive(loop_sigma_m, "loop_sigma_m");
-  positive(loop_sigma_rad, "loop_sigma_rad");
-  positive(lost_m, "lost_m");
-  positive(gate, "gate");
-  positive(iterations, "iterations");
-  if (!(second_opinion >= 1)) throw std::invalid_argument("[Loops] second_opinion: at least 1");
-}
+void GraphOptions::validate() const { checkBounds(*this); }
 
 void describe(OptionVisitor& v, GraphOptions& o) {
+  v.section("Mission", "The whole path as a graph, which loops correct");
   v.value("drift_m_per_sqrt_m", o.drift_m_per_sqrt_m, {1e-4, 10.0},
           "what odometry of unknown accuracy drifts by [m] on the root of a metre");
   v.value("drift_rad_per_sqrt_m", o.drift_rad_per_sqrt_m, {1e-5, 1.0}, "likewise its heading");
@@ -127,7 +117,6 @@ void MissionGraph::add(const PathNode& path) {
     }
   }
   g.nodes.push_back(node);
-  g.factor.reset();
 }
 
 void MissionGraph::move(std::uint64_t id, const Pose& T_W_B) {

@@ -34,7 +34,7 @@ struct GraphOptions {
   /// Throws std::invalid_argument for a value that is not allowed.
   void validate() const;
 };
-/// Into the section at hand.
+/// Section [Mission].
 void describe(OptionVisitor& v, GraphOptions& o);
 
 /// A keyframe as the estimator has it.
