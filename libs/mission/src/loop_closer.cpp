@@ -5,36 +5,17 @@
 #include <map>
 #include <stdexcept>
 
+#include "place_graph.h"
 #include "vir/camera/camera_model.h"
 #include "vir/core/option_check.h"
 
 namespace vir::mission {
 namespace {
 
-/// The places' check against the path is a first one, of a path that may be worse than it says; the
-/// graph has the last word. Times the variance.
-constexpr double kPriorDoubt = 4;
-/// Roll and pitch of two keyframes against each other [rad].
-constexpr double kTiltSigma = 0.01;
 constexpr double kWorthTelling = 1e-3;  // [m]
 /// Rows of loops.csv that are kept of what was not accepted; the others are counted.
 constexpr std::size_t kMostRefusals = 20000;
 constexpr std::size_t kMostLandmarks = 200000;
-
-places::RelativePrior priorOf(const MissionGraph::Relative& known, const Quat& q_older,
-                              const Quat& q_newer) {
-  places::RelativePrior out;
-  out.T_older_newer =
-      Pose((q_older.conjugate() * Quat(rotZ(known.turn_rad)) * q_newer).normalized(),
-           q_older.conjugate() * known.motion_W);
-  Eigen::Matrix<double, 6, 4> J = Eigen::Matrix<double, 6, 4>::Zero();
-  J.topLeftCorner<3, 3>() = q_older.conjugate().toRotationMatrix();
-  J.bottomRightCorner<3, 1>() = q_newer.conjugate() * Vec3::UnitZ();
-  out.covariance = kPriorDoubt * J * known.covariance * J.transpose();
-  out.covariance.diagonal().head<3>().array() += 1e-6;
-  out.covariance.diagonal().tail<3>().array() += kTiltSigma * kTiltSigma;
-  return out;
-}
 
 }  // namespace
 
@@ -60,15 +41,8 @@ struct LoopCloser::Impl {
         calibration(c),
         log_sink(std::move(l)),
         describer(o.describer, camera::makeCamera(c.camera)),
-        finder(o.finder, o.index, o.verify),
-        graph(o.graph) {}
+        places(o) {}
 
-  std::optional<places::RelativePrior> prior(const PlaceKeyframe& older,
-                                             const PlaceKeyframe& newer) const {
-    const auto known = graph.relative(older.id, newer.id);
-    if (!known) return std::nullopt;
-    return priorOf(*known, older.T_W_B.q, newer.T_W_B.q);
-  }
   void note(const std::vector<places::LoopAttempt>& attempts);
   LoopRecord recordOf(const Loop& loop) const;
 
@@ -76,8 +50,7 @@ struct LoopCloser::Impl {
   Calibration calibration;
   LogSink log_sink;
   places::Describer describer;
-  places::LoopFinder finder;
-  MissionGraph graph;
+  PlaceGraph places;
   MissionMap loaded;
   std::uint64_t next_id = 1, first_own = 1;
   int segments_before = 0;  ///< of the map
@@ -104,12 +77,8 @@ void LoopCloser::begin(const MissionMap& map) {
   if (!other.empty()) throw std::invalid_argument("the map is of another camera: " + other);
   m.loaded = map;
   for (const auto& k : map.keyframes) {
-    // Stamps of another run may be those of this one: they tell nothing of the two.
-    auto copy = std::make_shared<PlaceKeyframe>(*k);
-    copy->segment = -1 - k->segment;
     m.segments_before = std::max(m.segments_before, k->segment + 1);
-    m.graph.addFixed(k->id, k->t, k->T_W_B);
-    m.finder.remember(copy);
+    m.places.remember(*k);
     m.next_id = k->id + 1;
   }
   m.first_own = m.next_id;
@@ -142,7 +111,7 @@ void LoopCloser::add(const SeenKeyframe& seen) {
   k->T_B_C = estimated ? seen.estimate.calibration.T_B_C : m.calibration.T_B_C;
   k->points = m.describer.points(seen.gray, (k->T_W_B * k->T_B_C).q, seen.landmarks);
   try {
-    m.graph.add({k->id, k->t, k->segment, k->T_W_B, seen.estimate.covariance, seen.held});
+    m.places.add(k, seen.estimate.covariance, seen.held);
   } catch (const std::invalid_argument& e) {
     log(m.log_sink, LogLevel::debug, std::string("no place: ") + e.what());
     return;
@@ -152,12 +121,8 @@ void LoopCloser::add(const SeenKeyframe& seen) {
   m.ids[k->t] = k->id;
   m.last = StampedPose{s.t, s.T_W_B};
   m.last_segment = k->segment;
-  const auto prior = [&m](const PlaceKeyframe& older, const PlaceKeyframe& newer) {
-    return m.prior(older, newer);
-  };
-  for (const Loop& loop : m.finder.add(k, prior)) m.graph.offer(loop);
-  m.note(m.finder.attempts());
-  if (m.was_found || !m.graph.joined()) return;
+  m.note(m.places.finder().attempts());
+  if (m.was_found || !m.places.graph().joined()) return;
   m.was_found = true;
   log(m.log_sink, LogLevel::info, "the run was found in the map");
 }
@@ -182,24 +147,24 @@ LoopRecord LoopCloser::Impl::recordOf(const Loop& loop) const {
   r.matches = loop.matches;
   r.inliers = loop.inliers;
   r.T_older_newer = loop.T_older_newer;
-  if (const auto k = finder.index().find(loop.older)) r.t_older = k->t;
-  if (const auto k = finder.index().find(loop.newer)) r.t_newer = k->t;
-  if (const auto T = graph.poseOf(loop.older)) r.p_older = T->p;
-  if (const auto T = graph.poseOf(loop.newer)) r.p_newer = T->p;
+  if (const auto k = places.finder().index().find(loop.older)) r.t_older = k->t;
+  if (const auto k = places.finder().index().find(loop.newer)) r.t_newer = k->t;
+  if (const auto T = places.graph().poseOf(loop.older)) r.p_older = T->p;
+  if (const auto T = places.graph().poseOf(loop.newer)) r.p_newer = T->p;
   return r;
 }
 
-bool LoopCloser::solveDue() const { return impl_->graph.solveDue(); }
+bool LoopCloser::solveDue() const { return impl_->places.graph().solveDue(); }
 
 void LoopCloser::solve(const std::vector<StampedPose>& keyframes) {
   Impl& m = *impl_;
   for (const StampedPose& k : keyframes) {
     const auto id = m.ids.find(k.t);
-    if (id != m.ids.end()) m.graph.move(id->second, k.T_W_B);
+    if (id != m.ids.end()) m.places.graph().move(id->second, k.T_W_B);
   }
-  m.graph.solve();
+  m.places.graph().solve();
   ++m.solutions;
-  const std::vector<StampedPose> path = m.graph.path();
+  const std::vector<StampedPose> path = m.places.graph().path();
   Revision out;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const bool known = i < m.told.size();
@@ -212,8 +177,10 @@ void LoopCloser::solve(const std::vector<StampedPose>& keyframes) {
   m.revision = std::move(out);
 }
 
-LevelTransform LoopCloser::correction() const { return impl_->graph.correction(); }
-LevelTransform LoopCloser::correctionAt(TimeNs t) const { return impl_->graph.correctionAt(t); }
+LevelTransform LoopCloser::correction() const { return impl_->places.graph().correction(); }
+LevelTransform LoopCloser::correctionAt(TimeNs t) const {
+  return impl_->places.graph().correctionAt(t);
+}
 
 std::optional<Revision> LoopCloser::takeRevision() {
   return std::exchange(impl_->revision, std::nullopt);
@@ -224,7 +191,7 @@ bool LoopCloser::found() const { return impl_->was_found; }
 std::vector<LoopRecord> LoopCloser::records() const {
   const Impl& m = *impl_;
   std::vector<LoopRecord> out = m.refusals;
-  for (const JudgedLoop& l : m.graph.loops()) {
+  for (const JudgedLoop& l : m.places.graph().loops()) {
     LoopRecord r = m.recordOf(l.loop);
     if (l.t_newer != 0) {
       r.t_older = l.t_older;
@@ -241,13 +208,13 @@ std::vector<LoopRecord> LoopCloser::records() const {
 }
 
 long LoopCloser::rejected() const {
-  const LoopCounts c = impl_->graph.counts();
+  const LoopCounts c = impl_->places.graph().counts();
   return impl_->refused + c.refused + c.taken_back + c.waiting;
 }
 
 std::vector<std::pair<std::string, long>> LoopCloser::counters() const {
   const Impl& m = *impl_;
-  const LoopCounts c = m.graph.counts();
+  const LoopCounts c = m.places.graph().counts();
   return {{"places", m.keyframes},          {"loop_candidates", m.attempts},
           {"loops_accepted", c.accepted},   {"loops_waiting", c.waiting},
           {"loops_refused", c.refused},     {"loops_taken_back", c.taken_back},
@@ -257,9 +224,9 @@ std::vector<std::pair<std::string, long>> LoopCloser::counters() const {
 std::vector<Landmark> LoopCloser::landmarks() const {
   const Impl& m = *impl_;
   std::vector<Landmark> out;
-  for (const auto& k : m.finder.index().keyframes()) {
+  for (const auto& k : m.places.finder().index().keyframes()) {
     if (k->id < m.first_own) continue;
-    const auto T_M_B = m.graph.poseOf(k->id);
+    const auto T_M_B = m.places.graph().poseOf(k->id);
     if (!T_M_B) continue;
     const Pose T_M_C = *T_M_B * k->T_B_C;
     for (const PlacePoint& p : k->points) {
@@ -285,9 +252,9 @@ MissionMap LoopCloser::map(const Calibration& calibration,
   const bool extends = !m.loaded.keyframes.empty() && m.was_found;
   if (extends) out = m.loaded;
   out.calibration = calibration;
-  for (const auto& k : m.finder.index().keyframes()) {
+  for (const auto& k : m.places.finder().index().keyframes()) {
     if (k->id < m.first_own) continue;
-    const auto T_M_B = m.graph.poseOf(k->id);
+    const auto T_M_B = m.places.graph().poseOf(k->id);
     if (!T_M_B) continue;
     auto copy = std::make_shared<PlaceKeyframe>(*k);
     copy->T_W_B = *T_M_B;

@@ -7,6 +7,7 @@
 #include "csv_text.h"
 #include "frame_history.h"
 #include "kept_rows.h"
+#include "loop_recorder.h"
 #include "range_recorder.h"
 #include "report_html.h"
 #include "run_figures.h"
@@ -144,6 +145,7 @@ RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
       covariance_file_(folder.file("trajectory_covariance.csv")),
       frames_file_(folder.file("frames.csv")),
       ranges_(std::make_unique<RangeRecorder>(folder)),
+      loops_(std::make_unique<LoopRecorder>(folder)),
       long_run_(std::make_unique<LongRun>(folder.path())),
       history_(std::make_unique<FrameHistory>()),
       images_(std::make_unique<Thumbnails>()) {
@@ -163,6 +165,7 @@ void RunRecorder::onOutput(const roles::EstimatorOutput& output,
   if (!output.states.empty()) images_->add(output.states.back(), estimator.trackedPixels());
   for (const RangeRecord& range : output.ranges) ranges_->add(range);
   for (const Revision& revision : output.revisions) add(revision);
+  for (const StampedPose& pose : output.uncorrected) loops_->add(pose);
   for (const roles::CalibrationPoint& point : output.calibrations) {
     long_run_->calibrations.add(point);
   }
@@ -345,6 +348,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   ranges_->finish(anchors);
   for (const Anchor& a : anchors) summary->anchors.push_back({a, {}, {}});
   summariseRanges(summary);
+  summary->loops = loops_->finish(estimator.loops());
   writeKeyframes(estimator.keyframes());
   const std::vector<Landmark> landmarks = estimator.landmarks();
   writeLandmarks(landmarks);
