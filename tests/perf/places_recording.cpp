@@ -91,11 +91,7 @@ int main(int argc, char** argv) {
   places::VerifyOptions vo;
   vo.focal_px = rec.calibration.fx;
   places::LoopFinder finder(fo, {}, vo);
-  places::DescriberOptions dop;
-  if (std::getenv("POINTS")) dop.points = std::atoi(std::getenv("POINTS"));
-  if (std::getenv("DIST")) dop.min_distance_px = std::atof(std::getenv("DIST"));
-  if (std::getenv("SCORE")) dop.min_corner_score = std::atof(std::getenv("SCORE"));
-  places::Describer describer(dop, camera);
+  places::Describer describer({}, camera);
   std::ofstream dump;
   if (argc > 5) dump.open(argv[5], std::ios::binary | std::ios::app);
 
@@ -148,7 +144,6 @@ int main(int argc, char** argv) {
       ++decisions[a.decision];
       const PlaceKeyframe& o = *all[a.older];
       right |= near(o);
-      if (std::getenv("DUMP")) std::printf("A %d-%d near %d %s m %d in %d share %.2f dist %.2f ang %.2f\n", (int)a.older,(int)a.newer,(int)near(o), a.decision.c_str(), a.verdict.matches,a.verdict.inliers,a.verdict.share,(o.T_W_B.inverse() * kf->T_W_B).p.norm(),(o.T_W_B.inverse() * kf->T_W_B).q.angularDistance(Quat::Identity()));
       if (!a.verdict.found) continue;
       ++verified;
       const Pose truth = o.T_W_B.inverse() * kf->T_W_B;

@@ -91,8 +91,8 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
     attempt.verdict = verifyLoop(*keyframe, older, verify_, known ? &*known : nullptr);
     attempt.decision = name(attempt.verdict.refusal);
     if (attempt.verdict.found) {
-      found.push_back(
-          {*attempt.verdict.found, attempt.verdict.chi2, older.front(), keyframe, false});
+      found.push_back({*attempt.verdict.found, attempt.verdict.chi2, known.has_value(),
+                       older.front(), keyframe, false});
       attempt_of.push_back(attempts_.size());
       const std::size_t at = found.size() - 1;
       if (attempt.verdict.loop) {
@@ -172,7 +172,8 @@ std::vector<Loop> LoopFinder::confirm(Opinion opinion, const Prior& prior) {
     if (agree(opinion, o, prior)) agreeing.push_back(&o);
   }
   std::vector<Loop> out;
-  if (static_cast<int>(agreeing.size()) + 1 >= options_.agreeing) {
+  const int needed = opinion.known ? options_.agreeing : options_.agreeing_unknown;
+  if (static_cast<int>(agreeing.size()) + 1 >= needed) {
     for (Opinion* o : agreeing) {
       if (!o->told) out.push_back(o->loop);
       o->told = true;

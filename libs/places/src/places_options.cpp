@@ -40,12 +40,17 @@ void describe(OptionVisitor& v, VerifyOptions& o) {
   v.value("min_matches", o.min_matches, {4, 1000}, "fewer are not looked at");
   v.value("min_inliers", o.min_inliers, {6, 1000}, "corners that fit the pose");
   v.value("min_share", o.min_share, {0.0, 1.0}, "of the points in view that are found again");
+  v.value("min_share_known", o.min_share_known, {0.0, 1.0},
+          "the same where odometry and ranges say as well where it must be");
+  v.value("known_sigma_m", o.known_sigma_m, {0.0, 1000.0}, "to this much");
   v.value("min_spread_rad", o.min_spread_rad, {0.0, 1.0}, "of the fitting corners' rays");
   v.value("max_sigma_m", o.max_sigma_m, {0.001, 100.0}, "a pose less certain is no loop");
   v.value("max_sigma_rad", o.max_sigma_rad, {0.0001, 3.0}, "a pose less certain is no loop");
   v.value("gravity_sigma_rad", o.gravity_sigma_rad, {1e-5, 1.0}, "of a keyframe's roll and pitch");
   v.value("scale_sigma", o.scale_sigma, {0.0, 1.0},
           "of a keyframe's distances, all together (relative)");
+  v.value("bias_px", o.bias_px, {0.0, 100.0},
+          "of lens and distances, all corners together: more corners do not help");
   v.value("prior_chi2", o.prior_chi2, {1.0, 1e6},
           "squared distance to odometry and ranges, of six degrees of freedom");
   v.value("seed", o.seed, {0, 2000000000}, "of the random search");
@@ -59,6 +64,8 @@ void describe(OptionVisitor& v, LoopFinderOptions& o) {
   v.value("neighbours", o.neighbours, {0, 10},
           "before and after a place that lend it their points");
   v.value("agreeing", o.agreeing, {1, 10}, "keyframes that must agree");
+  v.value("agreeing_unknown", o.agreeing_unknown, {1, 10},
+          "the same where neither odometry nor ranges say where the place is");
   v.value("agree_s", o.agree_s, {0.0, 600.0}, "within this long");
   v.value("agree_move_m", o.agree_move_m, {0.0, 100.0}, "and taken from places so far apart");
   v.value("path_share", o.path_share, {0.0, 1.0}, "drift of the path over a few seconds");

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "loop_refinement.h"
+#include "vir/core/order_statistics.h"
 
 namespace vir::places {
 namespace {
@@ -33,13 +34,28 @@ double spread(const LevelPlaces& places, const std::vector<PointMatch>& matches)
   return std::sqrt(std::max(values(1), 0.0));  // the least is that along the axis
 }
 
-/// Distances of a keyframe are off together: the way between the two grows or shrinks with them.
-void addScale(const VerifyOptions& o, const Vec3& way, Mat6* covariance) {
+/// What is the same for all corners and so does not average out: the scale of the distances moves
+/// the way between the two, the lens and the points' distances the pose.
+void addBias(const VerifyOptions& o, const Vec3& way, double distance_m, Mat6* covariance) {
   covariance->topLeftCorner<3, 3>() += o.scale_sigma * o.scale_sigma * way * way.transpose();
+  const double turn = o.bias_px / o.focal_px;
+  covariance->diagonal().head<3>().array() += turn * turn * distance_m * distance_m;
+  covariance->diagonal().tail<3>().array() += turn * turn;
+}
+
+/// Median distance of the points that a pose is made from [m].
+double medianDistance(const LevelPlaces& places, const std::vector<PointMatch>& matches) {
+  std::vector<double> all;
+  for (const PointMatch& m : matches) {
+    const LevelPoint &a = places.older[m.frame][m.older], &b = places.newer[m.newer];
+    const LevelPoint& p = a.known() ? a : b;
+    if (p.known()) all.push_back(1 / p.rho);
+  }
+  return medianInPlace(&all);
 }
 
 Loop loopOf(const PlaceKeyframe& newer, const PlaceKeyframe& older, const RefinedPose& refined,
-            const VerifyOptions& o) {
+            double distance_m, const VerifyOptions& o) {
   Loop loop;
   loop.older = older.id;
   loop.newer = newer.id;
@@ -51,16 +67,8 @@ Loop loopOf(const PlaceKeyframe& newer, const PlaceKeyframe& older, const Refine
   turn.topLeftCorner<3, 3>() = R_L_old.conjugate().toRotationMatrix();
   turn.bottomRightCorner<3, 3>() = R_Q_new.conjugate().toRotationMatrix();
   loop.covariance = turn * refined.covariance * turn.transpose();
-  addScale(o, loop.T_older_newer.p, &loop.covariance);
+  addBias(o, loop.T_older_newer.p, distance_m, &loop.covariance);
   return loop;
-}
-
-bool uncertain(const Mat6& C, const VerifyOptions& o) {
-  const auto worst = [&](const Mat3& block) {
-    return std::sqrt(Eigen::SelfAdjointEigenSolver<Mat3>(block).eigenvalues()(2));
-  };
-  return !(worst(C.topLeftCorner<3, 3>()) <= o.max_sigma_m) ||
-         !(worst(C.bottomRightCorner<3, 3>()) <= o.max_sigma_rad);
 }
 
 struct Found {
@@ -92,6 +100,22 @@ Found refineAndMatch(const LevelPlaces& places, const std::vector<PointMatch>& m
   }
   out.share = guided.in_view > 0 ? static_cast<double>(seen) / guided.in_view : 0;
   return out;
+}
+
+double largestSigma(const Mat3& block) {
+  return std::sqrt(Eigen::SelfAdjointEigenSolver<Mat3>(block).eigenvalues()(2));
+}
+
+bool uncertain(const Mat6& C, const VerifyOptions& o) {
+  return !(largestSigma(C.topLeftCorner<3, 3>()) <= o.max_sigma_m) ||
+         !(largestSigma(C.bottomRightCorner<3, 3>()) <= o.max_sigma_rad);
+}
+
+/// How much of what must be in view must be found: less where it is said that this is the place.
+double neededShare(const RelativePrior* prior, const VerifyOptions& o) {
+  const bool known = prior && prior->covariance.allFinite() &&
+                     largestSigma(prior->covariance.topLeftCorner<3, 3>()) <= o.known_sigma_m;
+  return known ? o.min_share_known : o.min_share;
 }
 
 bool hasPose(const PlaceKeyframe& k) {
@@ -155,11 +179,12 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
   if (!found.pose.valid) return refuse(LoopRefusal::no_pose);
   verdict.inliers = countNewer(found.inliers);
   verdict.share = found.share;
-  if (verdict.inliers < options.min_inliers || verdict.share < options.min_share) {
+  if (verdict.inliers < options.min_inliers || verdict.share < neededShare(prior, options)) {
     return refuse(LoopRefusal::few_inliers);
   }
   if (spread(places, found.inliers) < options.min_spread_rad) return refuse(LoopRefusal::narrow);
-  Loop loop = loopOf(newer, *older.front(), found.pose, options);
+  Loop loop =
+      loopOf(newer, *older.front(), found.pose, medianDistance(places, found.inliers), options);
   loop.matches = verdict.matches;
   loop.inliers = verdict.inliers;
   if (!loop.covariance.allFinite() || uncertain(loop.covariance, options)) {

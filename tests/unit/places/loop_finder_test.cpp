@@ -31,6 +31,17 @@ class Visits : public testing::Test {
   std::vector<Loop> see(double s, const Pose& T, const LoopFinder::Prior& prior = {}) {
     return finder_.add(world_.see(next_++, s, T), prior);
   }
+  /// The path is known to 0.3 m.
+  static LoopFinder::Prior exactPath() { return path(0.3); }
+  static LoopFinder::Prior vaguePath() { return path(3); }
+  static LoopFinder::Prior path(double sigma) {
+    return [sigma](const PlaceKeyframe& a, const PlaceKeyframe& b) {
+      RelativePrior p;
+      p.T_older_newer = a.T_W_B.inverse() * b.T_W_B;
+      p.covariance *= sigma * sigma;
+      return std::optional<RelativePrior>(p);
+    };
+  }
   /// Ids 0 to 3, a metre along the way.
   void firstVisit() {
     for (int k = 0; k < 4; ++k) EXPECT_TRUE(see(0.5 * k, along(0.3 * k)).empty());
@@ -42,10 +53,10 @@ class Visits : public testing::Test {
 
 TEST_F(Visits, ALoopIsBelievedWhenASecondKeyframeAgrees) {
   firstVisit();
-  EXPECT_TRUE(see(60, along(0.05)).empty());
+  EXPECT_TRUE(see(60, along(0.05), exactPath()).empty());
   ASSERT_FALSE(finder_.attempts().empty());
   EXPECT_EQ(decisionOf(finder_, finder_.attempts().front().older), "waits for another");
-  const std::vector<Loop> both = see(60.5, along(0.35));
+  const std::vector<Loop> both = see(60.5, along(0.35), exactPath());
   ASSERT_EQ(both.size(), 2U);
   EXPECT_EQ(both[0].newer, 4U);
   EXPECT_EQ(both[1].newer, 5U);
@@ -56,7 +67,7 @@ TEST_F(Visits, ALoopIsBelievedWhenASecondKeyframeAgrees) {
     EXPECT_LT((l.T_older_newer.p - truth.p).norm(), 0.05);
   }
   // The next one is believed at once, and nobody is told twice.
-  const std::vector<Loop> third = see(61, along(0.65));
+  const std::vector<Loop> third = see(61, along(0.65), exactPath());
   ASSERT_EQ(third.size(), 1U);
   EXPECT_EQ(third[0].newer, 6U);
   EXPECT_EQ(decisionOf(finder_, third[0].older), "accepted");
@@ -75,24 +86,33 @@ TEST_F(Visits, WhatWasJustSeenIsNoSecondVisit) {
 
 TEST_F(Visits, AKeyframeOfLongAgoIsNoSecondOpinion) {
   firstVisit();
+  EXPECT_TRUE(see(60, along(0.05), exactPath()).empty());
+  EXPECT_TRUE(see(70, along(0.35), exactPath()).empty());
+  EXPECT_EQ(see(70.5, along(0.65), exactPath()).size(), 2U);
+}
+
+TEST_F(Visits, WhereNothingElseIsKnownThreeMustAgree) {
+  firstVisit();
   EXPECT_TRUE(see(60, along(0.05)).empty());
-  EXPECT_TRUE(see(70, along(0.35)).empty());
-  EXPECT_EQ(see(70.5, along(0.65)).size(), 2U);
+  EXPECT_TRUE(see(60.5, along(0.35)).empty());
+  EXPECT_EQ(see(61, along(0.65)).size(), 3U);
 }
 
 /// The map was recorded at the very same times (the same recording, played again).
 TEST_F(Visits, AMapThatWasLoadedIsNeverRecent) {
   for (int k = 0; k < 4; ++k) finder_.remember(world_.see(next_++, 0.5 * k, along(0.3 * k)));
   EXPECT_TRUE(see(0, along(0.05)).empty());
-  EXPECT_EQ(see(0.5, along(0.35)).size(), 2U);
+  EXPECT_TRUE(see(0.5, along(0.35)).empty());
+  EXPECT_EQ(see(1, along(0.65)).size(), 3U);
 }
 
 /// The path says that the robot went on by half a metre, the two loops that it stayed.
 TEST_F(Visits, LoopsThatContradictThePathAreNotBelieved) {
   firstVisit();
-  EXPECT_TRUE(see(60, along(0.05)).empty());
+  EXPECT_TRUE(see(60, along(0.05), vaguePath()).empty());
   const Pose believed = along(0.35) * Pose(Quat::Identity(), Vec3(0.5, 0.5, 0));
-  EXPECT_TRUE(finder_.add(world_.see(next_++, 60.5, along(0.35), believed)).empty());
+  EXPECT_TRUE(finder_.add(world_.see(next_++, 60.5, along(0.35), believed), vaguePath()).empty());
+  EXPECT_EQ(decisionOf(finder_, finder_.attempts().front().older), "waits for another");
 }
 
 /// Two places that look the same to the last point, 20 m apart in the map.
@@ -105,21 +125,13 @@ class Twins : public Visits {
       finder_.add(world_.see(next_++, 40 + 0.5 * k, along(0.3 * k), there), exactPath());
     }
   }
-  /// The path is known to 0.3 m.
-  static LoopFinder::Prior exactPath() {
-    return [](const PlaceKeyframe& a, const PlaceKeyframe& b) {
-      RelativePrior p;
-      p.T_older_newer = a.T_W_B.inverse() * b.T_W_B;
-      p.covariance *= 0.09;
-      return std::optional<RelativePrior>(p);
-    };
-  }
 };
 
 TEST_F(Twins, WithoutOdometryNeitherIsBelieved) {
   visitBoth();
   EXPECT_TRUE(see(100, along(0.05)).empty());
   EXPECT_TRUE(see(100.5, along(0.35)).empty());
+  EXPECT_TRUE(see(101, along(0.65)).empty());
   bool ambiguous = false;
   for (const auto& a : finder_.attempts()) ambiguous = ambiguous || a.decision == "ambiguous";
   EXPECT_TRUE(ambiguous);

@@ -13,20 +13,23 @@
 namespace vir::places {
 
 struct VerifyOptions {
-  double sigma_px = 1.0;         ///< of a corner found again, as a pixel of `focal_px`
-  double focal_px = 450;         ///< pixels per radian
-  int max_distance_bits = 64;    ///< of descriptors that are matched
-  double ratio = 0.85;           ///< distance of the best to that of the second best
-  int max_iterations = 400;      ///< of the random search
-  int min_matches = 12;          ///< fewer are not looked at
-  int min_inliers = 20;          ///< different corners of the newer keyframe
-  double min_share = 0.25;       ///< inliers of the points that must be in view
-  double min_spread_rad = 0.06;  ///< of the inliers' rays, along the shorter axis
-  double max_sigma_m = 0.15;     ///< a pose less certain is no loop
+  double sigma_px = 1.0;          ///< of a corner found again, as a pixel of `focal_px`
+  double focal_px = 450;          ///< pixels per radian
+  int max_distance_bits = 64;     ///< of descriptors that are matched
+  double ratio = 0.85;            ///< distance of the best to that of the second best
+  int max_iterations = 400;       ///< of the random search
+  int min_matches = 12;           ///< fewer are not looked at
+  int min_inliers = 20;           ///< different corners of the newer keyframe
+  double min_share = 0.3;         ///< inliers of the points that must be in view
+  double min_share_known = 0.15;  ///< the same where a prior says as well where it must be
+  double known_sigma_m = 0.5;     ///< as such a prior does
+  double min_spread_rad = 0.06;   ///< of the inliers' rays, along the shorter axis
+  double max_sigma_m = 0.15;      ///< a pose less certain is no loop
   double max_sigma_rad = 0.03;
   double gravity_sigma_rad = 0.01;  ///< how well roll and pitch of a keyframe are known
   double scale_sigma = 0.01;        ///< of the distances of a keyframe, all together
-  double prior_chi2 = 28;           ///< of six degrees of freedom
+  double bias_px = 0.7;    ///< lens and distances, all corners together: more corners do not help
+  double prior_chi2 = 28;  ///< of six degrees of freedom
   int seed = 1;
 
   /// Throws std::invalid_argument for a value that is not allowed.
