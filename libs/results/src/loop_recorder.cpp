@@ -42,6 +42,7 @@ std::optional<std::pair<long, long>> LoopRecorder::finish(
     const std::optional<std::vector<LoopRecord>>& loops) {
   if (odometry_) odometry_->close();
   if (!loops) return std::nullopt;
+  records_ = *loops;
   OutputFile file(folder_.file("loops.csv"));
   file.line(kHeader);
   std::pair<long, long> counts{0, 0};

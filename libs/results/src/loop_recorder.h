@@ -18,11 +18,14 @@ class LoopRecorder {
   void add(const StampedPose& pose);
   /// Closes and writes; how many were accepted, and rejected. Nothing if none were looked for.
   std::optional<std::pair<long, long>> finish(const std::optional<std::vector<LoopRecord>>& loops);
+  /// As finish() was given them.
+  const std::vector<LoopRecord>& records() const { return records_; }
 
  private:
   const ResultsFolder& folder_;
   std::optional<OutputFile> odometry_;
   TimeNs last_ = 0;
+  std::vector<LoopRecord> records_;
 };
 
 }  // namespace vir::results

@@ -166,9 +166,7 @@ void RunRecorder::onOutput(const roles::EstimatorOutput& output,
   for (const RangeRecord& range : output.ranges) ranges_->add(range);
   for (const Revision& revision : output.revisions) add(revision);
   for (const StampedPose& pose : output.uncorrected) loops_->add(pose);
-  for (const roles::CalibrationPoint& point : output.calibrations) {
-    long_run_->calibrations.add(point);
-  }
+  for (const auto& point : output.calibrations) long_run_->calibrations.add(point);
 }
 
 void RunRecorder::add(const Revision& revision) {
@@ -270,8 +268,7 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
     if (evaluation_->attitudes) summary->ate_posyaw_deg = evaluation_->ate_orientation_deg.rmse;
     relativeErrors(*evaluation_, summary);
     // A sparse truth is met between poses, where there is no covariance.
-    const bool at_poses = !evaluation_->association.estimate_interpolated;
-    if (at_poses && evaluation_->attitudes) {
+    if (!evaluation_->association.estimate_interpolated && evaluation_->attitudes) {
       errors_ = errorsFromStart();
       summary->nees_position = positionNees(errors_);
     }
@@ -371,6 +368,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   SceneRobot robot{"", evaluation::figureColor(0), Pose(), trajectory_, anchors, landmarks};
   if (evaluation_) robot.truth = evaluation::inWorldOfEstimate(truth_, *evaluation_);
   robot.camera = summary->calibration;
+  robot.loops = loops_->records();
   writeScene(folder_.file("scene.3Dscene"), {robot});
 }
 
@@ -388,7 +386,8 @@ void RunRecorder::writePictures(const std::vector<Anchor>& anchors,
                              true_anchors_,
                              ranges_->sample(),
                              long_run_->calibrations.values(),
-                             summary.calibration_given};
+                             summary.calibration_given,
+                             loops_->records()};
   if (!trajectory_.empty())
     writeTextFile(folder_.file("map.svg"), evaluation::toSvg(mapFigure(pictures)));
   const evaluation::Figure ranges = rangesFigure(pictures);

@@ -90,26 +90,4 @@ Resected resect(const WindowState& w, const Pose& predicted,
   return out;
 }
 
-std::vector<LandmarkDistance> ShortWindow::distancesInNewest() const {
-  std::vector<LandmarkDistance> out;
-  const WindowState& w = *impl_;
-  const Frame* newest = w.frames.back().get();
-  const Pose T_B_C = w.T_B_C();
-  const Pose T_W_C = newest->T_W_B() * T_B_C;
-  for (const auto& [id, l] : w.landmarks) {
-    if (!l.has_depth || l.sights.back().frame != newest) continue;
-    const Vec3 ray_W = landmarkInWorld(w, l) - T_W_C.p;
-    const double distance = ray_W.norm();
-    if (!(distance > 0)) continue;
-    double information = 0;  // of the inverse distance
-    for (const LandmarkSight& s : l.sights) {
-      const Vec3 way = s.frame->T_W_B() * T_B_C.p - T_W_C.p;
-      const double moves_px = w.focalPx() * way.cross(ray_W / distance).norm();
-      information += moves_px * moves_px / (w.options.sigma_px * w.options.sigma_px);
-    }
-    if (information > 0) out.push_back({id, 1 / distance, 1 / std::sqrt(information)});
-  }
-  return out;
-}
-
 }  // namespace vir::window
