@@ -11,8 +11,9 @@ using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 /// Of a path over a few seconds, beside its share of the way. [m, rad]
 constexpr double kPath_m = 0.02, kPath_rad = 0.01;
-/// Another place that odometry and ranges refuse is none if they refuse it by so much more.
-constexpr double kClearlyRefused = 28;
+/// Where several places look the same, odometry and ranges must be at ease with the one that is
+/// chosen (95 % of six degrees of freedom), and prefer it to any other by so much.
+constexpr double kAtEase = 12.6, kPreferred = 20;
 
 /// Where the covariance of a chain of poses goes: T = A B, each of (position in the frame on the
 /// left, rotation on the right).
@@ -79,7 +80,6 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
   const std::uint64_t before = recent_.empty() ? keyframe->id : recent_.front().first;
   std::vector<Opinion> found;
   std::vector<std::size_t> attempt_of;
-  std::optional<std::size_t> best;
   for (const PlaceCandidate& c : index_.query(*keyframe, before)) {
     const auto older = index_.around(c.id, options_.neighbours);
     const std::optional<RelativePrior> known =
@@ -92,28 +92,49 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
     attempt.decision = name(attempt.verdict.refusal);
     if (attempt.verdict.found) {
       found.push_back({*attempt.verdict.found, attempt.verdict.chi2, known.has_value(),
-                       older.front(), keyframe, false});
+                       attempt.verdict.loop.has_value(), older.front(), keyframe, false});
       attempt_of.push_back(attempts_.size());
-      const std::size_t at = found.size() - 1;
-      if (attempt.verdict.loop) {
-        if (!best || found[at].loop.inliers > found[*best].loop.inliers) best = at;
-        attempt.decision = "second to another";
-      }
+      if (attempt.verdict.loop) attempt.decision = "second to another";
     }
     attempts_.push_back(std::move(attempt));
   }
+  const std::optional<std::size_t> best = choose(found);
   if (!best) return {};
-  const Opinion& chosen = found[*best];
-  LoopAttempt& attempt = attempts_[attempt_of[*best]];
-  for (const Opinion& other : found) {
-    if (other.loop.inliers < options_.ambiguous * chosen.loop.inliers) continue;
-    if (other.chi2 > std::max(chosen.chi2, verify_.prior_chi2) + kClearlyRefused) continue;
-    if (&other == &chosen || samePlace(chosen, other, prior)) continue;
-    attempt.decision = "ambiguous";
-    return {};
+  const bool sure = unique(found, *best, prior);
+  attempts_[attempt_of[*best]].decision = sure ? "waits for another" : "ambiguous";
+  if (!sure) return {};
+  return {found[*best]};
+}
+
+/// Of those with nearly the most corners, the one that odometry and ranges like best.
+std::optional<std::size_t> LoopFinder::choose(const std::vector<Opinion>& found) const {
+  int most = 0;
+  for (const Opinion& o : found) {
+    if (o.allowed) most = std::max(most, o.loop.inliers);
   }
-  attempt.decision = "waits for another";
-  return {chosen};
+  std::optional<std::size_t> best;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const Opinion& o = found[k];
+    if (!o.allowed || o.loop.inliers < options_.ambiguous * most) continue;
+    const auto better = [](const Opinion& a, const Opinion& b) {
+      return a.chi2 != b.chi2 ? a.chi2 < b.chi2 : a.loop.inliers > b.loop.inliers;
+    };
+    if (!best || better(o, found[*best])) best = k;
+  }
+  return best;
+}
+
+/// Is no other place nearly as good, or clearly refused by odometry and ranges?
+bool LoopFinder::unique(const std::vector<Opinion>& found, std::size_t chosen,
+                        const Prior& prior) const {
+  const Opinion& best = found[chosen];
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const Opinion& other = found[k];
+    if (k == chosen || other.loop.inliers < options_.ambiguous * best.loop.inliers) continue;
+    if (samePlace(best, other, prior)) continue;
+    if (best.chi2 > kAtEase || other.chi2 < best.chi2 + kPreferred) return false;
+  }
+  return true;
 }
 
 /// What is known of `b` as seen from `a`: by the caller, or by the path where it is short.

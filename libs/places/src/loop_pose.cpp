@@ -96,8 +96,8 @@ void Search::rate(const Pose& T) {
     }
     good += least < kInlierChi2;
     cost += least;
+    if (best_ && cost >= least_) return;
   }
-  if (best_ && cost >= least_) return;
   best_ = T;
   least_ = cost;
   most_ = good;

@@ -16,8 +16,9 @@ namespace vir::places {
 namespace {
 
 constexpr int kTables = 4;
-constexpr int kKeyBits = 16;
-constexpr std::size_t kBuckets = std::size_t{1} << kKeyBits;
+/// A table starts with few buckets and doubles them, up to so many bits of a key, as it fills.
+constexpr std::size_t kFirstKeyBits = 12, kKeyBits = 20;
+constexpr std::size_t kFilled = 8;  // entries per bucket
 /// What looks like so many others says little: a full bucket forgets its oldest.
 constexpr std::size_t kBucketLimit = 512;
 /// An entry is the number of the keyframe and that of the point.
@@ -31,6 +32,12 @@ struct Bucket {
   std::vector<std::uint32_t> entries;
   std::uint32_t next = 0;  // where the next one goes when it is full
 };
+
+/// The oldest first.
+void inOrder(Bucket* b) {
+  std::rotate(b->entries.begin(), b->entries.begin() + b->next, b->entries.end());
+  b->next = 0;
+}
 
 struct Slot {
   std::shared_ptr<const PlaceKeyframe> keyframe;
@@ -51,14 +58,16 @@ struct PlaceIndex::Impl {
         bits[k] = all[k];
       }
     }
-    for (auto& table : tables) table.resize(kBuckets);
+    for (auto& table : tables) table.resize(std::size_t{1} << used_bits);
   }
 
+  std::size_t keyBit(int table, std::size_t k, const Descriptor& d) const {
+    const int bit = key_bits[static_cast<std::size_t>(table)][k];
+    return (d[static_cast<std::size_t>(bit / 8)] >> (bit % 8)) & 1U;
+  }
   std::size_t key(int table, const Descriptor& d) const {
     std::size_t out = 0;
-    for (const int bit : key_bits[static_cast<std::size_t>(table)]) {
-      out = 2 * out + ((d[static_cast<std::size_t>(bit / 8)] >> (bit % 8)) & 1U);
-    }
+    for (std::size_t k = 0; k < used_bits; ++k) out |= keyBit(table, k, d) << k;
     return out;
   }
   std::size_t slotOf(std::uint64_t id) const {
@@ -71,11 +80,14 @@ struct PlaceIndex::Impl {
     return slot < slots.size() && slots[slot].keyframe->id == id;
   }
   void put(Bucket* bucket, std::uint32_t entry) const;
+  void grow();
   void thin();
   std::vector<PlaceCandidate> score(const PlaceKeyframe& keyframe, std::size_t end) const;
 
   PlaceIndexOptions options;
   std::array<std::array<int, kKeyBits>, kTables> key_bits{};
+  std::size_t used_bits = kFirstKeyBits;
+  std::size_t points = 0;
   std::array<std::vector<Bucket>, kTables> tables;
   std::vector<Slot> slots;  // by id
 };
@@ -87,6 +99,26 @@ void PlaceIndex::Impl::put(Bucket* bucket, std::uint32_t entry) const {
   }
   bucket->entries[bucket->next] = entry;
   bucket->next = (bucket->next + 1) % kBucketLimit;
+}
+
+/// One more bit in the keys: each bucket becomes two.
+void PlaceIndex::Impl::grow() {
+  for (int t = 0; t < kTables; ++t) {
+    auto& table = tables[static_cast<std::size_t>(t)];
+    const std::size_t before = table.size();
+    table.resize(2 * before);
+    for (std::size_t k = 0; k < before; ++k) {
+      Bucket low, high;
+      inOrder(&table[k]);
+      for (const std::uint32_t e : table[k].entries) {
+        const Descriptor& d = slots[e >> kPointBits].points[e & kMaxPoints].descriptor;
+        (keyBit(t, used_bits, d) ? high : low).entries.push_back(e);
+      }
+      table[k] = std::move(low);
+      table[before + k] = std::move(high);
+    }
+  }
+  ++used_bits;
 }
 
 void PlaceIndex::Impl::thin() {
@@ -102,11 +134,11 @@ void PlaceIndex::Impl::thin() {
     if (!gone[k]) left.push_back(slots[k]);
   }
   slots.swap(left);
+  points = 0;
+  for (const Slot& s : slots) points += std::min(s.keyframe->points.size(), kMaxPoints);
   for (auto& table : tables) {
     for (Bucket& b : table) {
-      // In the order they came in.
-      std::rotate(b.entries.begin(), b.entries.begin() + b.next, b.entries.end());
-      b.next = 0;
+      inOrder(&b);
       std::size_t kept = 0;
       for (const std::uint32_t e : b.entries) {
         const std::uint32_t slot = e >> kPointBits;
@@ -189,6 +221,8 @@ void PlaceIndex::add(std::shared_ptr<const PlaceKeyframe> keyframe) {
   }
   const PlacePoint* const first = keyframe->points.data();
   impl_->slots.push_back({std::move(keyframe), first});
+  impl_->points += points;
+  if (impl_->used_bits < kKeyBits && impl_->points > kFilled << impl_->used_bits) impl_->grow();
 }
 
 std::vector<PlaceCandidate> PlaceIndex::query(const PlaceKeyframe& keyframe,

@@ -67,13 +67,16 @@ class LoopFinder {
   /// A loop that may be believed, if another one agrees.
   struct Opinion {
     Loop loop;
-    double chi2 = 0;     ///< against the prior
-    bool known = false;  ///< there was one
+    double chi2 = 0;       ///< against the prior
+    bool known = false;    ///< there was one
+    bool allowed = false;  ///< by the prior
     std::shared_ptr<const PlaceKeyframe> older, newer;
     bool told = false;
   };
   std::vector<Opinion> look(const std::shared_ptr<const PlaceKeyframe>& keyframe,
                             const Prior& prior);
+  std::optional<std::size_t> choose(const std::vector<Opinion>& found) const;
+  bool unique(const std::vector<Opinion>& found, std::size_t chosen, const Prior& prior) const;
   std::vector<Loop> confirm(Opinion opinion, const Prior& prior);
   std::optional<RelativePrior> between(const PlaceKeyframe& a, const PlaceKeyframe& b,
                                        const Prior& prior) const;

@@ -17,7 +17,7 @@ struct VerifyOptions {
   double focal_px = 450;          ///< pixels per radian
   int max_distance_bits = 64;     ///< of descriptors that are matched
   double ratio = 0.85;            ///< distance of the best to that of the second best
-  int max_iterations = 400;       ///< of the random search
+  int max_iterations = 200;       ///< of the random search
   int min_matches = 12;           ///< fewer are not looked at
   int min_inliers = 20;           ///< different corners of the newer keyframe
   double min_share = 0.3;         ///< inliers of the points that must be in view
