@@ -12,6 +12,7 @@
 namespace vir::mission {
 namespace {
 
+constexpr double kPauseS = 3;
 constexpr double kWorthTelling = 1e-3;  // [m]
 /// Rows of loops.csv that are kept of what was not accepted; the others are counted.
 constexpr std::size_t kMostRefusals = 20000;
@@ -24,6 +25,8 @@ void describe(OptionVisitor& v, LoopOptions& o) {
   v.value("interval_s", o.interval_s, {0.0, 60.0}, "keyframes are remembered this far apart");
   v.value("moved_m", o.moved_m, {0.0, 100.0}, "and where the robot has moved by this");
   v.value("turned_rad", o.turned_rad, {0.0, 3.0}, "or turned by this");
+  v.value("pause_m", o.pause_m, {0.0, 1000.0},
+          "after a loop none is looked for on so much of the way (3 s at most)");
   v.value("max_landmark_sigma", o.max_landmark_sigma, {1e-3, 1.0},
           "relative accuracy of distances that count as map points");
   describe(v, o.finder);
@@ -43,6 +46,11 @@ struct LoopCloser::Impl {
         describer(o.describer, camera::makeCamera(c.camera)),
         places(o) {}
 
+  /// Was there a loop just before? The next metres would say the same again.
+  bool pauses(const PlaceKeyframe& k) const {
+    return was_found && last_loop && toSeconds(k.t - last_loop->t) < kPauseS &&
+           (k.T_W_B.p - last_loop->T_W_B.p).norm() < options.pause_m;
+  }
   void note(const std::vector<places::LoopAttempt>& attempts);
   LoopRecord recordOf(const Loop& loop) const;
 
@@ -54,7 +62,7 @@ struct LoopCloser::Impl {
   MissionMap loaded;
   std::uint64_t next_id = 1, first_own = 1;
   int segments_before = 0;  ///< of the map
-  std::optional<StampedPose> last;
+  std::optional<StampedPose> last, last_loop;
   int last_segment = 0;
   std::map<TimeNs, std::uint64_t> ids;  ///< of the run's keyframes
   std::vector<LoopRecord> refusals;
@@ -111,7 +119,9 @@ void LoopCloser::add(const SeenKeyframe& seen) {
   k->T_B_C = estimated ? seen.estimate.calibration.T_B_C : m.calibration.T_B_C;
   k->points = m.describer.points(seen.gray, (k->T_W_B * k->T_B_C).q, seen.landmarks);
   try {
-    m.places.add(k, seen.estimate.covariance, seen.held);
+    const bool look = !m.pauses(*k);
+    const long loops = m.places.add(k, seen.estimate.covariance, seen.held, look);
+    if (loops > 0) m.last_loop = StampedPose{k->t, k->T_W_B};
   } catch (const std::invalid_argument& e) {
     log(m.log_sink, LogLevel::debug, std::string("no place: ") + e.what());
     return;
@@ -121,7 +131,7 @@ void LoopCloser::add(const SeenKeyframe& seen) {
   m.ids[k->t] = k->id;
   m.last = StampedPose{s.t, s.T_W_B};
   m.last_segment = k->segment;
-  m.note(m.places.finder().attempts());
+  m.note(m.places.attempts());
   if (m.was_found || !m.places.graph().joined()) return;
   m.was_found = true;
   log(m.log_sink, LogLevel::info, "the run was found in the map");
@@ -131,8 +141,12 @@ void LoopCloser::Impl::note(const std::vector<places::LoopAttempt>& looked) {
   attempts += static_cast<long>(looked.size());
   for (const places::LoopAttempt& a : looked) {
     const auto& found = a.verdict.found;
-    // Accepted ones and those that wait are the graph's.
-    if (!found || a.decision == "accepted" || a.decision == "waits for another") continue;
+    // Accepted ones and those that wait are the graph's. A place is seen from several keyframes, of
+    // which the best one is taken: the others are no refusals.
+    if (!found || a.decision == "accepted" || a.decision == "waits for another" ||
+        a.decision == "second to another") {
+      continue;
+    }
     ++refused;
     if (refusals.size() >= kMostRefusals) continue;
     LoopRecord r = recordOf(*found);

@@ -37,13 +37,26 @@ void PlaceGraph::remember(const PlaceKeyframe& keyframe) {
   finder_.remember(std::move(copy));
 }
 
-void PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k,
-                     const Eigen::Matrix<double, 6, 6>& covariance, bool held) {
+long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k,
+                     const Eigen::Matrix<double, 6, 6>& covariance, bool held, bool look) {
   graph_.add({k->id, k->t, k->segment, k->T_W_B, covariance, held});
+  looked_ = look;
+  if (!look) {
+    finder_.remember(std::move(k));
+    return 0;
+  }
   const auto prior = [this](const PlaceKeyframe& older, const PlaceKeyframe& newer) {
     return priorOf(graph_, older, newer);
   };
-  for (const Loop& loop : finder_.add(std::move(k), prior)) graph_.offer(loop);
+  long accepted = 0;
+  for (const Loop& loop : finder_.add(std::move(k), prior)) {
+    if (graph_.offer(loop) == LoopState::accepted) ++accepted;
+  }
+  return accepted;
+}
+
+std::vector<places::LoopAttempt> PlaceGraph::attempts() const {
+  return looked_ ? finder_.attempts() : std::vector<places::LoopAttempt>();
 }
 
 }  // namespace vir::mission

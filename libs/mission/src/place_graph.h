@@ -2,6 +2,7 @@
 /// Internal: keyframes to the index of places and to the graph, and what the one says to the other.
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "vir/mission/loop_closer.h"
 
@@ -14,9 +15,12 @@ class PlaceGraph {
 
   /// One of a map: it stays where it is. Segments are told apart from those of the run.
   void remember(const PlaceKeyframe& keyframe);
-  /// The next one of a run. Throws what MissionGraph::add() throws.
-  void add(std::shared_ptr<const PlaceKeyframe> keyframe,
-           const Eigen::Matrix<double, 6, 6>& covariance, bool held);
+  /// The next one of a run; without `look` its place is only remembered. How many loops were
+  /// accepted by it. Throws what MissionGraph::add() throws.
+  long add(std::shared_ptr<const PlaceKeyframe> keyframe,
+           const Eigen::Matrix<double, 6, 6>& covariance, bool held, bool look = true);
+  /// Of the last add().
+  std::vector<places::LoopAttempt> attempts() const;
 
   MissionGraph& graph() { return graph_; }
   const MissionGraph& graph() const { return graph_; }
@@ -25,6 +29,7 @@ class PlaceGraph {
  private:
   places::LoopFinder finder_;
   MissionGraph graph_;
+  bool looked_ = false;
 };
 
 }  // namespace vir::mission

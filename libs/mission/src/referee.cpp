@@ -118,11 +118,13 @@ void MissionGraph::Impl::accept(std::size_t k) {
   if (!tied(find(loop.older), find(loop.newer))) {
     join(loop);
     joined_anew = true;
+    factor.reset();
   }
+  // Else what is known of the path stays as it was until the next solution: a factorisation per
+  // loop costs more than what it would know better.
   loops[k].state = LoopState::accepted;
   weights[k] = 1;
   ++unsolved;
-  factor.reset();
 }
 
 void MissionGraph::Impl::join(const Loop& loop) {

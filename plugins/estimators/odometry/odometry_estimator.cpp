@@ -48,7 +48,7 @@ void OdometryEstimator::add(const mrpt::obs::CObservation& observation) {
 }
 
 roles::EstimatorOutput OdometryEstimator::take() {
-  roles::EstimatorOutput out{estimator_.take(), estimator_.takeRanges(), {}, {}, {}};
+  roles::EstimatorOutput out{estimator_.take(), estimator_.takeRanges(), {}, {}};
   if (!out.states.empty()) segments_ = out.states.back().segment;
   return out;
 }

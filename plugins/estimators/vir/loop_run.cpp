@@ -122,6 +122,7 @@ void LoopRun::finish(const estimator::VisualInertialEstimator& estimator) {
   if (!closer_) return;
   solve(estimator);
   last_revision_ = closer_->takeRevision();
+  if (!closer_->found()) log(log_, LogLevel::warning, notFound());
   if (settings_.save_map.empty() || saved_) return;
   saved_ = true;
   mission::saveMap(closer_->map(estimator.calibration(), anchors(estimator.anchors())),
@@ -158,6 +159,11 @@ std::vector<Landmark> LoopRun::landmarks() const {
   return closer_ ? closer_->landmarks() : std::vector<Landmark>();
 }
 
+std::string LoopRun::notFound() const {
+  return "the run was not found in the map " + settings_.map +
+         ": its results are in a frame of their own";
+}
+
 std::vector<LoopRecord> LoopRun::records() const {
   return closer_ ? closer_->records() : std::vector<LoopRecord>();
 }
@@ -166,8 +172,7 @@ void LoopRun::report(roles::EstimatorReport* report) const {
   if (!closer_) return;
   for (const auto& counter : closer_->counters()) report->counters.push_back(counter);
   if (closer_->found()) return;
-  report->warnings.push_back("the run was not found in the map " + settings_.map +
-                             ": its results are in a frame of their own");
+  report->warnings.push_back(notFound());
 }
 
 }  // namespace vir

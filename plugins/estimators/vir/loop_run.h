@@ -61,6 +61,7 @@ class LoopRun {
   void see(const StateEstimate& estimate, const estimator::KeyframeSights& sights,
            const cv::Mat& gray, const estimator::VisualInertialEstimator& estimator);
   void correct(StateEstimate* estimate) const;
+  std::string notFound() const;
   void solve(const estimator::VisualInertialEstimator& estimator);
 
   LoopSettings settings_;

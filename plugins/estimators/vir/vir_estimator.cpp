@@ -157,6 +157,9 @@ void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& 
                            "): the tracks are not used");
     return;
   }
+  if (loops_) {
+    warnOnce("loops", "places are found by images: with feature tracks alone there are no loops");
+  }
   if (!knowsCamera(o.cameraLeft, mrpt::poses::CPose3D(o.cameraPoseOnRobot))) return;
   if (!camera_) camera_ = camera::makeCamera(calibration_);
   estimator_->addTracks(track_reader_.read(o, *camera_));

@@ -154,6 +154,29 @@ TEST(MissionGraph, RelativeCovarianceTellsTheTruth) {
   EXPECT_NEAR(sum / count, 4, 1.6);  // 3 sigma of the mean of 30
 }
 
+/// The odometry is worse than it says: loops contradict it, but agree with one another.
+TEST(MissionGraph, AgainstThePathOpinionsFromElsewhereAreNeeded) {
+  RoundsOptions o;
+  o.rounds = 2;
+  const Rounds r = makeRounds(o);
+  MissionGraph graph = graphOf(r);
+  Random random(2);
+  const auto raised = [&](int older, double by_m) {
+    Loop loop = trueLoop(r, older, older + 120, &random);
+    const auto k = static_cast<std::size_t>(older);
+    loop.T_older_newer.p += r.path[k].T_W_B.q.conjugate() * Vec3(0, 0, by_m);
+    return loop;
+  };
+  EXPECT_EQ(graph.offer(raised(10, 0.6)), LoopState::waiting);
+  EXPECT_EQ(graph.offer(raised(11, 0.6)), LoopState::waiting);   // half a metre on
+  EXPECT_EQ(graph.offer(raised(14, 0.6)), LoopState::waiting);   // two opinions, not three
+  EXPECT_EQ(graph.offer(raised(50, -0.6)), LoopState::waiting);  // says something else
+  EXPECT_EQ(graph.offer(raised(20, 0.6)), LoopState::accepted);
+  EXPECT_GE(graph.counts().accepted, 3);
+  EXPECT_EQ(graph.loops()[3].state, LoopState::waiting);
+  EXPECT_EQ(graph.offer(raised(30, 3)), LoopState::refused);
+}
+
 TEST(MissionGraph, AnAcceptedLoopIsTakenBack) {
   // Drift that makes nearly everything possible: the first loop is false and passes.
   RoundsOptions o;

@@ -67,7 +67,7 @@ struct EstimatorOutput {
   std::vector<Revision> revisions;
   std::vector<CalibrationPoint> calibrations;  ///< only of what is estimated
   /// Poses of the valid states without what loops have corrected: smooth. None without loops.
-  std::vector<StampedPose> uncorrected;
+  std::vector<StampedPose> uncorrected = {};
 };
 
 /// A working estimator. The caller keeps time order per sensor.
