@@ -30,8 +30,8 @@ Visual-inertial(-ranging) SLAM on MRPT rawlogs.)";
 
 /// One line per subcommand.
 constexpr void (*kCommands[])(CLI::App&, Common&) = {
-    addRun,      addView,      addRendezvous, addImport, addCheck,  addSimulate,
-    addEvaluate, addCalibrate, addBatch,      addRecord, addExport, addPlugins,
+    addRun,       addView,  addRendezvous, addImport, addCheck, addSimulate, addEvaluate,
+    addCalibrate, addBatch, addRecord,     addExport, addMap,   addPlugins,
 };
 
 int fail(int code, const std::string& text) {

@@ -43,6 +43,7 @@ void addImport(CLI::App& app, Common& common);
 void addCheck(CLI::App& app, Common& common);
 void addEvaluate(CLI::App& app, Common& common);
 void addExport(CLI::App& app, Common& common);
+void addMap(CLI::App& app, Common& common);
 void addPlugins(CLI::App& app, Common& common);
 void addRecord(CLI::App& app, Common& common);
 void addRendezvous(CLI::App& app, Common& common);

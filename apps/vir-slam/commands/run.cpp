@@ -114,6 +114,9 @@ void addRun(CLI::App& app, Common& common) {
                       "File that goes before the calibration in the recording");
   command->add_option("--anchors", arguments->anchors,
                       "Table id,x,y,z,sigma of surveyed anchors: results also in its frame");
+  command->add_option("--map", arguments->map,
+                      "Map of an earlier run, in whose frame this one is to go on");
+  command->add_option("--save-map", arguments->save_map, "Map to write at the end");
   command->add_option("--out", arguments->out, "Results folder (default: results/<date-time>)");
   command
       ->add_option("--set", arguments->assignments, "Section.key=value, before what the ini says")
@@ -128,6 +131,7 @@ void addRun(CLI::App& app, Common& common) {
   command->callback([arguments, source, &common] {
     catchInterrupt();
     refuseToOverwrite(arguments->out, Written::results, common);
+    refuseToOverwrite(arguments->save_map, Written::map, common);
     resolveSource(*source, common, arguments.get());
     run(*arguments, common);
   });

@@ -50,6 +50,8 @@ bool isOfItsKind(const fs::path& file, Written what) {
       return beginsWith(begin, "# vir-slam range bias model");
     case Written::mcap:
       return beginsWith(begin, "\x89MCAP0\r\n");
+    case Written::map:
+      return beginsWith(begin, "VIR-MAP\n");
     case Written::results:
       break;
   }

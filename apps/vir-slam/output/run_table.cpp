@@ -77,6 +77,7 @@ void printRunTable(const results::RunSummary& s, const std::string& folder) {
   }
   addRangeRows(s, &rows);
   addPeerRows(s.peers, &rows);
+  if (s.loops) rows.push_back({"places seen twice", std::to_string(s.loops->first), ""});
   rows.push_back({"resets", std::to_string(s.resets), ""});
   rows.push_back({"CPU per image", fixed(s.cpu_ms_per_frame, 2), "ms"});
   rows.push_back({"run time", fixed(s.wall_s, 2), "s"});

@@ -5,6 +5,7 @@
 #include "output/console.h"
 #include "recordings/companion.h"
 #include "setup/auto_driver.h"
+#include "setup/given_maps.h"
 #include "setup/given_survey.h"
 #include "setup/record_options.h"
 #include "vir/core/ini_writer.h"
@@ -73,6 +74,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   requireFile(run.options.rawlog, "rawlog");
   refuseOwnCalibration(run.options.calibration, arguments.out);
   takeSurvey(arguments.anchors, run.options.rawlog, &settings);
+  takeMaps(arguments.map, arguments.save_map, &settings);
   const std::string companion = companionOf(run.options.rawlog);
   if (!companion.empty()) {
     const std::size_t taken = settings.mergeDefaults(Settings::fromFile(companion));

@@ -16,7 +16,7 @@ namespace vir::app {
 
 /// As given to `vir-slam run`. Without an ini every setting has its default.
 struct RunArguments {
-  std::string ini, rawlog, out, calibration, anchors;
+  std::string ini, rawlog, out, calibration, anchors, map, save_map;
   std::vector<std::string> assignments;
   bool verbose = false, foxglove = false;
 };

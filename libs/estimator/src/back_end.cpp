@@ -302,6 +302,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     out->reason = doubts.current();
     out->covariance *= doubts.inflation();
   }
+  if (config.tell_sights && out->keyframe) tellSights(frame, out->t_image);
   {
     StageTimer timer(&out->ms.marginalise);
     window->slide(out->keyframe);

@@ -96,6 +96,8 @@ struct BackEnd {
   /// Says once that the images have the lens otherwise than given.
   void tellLens();
   void rememberSights(const vision::TrackedFrame& frame);
+  /// Of a keyframe, for who asked for them.
+  void tellSights(const vision::TrackedFrame& frame, TimeNs t_image);
   void updateRest(const vision::TrackedFrame& frame);
   std::string failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
                       TimeNs t);
@@ -145,6 +147,7 @@ struct BackEnd {
   window::LongWindow long_window;
   RangeLayer ranges;
   std::vector<StateEstimate> results;
+  std::vector<KeyframeSights> sights;
   Doubts doubts;
   Elapsed elapsed;
   OldKeyframes old_keyframes;

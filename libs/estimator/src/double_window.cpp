@@ -136,6 +136,18 @@ void BackEnd::collectRetired() {
   }
 }
 
+void BackEnd::tellSights(const vision::TrackedFrame& frame, TimeNs t_image) {
+  KeyframeSights out;
+  out.t_image = t_image;
+  std::map<std::uint64_t, Vec2> pixel;
+  for (const vision::FeatureObservation& f : frame.features) pixel[f.id] = f.px;
+  for (const window::LandmarkDistance& l : window->distancesInNewest()) {
+    const auto at = pixel.find(l.id);
+    if (at != pixel.end()) out.of.push_back({at->second, l.inverse_distance, l.sigma});
+  }
+  sights.push_back(std::move(out));
+}
+
 std::vector<State> BackEnd::keyframes() const {
   std::vector<State> out;
   const auto add = [&out](TimeNs t, const Pose& T_W_B) {

@@ -152,6 +152,9 @@ std::vector<StampedPose> VisualInertialEstimator::takeSettled() {
 std::vector<RangeRecord> VisualInertialEstimator::takeRanges() {
   return impl_->back_end.ranges.take();
 }
+std::vector<KeyframeSights> VisualInertialEstimator::takeSights() {
+  return std::exchange(impl_->back_end.sights, {});
+}
 std::vector<Anchor> VisualInertialEstimator::anchors() const {
   return impl_->back_end.ranges.anchors();
 }

@@ -22,6 +22,9 @@ constexpr double kCoarser = 4.7;
 /// Light that comes from everywhere, and from the lamp.
 constexpr float kAmbient = 0.55F, kDiffuse = 0.5F;
 
+/// Draws for boxes that look alike come from here on, one stream per look.
+constexpr std::uint64_t kLookStream = 100000;
+
 const TextureStyle kStyles[] = {
     {4.0, 150, 0.5, 1.0, 0.3},  // patches of all kinds
     {5.0, 220, 0.1, 0.2, 0.2},  // mostly upright rectangles
@@ -40,7 +43,9 @@ Surfaces::Surfaces(const Scene& scene, int seed) {
   Random random(s, 510);
   for (int axis = 0; axis < 3; ++axis) addFaces(scene.interior(), axis, &random);
   for (const Box& b : scene.boxes()) {
-    for (int axis = 0; axis < 3; ++axis) addFaces(b, axis, &random);
+    Random alike(s, kLookStream + static_cast<std::uint64_t>(std::max(b.look, 0)));
+    Random* const from = b.look < 0 ? &random : &alike;
+    for (int axis = 0; axis < 3; ++axis) addFaces(b, axis, from);
   }
   const Vec3 size = scene.interior().high - scene.interior().low;
   lamp_ = scene.interior().low + 0.5 * size;
@@ -53,7 +58,11 @@ Surfaces::Surfaces(const Scene& scene, int seed) {
 void Surfaces::addFaces(const Box& box, int axis, Random* random) {
   Vec3 size = box.high - box.low;
   size[axis] = 0;
-  for (int side = 0; side < 2; ++side) faces_.push_back(drawFace(size.maxCoeff(), random));
+  for (int side = 0; side < 2; ++side) {
+    Face f = drawFace(size.maxCoeff(), random);
+    if (box.look >= 0) fixTo(box.low, axis, &f);
+    faces_.push_back(f);
+  }
 }
 
 Surfaces::Face Surfaces::drawFace(double size_m, Random* random) const {
@@ -76,6 +85,14 @@ Surfaces::Face Surfaces::drawFace(double size_m, Random* random) const {
     layer->gain = static_cast<float>(strength * (fine ? share : 1 - share));
   }
   return f;
+}
+
+/// The textures begin at a corner of the box instead of W's origin.
+void Surfaces::fixTo(const Vec3& corner, int axis, Face* face) {
+  for (Layer* layer : {&face->fine, &face->coarse}) {
+    layer->u -= layer->per_m * static_cast<float>(corner[(axis + 1) % 3]);
+    layer->v -= layer->per_m * static_cast<float>(corner[(axis + 2) % 3]);
+  }
 }
 
 void Surfaces::lookFrom(const Vec3& eye) {

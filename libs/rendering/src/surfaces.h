@@ -48,6 +48,7 @@ class Surfaces {
   };
   /// Of both sides across `axis`.
   void addFaces(const Box& box, int axis, Random* random);
+  static void fixTo(const Vec3& corner, int axis, Face* face);
   Face drawFace(double size_m, Random* random) const;
   float look(const Layer& layer, const Texture::Sampling& sampling, float u, float v) const;
 

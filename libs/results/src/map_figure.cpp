@@ -11,6 +11,7 @@ const evaluation::Color kTruth{120, 120, 120}, kInk{40, 40, 40};
 const evaluation::Color kCausal = evaluation::figureColor(0),
                         kSmoothed = evaluation::figureColor(2),
                         kAnchor = evaluation::figureColor(1);
+const evaluation::Color kLoop{200, 60, 160};
 constexpr double kSigmas = 2;
 /// An anchor this many times as far away as the path is long would make the path a speck.
 constexpr double kFarAway = 10;
@@ -105,6 +106,7 @@ class Map {
       entries.push_back(
           {"ground truth, laid onto the causal trajectory by position and yaw", kTruth});
     }
+    if (hasLoops()) entries.push_back({"places seen twice", kLoop});
     if (!anchors_.empty()) {
       entries.push_back(
           {"anchors with 2 sigma ellipse (ring: mirror position not yet ruled out; "
@@ -135,6 +137,7 @@ class Map {
     panel.curves.push_back(
         {kCausal, 1.5, evaluation::pathStrokes(causal_, a, b, evaluation::holeOf(causal_))});
     panel.curves.push_back({kSmoothed, 1.2, evaluation::pathStrokes(smoothed_, a, b, kNeverCut)});
+    addLoops(a, b, &panel);
     if (!run_.causal.empty()) {
       const Vec3& p = run_.causal.front().T_W_B.p;
       panel.marks.push_back({{p[a], p[b]}, kInk, 4, evaluation::Mark::Shape::dot, ""});
@@ -142,6 +145,20 @@ class Map {
     for (const Anchor* anchor : anchors_) addAnchor(*anchor, a, b, &panel);
     addTrueAnchors(a, b, &panel);
     return panel;
+  }
+
+  bool hasLoops() const {
+    return std::any_of(run_.loops.begin(), run_.loops.end(),
+                       [](const LoopRecord& l) { return l.accepted; });
+  }
+
+  void addLoops(int a, int b, evaluation::Panel* panel) const {
+    std::vector<std::vector<Vec2>> strokes;
+    for (const LoopRecord& l : run_.loops) {
+      if (!l.accepted) continue;
+      strokes.push_back({{l.p_older[a], l.p_older[b]}, {l.p_newer[a], l.p_newer[b]}});
+    }
+    if (!strokes.empty()) panel->curves.push_back({kLoop, 1.2, strokes});
   }
 
   void addAnchor(const Anchor& anchor, int a, int b, evaluation::Panel* panel) const {

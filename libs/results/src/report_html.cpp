@@ -56,6 +56,10 @@ std::string summaryTable(const RunSummary& s) {
     t += row("ranges before there was an anchor", std::to_string(s.ranges_collected));
     t += row("ranges rejected", std::to_string(s.ranges_rejected));
   }
+  if (s.loops) {
+    t += row("places seen twice", std::to_string(s.loops->first) + " (" +
+                                      std::to_string(s.loops->second) + " rejected)");
+  }
   t += row("resets", std::to_string(s.resets));
   t += row("CPU per frame", number(s.cpu_ms_per_frame, 2), "ms");
   t += row("run time", number(s.wall_s, 1), "s");

@@ -8,6 +8,7 @@
 #include "vir/evaluation/evaluate.h"
 #include "vir/evaluation/figure.h"
 #include "vir/roles/estimator.h"
+#include "vir/types/loop_record.h"
 
 namespace vir::results {
 
@@ -29,6 +30,7 @@ struct RunPictures {
   /// Per frame; empty where it was not estimated.
   const std::vector<roles::CalibrationPoint>& calibrations;
   const std::optional<Calibration>& calibration_given;
+  std::vector<LoopRecord> loops = {};  ///< accepted ones are drawn
 };
 
 /// Paths from above and from the side, anchors with their 2 sigma ellipses, mirror positions and,

@@ -7,6 +7,7 @@
 #include "csv_text.h"
 #include "frame_history.h"
 #include "long_run.h"
+#include "loop_recorder.h"
 #include "range_recorder.h"
 #include "report_html.h"
 #include "run_figures.h"
@@ -104,6 +105,7 @@ RunRecorder::RunRecorder(const ResultsFolder& folder, LogSink log)
       covariance_file_(folder.file("trajectory_covariance.csv")),
       frames_file_(folder.file("frames.csv")),
       ranges_(std::make_unique<RangeRecorder>(folder)),
+      loops_(std::make_unique<LoopRecorder>(folder)),
       long_run_(std::make_unique<LongRun>(folder.path())),
       history_(std::make_unique<FrameHistory>()),
       images_(std::make_unique<Thumbnails>()) {
@@ -127,6 +129,7 @@ void RunRecorder::onOutput(const roles::EstimatorOutput& output,
   for (const roles::CalibrationPoint& point : output.calibrations) {
     long_run_->calibrations.add(point);
   }
+  for (const StampedPose& pose : output.uncorrected) loops_->add(pose);
 }
 
 void RunRecorder::add(const Revision& revision) {
@@ -236,8 +239,7 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
     if (evaluation_->attitudes) summary->ate_posyaw_deg = evaluation_->ate_orientation_deg.rmse;
     relativeErrors(*evaluation_, summary);
     // A sparse truth is met between poses, where there is no covariance.
-    const bool at_poses = !evaluation_->association.estimate_interpolated;
-    if (at_poses && evaluation_->attitudes) {
+    if (!evaluation_->association.estimate_interpolated && evaluation_->attitudes) {
       errors_ = errorsFromStart();
       summary->nees_position = positionNees(errors_);
     }
@@ -314,6 +316,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   ranges_->finish(anchors);
   for (const Anchor& a : anchors) summary->anchors.push_back({a, {}, {}});
   summariseRanges(summary);
+  summary->loops = loops_->finish(estimator.loops());
   writeKeyframes(estimator.keyframes());
   const std::vector<Landmark> landmarks = estimator.landmarks();
   writeLandmarks(landmarks);
@@ -336,6 +339,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   SceneRobot robot{"", evaluation::figureColor(0), Pose(), trajectory_, anchors, landmarks};
   if (evaluation_) robot.truth = evaluation::inWorldOfEstimate(truth_, *evaluation_);
   robot.camera = summary->calibration;
+  robot.loops = loops_->records();
   writeScene(folder_.file("scene.3Dscene"), {robot});
 }
 
@@ -353,7 +357,8 @@ void RunRecorder::writePictures(const std::vector<Anchor>& anchors,
                              true_anchors_,
                              ranges_->sample(),
                              long_run_->calibrations.values(),
-                             summary.calibration_given};
+                             summary.calibration_given,
+                             loops_->records()};
   if (!trajectory_.empty())
     writeTextFile(folder_.file("map.svg"), evaluation::toSvg(mapFigure(pictures)));
   const evaluation::Figure ranges = rangesFigure(pictures);

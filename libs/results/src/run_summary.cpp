@@ -145,6 +145,7 @@ std::string toJson(const RunSummary& s) {
   json["ranges"] = {{"accepted", s.ranges_accepted},
                     {"collected", s.ranges_collected},
                     {"rejected", s.ranges_rejected}};
+  if (s.loops) json["loops"] = {{"accepted", s.loops->first}, {"rejected", s.loops->second}};
   if (s.survey) json["survey"] = toJson(*s.survey);
   if (!s.peers.empty()) json["peers"] = Json::array();
   for (const team::PeerResult& p : s.peers) json["peers"].push_back(toJson(p));

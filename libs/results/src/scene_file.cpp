@@ -29,7 +29,7 @@ using namespace mrpt::opengl;
 constexpr double kSmallest = 0.01, kLargest = 5;  // [m], half axes of an ellipsoid
 constexpr double kSigmas = 2;
 constexpr std::size_t kCameras = 30;
-constexpr evaluation::Color kTruth{110, 110, 110};
+constexpr evaluation::Color kTruth{110, 110, 110}, kLoop{200, 60, 160};
 constexpr std::size_t kMostPoints = 20000;  // of a path
 
 /// Limits of what is shown.
@@ -137,6 +137,12 @@ CSetOfObjects::Ptr groupOf(const SceneRobot& robot, Extent* extent) {
   auto group = CSetOfObjects::Create();
   group->insert(linesOf(robot.path, robot.T, robot.color, extent));
   if (!robot.truth.empty()) group->insert(linesOf(robot.truth, robot.T, kTruth, extent));
+  for (const LoopRecord& l : robot.loops) {
+    if (!l.accepted) continue;
+    const Trajectory both{{l.t_older, {Quat::Identity(), l.p_older}},
+                          {l.t_newer, {Quat::Identity(), l.p_newer}}};
+    group->insert(linesOf(both, robot.T, kLoop, extent));
+  }
   if (robot.camera) insertCameras(robot, group.get());
   group->insert(pointsOf(robot));
   auto origin = stock_objects::CornerXYZSimple(0.5F, 2.0F);

@@ -1,4 +1,4 @@
-#include "corner_detector.h"
+#include "vir/vision/corner_detector.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "corner_detector.h"
+#include "vir/vision/corner_detector.h"
 #include "image_pyramid.h"
 #include "patch.h"
 #include "vir/vision/feature_tracker.h"

@@ -244,6 +244,24 @@ int ShortWindow::landmarksInNewest() const {
   return n;
 }
 
+std::vector<LandmarkDistance> ShortWindow::distancesInNewest() const {
+  std::vector<LandmarkDistance> out;
+  const Frame* newest = impl_->frames.back().get();
+  const Vec3 p_C = newest->T_W_B() * impl_->T_B_C().p;
+  for (const auto& [id, l] : impl_->landmarks) {
+    if (!l.has_depth || l.sights.back().frame != newest) continue;
+    const Vec3 ray = landmarkInWorld(*impl_, l) - p_C;
+    double information = 0;  // of the inverse distance, by how far another one moves the sights
+    for (const LandmarkSight& s : l.sights) {
+      const Vec3 way = s.frame->T_W_B() * impl_->T_B_C().p - p_C;
+      const double moves_px = impl_->focalPx() * way.cross(ray.normalized()).norm();
+      information += std::pow(moves_px / impl_->options.sigma_px, 2);
+    }
+    if (information > 0) out.push_back({id, 1 / ray.norm(), 1 / std::sqrt(information)});
+  }
+  return out;
+}
+
 void ShortWindow::moveAllToLongWindow() {
   if (!impl_->long_window || impl_->long_window->empty()) return;
   while (impl_->frames.size() > 1) {

@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "bias_model_file.h"
 #include "vir/rawlog/anchor_ranges.h"
@@ -33,9 +34,11 @@ void VirSettings::describe(OptionVisitor& v) {
   v.value("use_ranges", config.ranges.use, "use the ranges, if the recording has any");
   v.value("pipelined", config.pipelined,
           "the tracker hears of the state one image later, as it does with two threads in record");
+  describeUse(v, loops);
   window::describeMode(v, config.long_window);
   window::describeCalibrate(v, config.window);
   estimator::describe(v, config);
+  vir::describe(v, loops);
 }
 
 std::vector<roles::EstimatorInput> VirSettings::inputs() const {
@@ -59,10 +62,11 @@ std::unique_ptr<roles::Estimator> VirSettings::create(const LogSink& log,
 
 VirEstimator::VirEstimator(VirSettings settings, const LogSink& log,
                            std::function<void()> on_estimates)
-    : settings_(std::move(settings)),
-      log_(log),
-      estimator_(
-          std::make_unique<estimator::VisualInertialEstimator>(withFiles(settings_.config), log)) {
+    : settings_(std::move(settings)), log_(log), behind_(on_estimates != nullptr) {
+  settings_.config.tell_sights = settings_.loops.use;
+  estimator_ =
+      std::make_unique<estimator::VisualInertialEstimator>(withFiles(settings_.config), log);
+  if (settings_.loops.use) loops_ = std::make_unique<LoopRun>(settings_.loops, log);
   if (on_estimates) estimator_->workBehind(std::move(on_estimates));
 }
 
@@ -114,6 +118,7 @@ bool VirEstimator::knowsCamera(const mrpt::img::TCamera& camera,
   calibration_ = rawlog::fromMrptCamera(camera);
   try {
     estimator_->setCamera(calibration_, rawlog::fromMrptPose(T_B_C));
+    if (loops_) loops_->setCamera(estimator_->givenCalibration());
   } catch (const std::invalid_argument& e) {
     ++images_without_calibration_;
     warnOnce("calibration", std::string("images without a usable calibration are skipped (") +
@@ -136,7 +141,13 @@ void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
     warnOnce("decode", "images that cannot be decoded are skipped; first at " + std::to_string(t) +
                            " ns: " + std::string(e.what()).substr(0, 200));
   }
+  if (loops_ && behind_) loops_->keep(t, gray);
   estimator_->addImage(t, gray);
+  if (!loops_ || behind_) return;
+  const std::size_t before = waiting_.states.size();
+  pump(t, &gray);
+  const bool done = waiting_.states.size() > before && waiting_.states.back().t_image >= t;
+  if (!done) loops_->keep(t, gray);
 }
 
 void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& o) {
@@ -146,16 +157,40 @@ void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& 
                            "): the tracks are not used");
     return;
   }
+  if (loops_) {
+    warnOnce("loops", "places are found by images: with feature tracks alone there are no loops");
+  }
   if (!knowsCamera(o.cameraLeft, mrpt::poses::CPose3D(o.cameraPoseOnRobot))) return;
   if (!camera_) camera_ = camera::makeCamera(calibration_);
   estimator_->addTracks(track_reader_.read(o, *camera_));
 }
 
-void VirEstimator::finish() { estimator_->finish(); }
+void VirEstimator::finish() {
+  estimator_->finish();
+  if (!loops_) return;
+  pump(0, nullptr);
+  loops_->finish(*estimator_);
+}
+
+void VirEstimator::pump(TimeNs t, const cv::Mat* gray) {
+  roles::EstimatorOutput more = loops_->take(estimator_.get(), t, gray);
+  const auto append = [](auto* to, auto& from) { to->insert(to->end(), from.begin(), from.end()); };
+  append(&waiting_.states, more.states);
+  append(&waiting_.ranges, more.ranges);
+  append(&waiting_.revisions, more.revisions);
+  append(&waiting_.uncorrected, more.uncorrected);
+}
 
 roles::EstimatorOutput VirEstimator::take() {
-  roles::EstimatorOutput out{
-      estimator_->take(), estimator_->takeRanges(), {}, {}, estimator_->takeSettled()};
+  roles::EstimatorOutput out;
+  if (loops_) {
+    pump(0, nullptr);
+    out = std::exchange(waiting_, {});
+  } else {
+    out.states = estimator_->take();
+    out.ranges = estimator_->takeRanges();
+    out.settled = estimator_->takeSettled();
+  }
   const auto sigma = estimator_->calibrationSigma();
   if (sigma && !out.states.empty() && out.states.back().valid) {
     out.calibrations.push_back({out.states.back().state.t, estimator_->calibration(), *sigma});
@@ -163,16 +198,27 @@ roles::EstimatorOutput VirEstimator::take() {
   return out;
 }
 
-std::vector<Landmark> VirEstimator::landmarks() const { return estimator_->landmarks(); }
+std::vector<Landmark> VirEstimator::landmarks() const {
+  return loops_ ? loops_->landmarks() : estimator_->landmarks();
+}
 
 std::vector<StampedPose> VirEstimator::keyframes() const {
+  if (loops_) return loops_->keyframes(*estimator_);
   std::vector<StampedPose> out;
   for (const State& s : estimator_->keyframes()) out.push_back({s.t, s.T_W_B});
   return out;
 }
 
-std::vector<Anchor> VirEstimator::anchors() const { return estimator_->anchors(); }
-std::optional<SurveyFit> VirEstimator::survey() const { return estimator_->survey(); }
+std::vector<Anchor> VirEstimator::anchors() const {
+  return loops_ ? loops_->anchors(estimator_->anchors()) : estimator_->anchors();
+}
+std::optional<SurveyFit> VirEstimator::survey() const {
+  return loops_ ? loops_->survey(estimator_->survey()) : estimator_->survey();
+}
+std::optional<std::vector<LoopRecord>> VirEstimator::loops() const {
+  if (!loops_) return std::nullopt;
+  return loops_->records();
+}
 
 std::vector<Eigen::Vector2f> VirEstimator::trackedPixels() const {
   return estimator_->trackedPixels();
@@ -204,6 +250,7 @@ roles::EstimatorReport VirEstimator::report() const {
                 {"clock_steps", c.clock_steps}};
   for (const auto& counter : estimator_->rangeCounters()) r.counters.push_back(counter);
   r.warnings = warnings_;
+  if (loops_) loops_->report(&r);
   for (const std::string& w : estimator_->warnings()) r.warnings.push_back(w);
   if (c.imu_spikes + c.imu_impossible > 0) {
     r.warnings.push_back(std::to_string(c.imu_spikes + c.imu_impossible) +

@@ -1,5 +1,6 @@
 #pragma once
 /// Estimator plugin `vir`: MRPT observations to the visual-inertial estimator and back.
+#include "loop_run.h"
 #include "tracks_of.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 #include "vir/imu/saturation.h"
@@ -30,6 +31,7 @@ class VirSettings final : public roles::EstimatorSettings {
                                            std::function<void()> on_estimates) const override;
 
   estimator::EstimatorConfig config;
+  LoopSettings loops;
   std::string camera_label = rawlog::kCameraLabel;
   std::string tracks_label = rawlog::kTracksLabel;
   std::string imu_label = rawlog::kImuLabel;
@@ -49,6 +51,7 @@ class VirEstimator final : public roles::Estimator {
   std::vector<StampedPose> keyframes() const override;
   std::vector<Anchor> anchors() const override;
   std::optional<SurveyFit> survey() const override;
+  std::optional<std::vector<LoopRecord>> loops() const override;
   std::vector<Eigen::Vector2f> trackedPixels() const override;
   roles::EstimatorReport report() const override;
 
@@ -57,11 +60,16 @@ class VirEstimator final : public roles::Estimator {
   void addTracks(const mrpt::obs::CObservationStereoImagesFeatures& tracks);
   bool knowsCamera(const mrpt::img::TCamera& camera, const mrpt::poses::CPose3D& T_B_C);
   void addImu(const mrpt::obs::CObservationIMU& imu);
+  /// What the estimator has by now, of which `gray` (may be null) is the image of `t`.
+  void pump(TimeNs t, const cv::Mat* gray);
   void warnOnce(const std::string& key, const std::string& text);
 
   VirSettings settings_;
   LogSink log_;
   std::unique_ptr<estimator::VisualInertialEstimator> estimator_;
+  std::unique_ptr<LoopRun> loops_;  ///< where they are wanted
+  roles::EstimatorOutput waiting_;  ///< taken from the estimator, not yet by the caller
+  bool behind_ = false;             ///< the estimator works in a thread of its own
   CameraCalibration calibration_;
   std::shared_ptr<const camera::CameraModel> camera_;  ///< for tracks
   TrackReader track_reader_;

@@ -200,6 +200,37 @@ TEST(SceneRenderer, WhatIsHiddenChangesNothing) {
   EXPECT_NE(rendered(&with, above).pixels, rendered(&other, above).pixels);
 }
 
+/// How alike the middle of two images is: their normalised cross-correlation.
+double likeness(const vir::rendering::FloatImage& a, const vir::rendering::FloatImage& b) {
+  double n = 0, sa = 0, sb = 0, saa = 0, sbb = 0, sab = 0;
+  for (int y = 90; y < 160; ++y) {
+    for (int x = 155; x < 215; ++x) {
+      const double u = a.at(x, y), v = b.at(x, y);
+      n += 1, sa += u, sb += v, saa += u * u, sbb += v * v, sab += u * v;
+    }
+  }
+  return (sab - sa * sb / n) / std::sqrt((saa - sa * sa / n) * (sbb - sb * sb / n));
+}
+
+TEST(SceneRenderer, BoxesOfOneLookArePaintedAlike) {
+  const auto camera = camera::makeCamera(calibration(Distortion::radtan));
+  const Vec3 apart(2, 2.2, 0.3);
+  const auto twins = [&](int first, int second) {
+    std::vector<vir::rendering::Box> boxes(2, vir_test::crates().front());
+    boxes[1].low += apart;
+    boxes[1].high += apart;
+    boxes[0].look = first;
+    boxes[1].look = second;
+    vir::rendering::SceneRenderer renderer(
+        std::make_shared<vir::rendering::Scene>(vir_test::room(), boxes), camera, 1);
+    return likeness(rendered(&renderer, lookingAhead(Vec3::Zero())),
+                    rendered(&renderer, lookingAhead(apart)));
+  };
+  EXPECT_GT(twins(3, 3), 0.99);
+  EXPECT_LT(twins(3, 4), 0.5);
+  EXPECT_LT(twins(-1, -1), 0.5);
+}
+
 TEST(SceneRenderer, NearHidesFar) {
   const auto camera = camera::makeCamera(calibration(Distortion::none));
   vir::rendering::SceneRenderer renderer(vir_test::twoCrates(), camera, 1);

@@ -47,6 +47,7 @@ struct EstimatorConfig {
   /// The tracker hears of the state one image later, so that an image can be tracked while the one
   /// before it is worked on.
   bool pipelined = false;
+  bool tell_sights = false;  ///< keep what takeSights() gives; not a setting
 
   /// Throws std::invalid_argument for a value that is not allowed, and for values that contradict
   /// each other.
@@ -63,6 +64,17 @@ struct EstimatorCounters {
   long bad_features = 0;  ///< of addTracks(), left out: numbers that no image can show
   long images_misstamped = 0;  ///< left out: they show where the readings were at another time
   long imu_contradicted = 0;   ///< images whose readings were left out: they put the sights far off
+};
+
+/// Landmarks as a keyframe saw them when it was the newest image.
+struct KeyframeSights {
+  TimeNs t_image = 0;  ///< as of `StateEstimate`
+  struct Sight {
+    Vec2 px = Vec2::Zero();       ///< of the image as recorded
+    double inverse_distance = 0;  ///< along its ray [1/m]
+    double sigma = 0;             ///< of it [1/m]
+  };
+  std::vector<Sight> of;
 };
 
 class VisualInertialEstimator {
@@ -100,6 +112,8 @@ class VisualInertialEstimator {
   std::vector<RangeRecord> takeRanges();
   /// Keyframes that left the long window since this was last asked: they do not change any more.
   std::vector<StampedPose> takeSettled();
+  /// Of the keyframes among the states, in their order; none without EstimatorConfig::tell_sights.
+  std::vector<KeyframeSights> takeSights();
   std::vector<Anchor> anchors() const;
   /// How the survey of the anchors lies in W; empty without one.
   std::optional<SurveyFit> survey() const;

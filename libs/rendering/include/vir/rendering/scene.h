@@ -10,6 +10,9 @@ namespace vir::rendering {
 struct Box {
   Vec3 low = Vec3::Zero();
   Vec3 high = Vec3::Zero();
+  /// Boxes of the same look (0 or more) are painted alike, as one shelf is like another; -1: unlike
+  /// any other.
+  int look = -1;
   /// Is the point inside or nearer than `margin_m` along every axis?
   bool holds(const Vec3& p, double margin_m = 0) const {
     return ((p - low).array() > -margin_m).all() && ((high - p).array() > -margin_m).all();

@@ -17,6 +17,7 @@ namespace vir::results {
 
 class FrameHistory;
 class RangeRecorder;
+class LoopRecorder;
 class LongRun;
 class Thumbnails;
 struct FrameError;
@@ -65,8 +66,10 @@ struct RunSummary {
   std::vector<AnchorResult> anchors;  ///< ordered by id
   /// Ranges by what became of them: used, kept for an anchor without a position, not used.
   long ranges_accepted = 0, ranges_collected = 0, ranges_rejected = 0;
-  std::optional<SurveyFit> survey;      ///< of the anchors, if one was given
-  std::vector<team::PeerResult> peers;  ///< other robots, ordered by id
+  /// Second visits; empty if they were not looked for.
+  std::optional<std::pair<long, long>> loops;  ///< accepted, rejected
+  std::optional<SurveyFit> survey;             ///< of the anchors, if one was given
+  std::vector<team::PeerResult> peers;         ///< other robots, ordered by id
   int resets = 0;
   bool interrupted = false;
   bool damaged = false;  ///< the recording ends in damage or was cut off
@@ -144,6 +147,7 @@ class RunRecorder final : public RunObserver {
   LogSink log_;
   OutputFile trajectory_file_, covariance_file_, frames_file_;
   std::unique_ptr<RangeRecorder> ranges_;
+  std::unique_ptr<LoopRecorder> loops_;
   std::unique_ptr<LongRun> long_run_;  // what grows with the run, until its end
   std::unique_ptr<FrameHistory> history_;
   std::unique_ptr<Thumbnails> images_;

@@ -7,6 +7,7 @@
 #include "vir/evaluation/figure.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/roles/estimator.h"
+#include "vir/types/loop_record.h"
 
 namespace vir::results {
 
@@ -20,6 +21,7 @@ struct SceneRobot {
   std::vector<Landmark> landmarks;
   Trajectory truth = {};                   ///< in the robot's world; gray
   std::optional<Calibration> camera = {};  ///< shown at some 30 places of the path
+  std::vector<LoopRecord> loops = {};      ///< accepted ones are shown as lines
 };
 
 /// Writes a .3Dscene file (MRPT's serialised COpenGLScene, compressed). What is not finite is left

@@ -14,6 +14,7 @@
 #include "vir/core/options.h"
 #include "vir/types/anchor.h"
 #include "vir/types/calibration_change.h"
+#include "vir/types/loop_record.h"
 #include "vir/types/range.h"
 #include "vir/types/state.h"
 #include "vir/types/survey.h"
@@ -67,6 +68,8 @@ struct EstimatorOutput {
   std::vector<CalibrationPoint> calibrations;  ///< only of what is estimated
   /// Keyframes that will not change any more. Whoever wants all of a long run keeps them from here.
   std::vector<StampedPose> settled{};
+  /// Poses of the valid states without what loops have corrected: smooth. None without loops.
+  std::vector<StampedPose> uncorrected = {};
 };
 
 /// A working estimator. The caller keeps time order per sensor.
@@ -87,6 +90,8 @@ class Estimator {
   virtual std::vector<Anchor> anchors() const { return {}; }
   /// How a survey of the anchors lies in W; empty without one.
   virtual std::optional<SurveyFit> survey() const { return std::nullopt; }
+  /// Second visits that were looked for, in order of time; nothing if they were not.
+  virtual std::optional<std::vector<LoopRecord>> loops() const { return std::nullopt; }
   /// Where features were seen in the last image [px]; none if the estimator uses no images.
   virtual std::vector<Eigen::Vector2f> trackedPixels() const { return {}; }
   virtual EstimatorReport report() const = 0;

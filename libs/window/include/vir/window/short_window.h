@@ -98,6 +98,13 @@ struct SolveSummary {
   double inertial_rms = 0;
 };
 
+/// How far a landmark is from the newest frame's camera, along its ray there.
+struct LandmarkDistance {
+  std::uint64_t id = 0;
+  double inverse_distance = 0;  ///< [1/m]
+  double sigma = 0;             ///< of it, by the way between the sights [1/m]
+};
+
 /// Accuracy of the motion inside the window, from the information of all its terms.
 struct WindowAccuracy {
   double baseline_m = 0;        ///< largest distance between two frames
@@ -154,6 +161,8 @@ class ShortWindow {
   std::vector<Landmark> landmarks() const;
   /// Landmarks that newest sees and that have a depth.
   int landmarksInNewest() const;
+  /// Of those: how far they are.
+  std::vector<LandmarkDistance> distancesInNewest() const;
   /// Everything goes to the long window as it is (before clear(), when the odometry is lost).
   void moveAllToLongWindow();
   /// Landmarks that left the window since the last call, as last estimated, in O.

@@ -1,0 +1,45 @@
+#include "setup/given_maps.h"
+
+#include <filesystem>
+
+#include "commands/commands.h"
+
+namespace vir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Absolute; empty where none is named.
+std::string named(const std::string& given, const std::string& key, const Settings& settings) {
+  std::string path = given;
+  if (path.empty()) {
+    const Setting* setting = settings.find("Loops", key);
+    if (setting == nullptr || setting->value.empty()) return {};
+    path = setting->value;
+    if (setting->origin.line > 0 && fs::path(path).is_relative()) {
+      path = (fs::path(setting->origin.file).parent_path() / path).string();
+    }
+  }
+  return fs::absolute(path).lexically_normal().string();
+}
+
+}  // namespace
+
+void takeMaps(const std::string& map, const std::string& save_map, Settings* settings) {
+  const std::string from = named(map, "map", *settings),
+                    to = named(save_map, "save_map", *settings);
+  if (!from.empty()) {
+    requireFile(from, "map");
+    settings->set("Loops.map=" + from);
+  }
+  if (!to.empty()) {
+    const fs::path folder = fs::path(to).parent_path();
+    if (!fs::is_directory(folder)) {
+      throw UsageError("there is no folder " + folder.string() + " to write the map " + to + " to");
+    }
+    settings->set("Loops.save_map=" + to);
+  }
+  if (!map.empty() || !save_map.empty()) settings->set("Estimator.loops=true");
+}
+
+}  // namespace vir::app

@@ -1,0 +1,17 @@
+#pragma once
+#include "vir/mission/loop_closer.h"
+#include "vir/mission/mission_map.h"
+
+namespace vir::mission {
+
+struct MergedMaps {
+  MissionMap map;  ///< in the frame of the first
+  LoopCounts loops;
+};
+
+/// Both in the frame of the first, whose keyframes stay where they are; the second's path is
+/// corrected where the two have seen the same. Throws std::runtime_error if they are of different
+/// cameras, or no place of the one is found in the other.
+MergedMaps merge(const MissionMap& first, const MissionMap& second, const LoopOptions& options);
+
+}  // namespace vir::mission

@@ -1,0 +1,105 @@
+#include "graph_edges.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace vir::mission {
+namespace {
+
+/// What even a robot that stands moves by between two keyframes, as far as anybody knows.
+constexpr double kLeastSigmaM = 5e-4, kLeastSigmaRad = 5e-5;
+/// The estimator's growth is not believed below this part of the drift that goes without saying.
+constexpr double kBelieved = 0.1;
+constexpr double kLostYawSigma = 0.3;  // [rad]
+/// Nor above this times it: differences of large covariances are noise.
+constexpr double kWorst = 4;
+/// A keyframe keeps at least this part of its neighbour's error.
+constexpr double kLeastShared = 0.05;
+
+/// One kind of error, as a variance at a keyframe.
+void split(double before, double after, double least, double most, bool held, double* way,
+           double* tie) {
+  *way = std::clamp(after - before, least, most);
+  *tie = 0;
+  // Without ranges it is what the short window did not know yet that shrinks.
+  if (!held || before <= 0 || after >= before + least) return;
+  // It has shrunk: fast, as when anchors were just found, or slowly, as while they hold.
+  const double fast = after / before;
+  const double slow = std::sqrt(std::max(0.0, after - least) / before);
+  const bool fell = after * (1 - fast) > least;
+  const double a = std::clamp(fell ? fast : slow, kLeastShared, 1.0);
+  const double w = fell ? after * (1 - fast) : least;
+  *way = w / a;
+  if (a < 1) *tie = w / ((1 - a) * (1 - a));
+}
+
+}  // namespace
+
+Eigen::Matrix4d levelCovariance(const Eigen::Matrix<double, 6, 6>& covariance, const Mat3& R_W_B) {
+  Eigen::Matrix<double, 4, 6> J = Eigen::Matrix<double, 4, 6>::Zero();
+  J.topLeftCorner<3, 3>().setIdentity();
+  J.bottomRightCorner<1, 3>() = R_W_B.row(2);
+  return J * covariance * J.transpose();
+}
+
+StepNoise followedNoise(const PathNode& before, const PathNode& node, const GraphOptions& o) {
+  const Vec3 motion = node.T_W_B.p - before.T_W_B.p;
+  const double length = motion.norm();
+  const double drift_m = o.drift_m_per_sqrt_m * o.drift_m_per_sqrt_m * length;
+  const double drift_rad = o.drift_rad_per_sqrt_m * o.drift_rad_per_sqrt_m * length;
+  const double least_m = kLeastSigmaM * kLeastSigmaM, least_rad = kLeastSigmaRad * kLeastSigmaRad;
+  StepNoise out;
+  const Eigen::Matrix4d then = levelCovariance(before.covariance, before.T_W_B.R());
+  const Eigen::Matrix4d now = levelCovariance(node.covariance, node.T_W_B.R());
+  if (!(then.trace() > 0) || !(now.trace() > 0)) {
+    out.way << Vec3::Constant(drift_m + least_m), drift_rad + least_rad;
+    return out;
+  }
+  // The error of the yaw has moved the keyframe as well: no growth of its own.
+  Eigen::Matrix4d carry = Eigen::Matrix4d::Identity();
+  carry.topRightCorner<3, 1>() = Vec3::UnitZ().cross(motion);
+  const Eigen::Matrix4d carried = carry * then * carry.transpose();
+  const auto horizontal = [](const Eigen::Matrix4d& P) { return 0.5 * (P(0, 0) + P(1, 1)); };
+  const double believed_m = kBelieved * drift_m + least_m;
+  const double most_m = kWorst * drift_m + least_m;
+  double way = 0, tie = 0;
+  split(horizontal(carried), horizontal(now), believed_m, most_m, node.held, &way, &tie);
+  out.way.head<2>().setConstant(way);
+  out.tie.head<2>().setConstant(tie);
+  split(carried(2, 2), now(2, 2), believed_m, most_m, node.held, &out.way[2], &out.tie[2]);
+  split(carried(3, 3), now(3, 3), kBelieved * drift_rad + least_rad, kWorst * drift_rad + least_rad,
+        node.held, &out.way[3], &out.tie[3]);
+  return out;
+}
+
+StepNoise lostNoise(const PathNode& before, const PathNode& node, const GraphOptions& o) {
+  const double sigma = o.lost_m + o.lost_mps * std::max(0.0, toSeconds(node.t - before.t));
+  StepNoise out;
+  out.way << Vec3::Constant(sigma * sigma), kLostYawSigma * kLostYawSigma;
+  return out;
+}
+
+LevelLoop levelLoop(const Loop& loop, const Pose& older, const Pose& newer, const GraphOptions& o) {
+  LevelLoop out;
+  const Mat3 R_older = older.R(), R_newer = newer.R();
+  out.motion_W = R_older * loop.T_older_newer.p;
+  // What turns the newer's axes, as the estimator has them, to those that the loop says.
+  const Mat3 turn = R_older * loop.T_older_newer.R() * R_newer.transpose();
+  out.turn_rad = nearestYaw(turn);
+  out.tilt_rad = std::atan2(turn.col(2).head<2>().norm(), turn(2, 2));
+  Eigen::Matrix<double, 4, 6> J = Eigen::Matrix<double, 4, 6>::Zero();
+  J.topLeftCorner<3, 3>() = R_older;
+  J.bottomRightCorner<1, 3>() = R_newer.row(2);
+  out.covariance = J * loop.covariance * J.transpose();
+  out.covariance.diagonal().head<3>().array() += o.loop_sigma_m * o.loop_sigma_m;
+  out.covariance(3, 3) += o.loop_sigma_rad * o.loop_sigma_rad;
+  return out;
+}
+
+Eigen::Matrix4d sqrtInformation(const Eigen::Matrix4d& covariance) {
+  const Eigen::Matrix4d L = covariance.llt().matrixL();
+  return L.triangularView<Eigen::Lower>().solve(Eigen::Matrix4d::Identity());
+}
+
+}  // namespace vir::mission

@@ -1,0 +1,290 @@
+#include "vir/mission/loop_closer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "place_graph.h"
+#include "vir/camera/camera_model.h"
+#include "vir/core/option_check.h"
+
+namespace vir::mission {
+namespace {
+
+constexpr double kPauseS = 3;
+constexpr double kWorthTelling = 1e-3;  // [m]
+/// Rows of loops.csv that are kept of what was not accepted; the others are counted.
+constexpr std::size_t kMostRefusals = 20000;
+constexpr std::size_t kMostLandmarks = 200000;
+
+}  // namespace
+
+void describe(OptionVisitor& v, LoopOptions& o) {
+  v.section("Loops", "Second visits that may be believed");
+  v.value("interval_s", o.interval_s, {0.0, 60.0}, "keyframes are remembered this far apart");
+  v.value("moved_m", o.moved_m, {0.0, 100.0}, "and where the robot has moved by this");
+  v.value("turned_rad", o.turned_rad, {0.0, 3.0}, "or turned by this");
+  v.value("pause_m", o.pause_m, {0.0, 1000.0},
+          "after a loop none is looked for on so much of the way (3 s at most)");
+  v.value("max_landmark_sigma", o.max_landmark_sigma, {1e-3, 1.0},
+          "relative accuracy of distances that count as map points");
+  describe(v, o.finder);
+  describe(v, o.describer);
+  describe(v, o.index);
+  describe(v, o.verify);
+  describe(v, o.graph);
+}
+
+void LoopOptions::validate() const { checkBounds(*this); }
+
+struct LoopCloser::Impl {
+  Impl(const LoopOptions& o, const Calibration& c, LogSink l)
+      : options(o),
+        calibration(c),
+        log_sink(std::move(l)),
+        describer(o.describer, camera::makeCamera(c.camera)),
+        places(o) {}
+
+  /// Was there a loop just before? The next metres would say the same again.
+  bool pauses(const PlaceKeyframe& k) const {
+    return was_found && last_loop && toSeconds(k.t - last_loop->t) < kPauseS &&
+           (k.T_W_B.p - last_loop->T_W_B.p).norm() < options.pause_m;
+  }
+  void note(const std::vector<places::LoopAttempt>& attempts);
+  LoopRecord recordOf(const Loop& loop) const;
+
+  LoopOptions options;
+  Calibration calibration;
+  LogSink log_sink;
+  places::Describer describer;
+  PlaceGraph places;
+  MissionMap loaded;
+  std::uint64_t next_id = 1, first_own = 1;
+  int segments_before = 0;  ///< of the map
+  std::optional<StampedPose> last, last_loop;
+  int last_segment = 0;
+  std::map<TimeNs, std::uint64_t> ids;  ///< of the run's keyframes
+  std::vector<LoopRecord> refusals;
+  std::vector<StampedPose> told;  ///< as of the last revision
+  std::optional<Revision> revision;
+  long keyframes = 0, attempts = 0, refused = 0, solutions = 0;
+  bool was_found = true;
+};
+
+LoopCloser::LoopCloser(const LoopOptions& options, const Calibration& calibration, LogSink log) {
+  options.validate();
+  impl_ = std::make_unique<Impl>(options, calibration, std::move(log));
+}
+LoopCloser::~LoopCloser() = default;
+
+void LoopCloser::begin(const MissionMap& map) {
+  Impl& m = *impl_;
+  if (m.keyframes > 0) throw std::logic_error("LoopCloser: a map comes before all keyframes");
+  const std::string other = cameraDifference(map.calibration.camera, m.calibration.camera);
+  if (!other.empty()) throw std::invalid_argument("the map is of another camera: " + other);
+  m.loaded = map;
+  for (const auto& k : map.keyframes) {
+    m.segments_before = std::max(m.segments_before, k->segment + 1);
+    m.places.remember(*k);
+    m.next_id = k->id + 1;
+  }
+  m.first_own = m.next_id;
+  m.was_found = map.keyframes.empty();
+}
+
+bool LoopCloser::wants(const StateEstimate& e) const {
+  const Impl& m = *impl_;
+  if (!e.valid) return false;
+  if (!m.last) return true;
+  const State& s = e.state;
+  if (s.t <= m.last->t) return false;  // after a clock that was set back
+  if (e.segment != m.last_segment) return true;
+  if (toSeconds(s.t - m.last->t) < m.options.interval_s) return false;
+  const Pose motion = m.last->T_W_B.inverse() * s.T_W_B;
+  return motion.p.norm() >= m.options.moved_m ||
+         motion.q.angularDistance(Quat::Identity()) >= m.options.turned_rad;
+}
+
+void LoopCloser::add(const SeenKeyframe& seen) {
+  Impl& m = *impl_;
+  if (!wants(seen.estimate)) return;
+  const State& s = seen.estimate.state;
+  auto k = std::make_shared<PlaceKeyframe>();
+  k->id = m.next_id;
+  k->t = s.t;
+  k->segment = seen.estimate.segment;
+  k->T_W_B = s.T_W_B;
+  const bool estimated = seen.estimate.calibration.camera.width > 0;
+  k->T_B_C = estimated ? seen.estimate.calibration.T_B_C : m.calibration.T_B_C;
+  k->points = m.describer.points(seen.gray, (k->T_W_B * k->T_B_C).q, seen.landmarks);
+  try {
+    const bool look = !m.pauses(*k);
+    const long loops = m.places.add(k, seen.estimate.covariance, seen.held, look);
+    if (loops > 0) m.last_loop = StampedPose{k->t, k->T_W_B};
+  } catch (const std::invalid_argument& e) {
+    log(m.log_sink, LogLevel::debug, std::string("no place: ") + e.what());
+    return;
+  }
+  ++m.next_id;
+  ++m.keyframes;
+  m.ids[k->t] = k->id;
+  m.last = StampedPose{s.t, s.T_W_B};
+  m.last_segment = k->segment;
+  m.note(m.places.attempts());
+  if (m.was_found || !m.places.graph().joined()) return;
+  m.was_found = true;
+  log(m.log_sink, LogLevel::info, "the run was found in the map");
+}
+
+void LoopCloser::Impl::note(const std::vector<places::LoopAttempt>& looked) {
+  attempts += static_cast<long>(looked.size());
+  for (const places::LoopAttempt& a : looked) {
+    const auto& found = a.verdict.found;
+    // Accepted ones and those that wait are the graph's. A place is seen from several keyframes, of
+    // which the best one is taken: the others are no refusals.
+    if (!found || a.decision == "accepted" || a.decision == "waits for another" ||
+        a.decision == "second to another") {
+      continue;
+    }
+    ++refused;
+    if (refusals.size() >= kMostRefusals) continue;
+    LoopRecord r = recordOf(*found);
+    r.decision = a.decision;
+    refusals.push_back(r);
+  }
+}
+
+LoopRecord LoopCloser::Impl::recordOf(const Loop& loop) const {
+  LoopRecord r;
+  r.in_map = loop.older < first_own;
+  r.matches = loop.matches;
+  r.inliers = loop.inliers;
+  r.T_older_newer = loop.T_older_newer;
+  if (const auto k = places.finder().index().find(loop.older)) r.t_older = k->t;
+  if (const auto k = places.finder().index().find(loop.newer)) r.t_newer = k->t;
+  if (const auto T = places.graph().poseOf(loop.older)) r.p_older = T->p;
+  if (const auto T = places.graph().poseOf(loop.newer)) r.p_newer = T->p;
+  return r;
+}
+
+bool LoopCloser::solveDue() const { return impl_->places.graph().solveDue(); }
+
+void LoopCloser::solve(const std::vector<StampedPose>& keyframes) {
+  Impl& m = *impl_;
+  for (const StampedPose& k : keyframes) {
+    const auto id = m.ids.find(k.t);
+    if (id != m.ids.end()) m.places.graph().move(id->second, k.T_W_B);
+  }
+  m.places.graph().solve();
+  ++m.solutions;
+  const std::vector<StampedPose> path = m.places.graph().path();
+  Revision out;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const bool known = i < m.told.size();
+    if (known && (path[i].T_W_B.p - m.told[i].T_W_B.p).norm() < kWorthTelling) continue;
+    out.keyframes.push_back(path[i]);
+  }
+  m.told = path;
+  if (path.empty() || out.keyframes.empty()) return;
+  out.t = path.back().t;
+  m.revision = std::move(out);
+}
+
+LevelTransform LoopCloser::correction() const { return impl_->places.graph().correction(); }
+LevelTransform LoopCloser::correctionAt(TimeNs t) const {
+  return impl_->places.graph().correctionAt(t);
+}
+
+std::optional<Revision> LoopCloser::takeRevision() {
+  return std::exchange(impl_->revision, std::nullopt);
+}
+
+bool LoopCloser::found() const { return impl_->was_found; }
+
+std::vector<LoopRecord> LoopCloser::records() const {
+  const Impl& m = *impl_;
+  std::vector<LoopRecord> out = m.refusals;
+  for (const JudgedLoop& l : m.places.graph().loops()) {
+    LoopRecord r = m.recordOf(l.loop);
+    if (l.t_newer != 0) {
+      r.t_older = l.t_older;
+      r.t_newer = l.t_newer;
+    }
+    r.chi2 = l.chi2;
+    r.accepted = l.state == LoopState::accepted;
+    r.decision = name(l.state);
+    out.push_back(r);
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const LoopRecord& a, const LoopRecord& b) { return a.t_newer < b.t_newer; });
+  return out;
+}
+
+long LoopCloser::rejected() const {
+  const LoopCounts c = impl_->places.graph().counts();
+  return impl_->refused + c.refused + c.taken_back + c.waiting;
+}
+
+std::vector<std::pair<std::string, long>> LoopCloser::counters() const {
+  const Impl& m = *impl_;
+  const LoopCounts c = m.places.graph().counts();
+  return {{"places", m.keyframes},          {"loop_candidates", m.attempts},
+          {"loops_accepted", c.accepted},   {"loops_waiting", c.waiting},
+          {"loops_refused", c.refused},     {"loops_taken_back", c.taken_back},
+          {"loops_implausible", m.refused}, {"loop_solutions", m.solutions}};
+}
+
+std::vector<Landmark> LoopCloser::landmarks() const {
+  const Impl& m = *impl_;
+  std::vector<Landmark> out;
+  for (const auto& k : m.places.finder().index().keyframes()) {
+    if (k->id < m.first_own) continue;
+    const auto T_M_B = m.places.graph().poseOf(k->id);
+    if (!T_M_B) continue;
+    const Pose T_M_C = *T_M_B * k->T_B_C;
+    for (const PlacePoint& p : k->points) {
+      const double inverse = static_cast<double>(p.inverse_distance);
+      const double sigma = static_cast<double>(p.inverse_distance_sigma);
+      if (!(inverse > 0) || !(sigma < m.options.max_landmark_sigma * inverse)) continue;
+      const Vec3 p_M = T_M_C * Vec3(p.ray_C.cast<double>() / inverse);
+      if (p_M.allFinite()) out.push_back({out.size() + 1, p_M});
+    }
+  }
+  if (out.size() <= kMostLandmarks) return out;
+  const std::size_t step = out.size() / kMostLandmarks + 1;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < out.size(); i += step) out[kept++] = out[i];
+  out.resize(kept);
+  return out;
+}
+
+MissionMap LoopCloser::map(const Calibration& calibration,
+                           const std::vector<Anchor>& anchors) const {
+  const Impl& m = *impl_;
+  MissionMap out;
+  const bool extends = !m.loaded.keyframes.empty() && m.was_found;
+  if (extends) out = m.loaded;
+  out.calibration = calibration;
+  for (const auto& k : m.places.finder().index().keyframes()) {
+    if (k->id < m.first_own) continue;
+    const auto T_M_B = m.places.graph().poseOf(k->id);
+    if (!T_M_B) continue;
+    auto copy = std::make_shared<PlaceKeyframe>(*k);
+    copy->T_W_B = *T_M_B;
+    if (extends) copy->segment += m.segments_before;
+    out.keyframes.push_back(std::move(copy));
+  }
+  const std::uint64_t first = out.landmarks.empty() ? 0 : out.landmarks.back().id;
+  for (const Landmark& l : landmarks()) out.landmarks.push_back({first + l.id, l.p_W});
+  std::map<std::uint64_t, Anchor> known;
+  for (const Anchor& a : out.anchors) known[a.id] = a;
+  for (const Anchor& a : anchors) {
+    if (a.has_position) known[a.id] = a;
+  }
+  out.anchors.clear();
+  for (const auto& [id, a] : known) out.anchors.push_back(a);
+  return out;
+}
+
+}  // namespace vir::mission

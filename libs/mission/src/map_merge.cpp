@@ -1,0 +1,68 @@
+#include "vir/mission/map_merge.h"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+#include "place_graph.h"
+
+namespace vir::mission {
+namespace {
+
+/// Between keyframes whose stamps do not rise: of another run than the one before.
+constexpr TimeNs kApart = 1000000000;
+
+}  // namespace
+
+MergedMaps merge(const MissionMap& first, const MissionMap& second, const LoopOptions& options) {
+  options.validate();
+  const std::string other = cameraDifference(first.calibration.camera, second.calibration.camera);
+  if (!other.empty()) throw std::runtime_error("the maps are of different cameras: " + other);
+  if (first.keyframes.empty() || second.keyframes.empty()) {
+    throw std::runtime_error("a map without keyframes has no place that could be found");
+  }
+  PlaceGraph places(options);
+  int segments = 0;
+  for (const auto& k : first.keyframes) {
+    places.remember(*k);
+    segments = std::max(segments, k->segment + 1);
+  }
+  const std::uint64_t last = first.keyframes.back()->id;
+  TimeNs t = 0;
+  for (const auto& k : second.keyframes) {
+    auto copy = std::make_shared<PlaceKeyframe>(*k);
+    copy->id = last + 1 + (k->id - second.keyframes.front()->id);
+    const bool rises = k == second.keyframes.front() || k->t > t;
+    t = copy->t = rises ? k->t : t + kApart;
+    places.add(std::move(copy), Eigen::Matrix<double, 6, 6>::Zero(), false);
+    if (places.graph().solveDue()) places.graph().solve();
+  }
+  places.graph().solve();
+  if (!places.graph().joined()) {
+    throw std::runtime_error("no place of the one map was found in the other");
+  }
+
+  MergedMaps out{first, places.graph().counts()};
+  std::vector<LevelPair> pairs;
+  for (const auto& k : second.keyframes) {
+    auto copy = std::make_shared<PlaceKeyframe>(*k);
+    copy->id = last + 1 + (k->id - second.keyframes.front()->id);
+    copy->segment = k->segment + segments;
+    copy->T_W_B = *places.graph().poseOf(copy->id);
+    pairs.push_back({copy->T_W_B.p, k->T_W_B.p, 1});
+    out.map.keyframes.push_back(std::move(copy));
+  }
+  // Points and anchors belong to no keyframe: they go with the path as a whole.
+  const LevelFit fit = fitLevel(pairs);
+  const MissionMap there = moved(second, fit.turn_known ? fit.T_A_B : places.graph().correction());
+  const std::uint64_t points = first.landmarks.empty() ? 0 : first.landmarks.back().id;
+  for (const Landmark& l : there.landmarks) out.map.landmarks.push_back({points + l.id, l.p_W});
+  std::map<std::uint64_t, Anchor> anchors;
+  for (const Anchor& a : there.anchors) anchors[a.id] = a;
+  for (const Anchor& a : first.anchors) anchors[a.id] = a;
+  out.map.anchors.clear();
+  for (const auto& [id, a] : anchors) out.map.anchors.push_back(a);
+  return out;
+}
+
+}  // namespace vir::mission

@@ -1,0 +1,128 @@
+#include "vir/places/describer.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <opencv2/core.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+#include "patch_angle.h"
+#include "vir/vision/corner_detector.h"
+
+namespace vir::places {
+namespace {
+
+constexpr int kCell_px = 60;
+/// The patch of a descriptor reaches this far.
+constexpr int kReach_px = 15;
+
+bool isLandmark(const SeenLandmark& l, const cv::Rect& inner) {
+  return l.px.allFinite() && std::isfinite(l.inverse_distance) && std::isfinite(l.sigma) &&
+         inner.contains(cv::Point(static_cast<int>(std::clamp(l.px.x(), -1.0, 1e6)),
+                                  static_cast<int>(std::clamp(l.px.y(), -1.0, 1e6))));
+}
+
+}  // namespace
+
+struct Describer::Impl {
+  Impl(const DescriberOptions& o, std::shared_ptr<const camera::CameraModel> c)
+      : options(o), camera(std::move(c)), detector(detectorOptions(o)) {
+    orb = cv::ORB::create(o.points, 1.2f, 1, kReach_px, 0, 2, cv::ORB::HARRIS_SCORE,
+                          2 * kReach_px + 1, 20);
+  }
+  static vision::DetectorOptions detectorOptions(const DescriberOptions& o) {
+    vision::DetectorOptions d;
+    d.cell_px = kCell_px;
+    d.min_distance_px = o.min_distance_px;
+    d.min_score = o.min_corner_score;
+    d.border_px = kReach_px + 1;
+    return d;
+  }
+  std::vector<cv::Point2f> corners(const cv::Mat& gray, const std::vector<cv::Point2f>& taken,
+                                   int wanted);
+
+  DescriberOptions options;
+  std::shared_ptr<const camera::CameraModel> camera;
+  vision::CornerDetector detector;
+  cv::Ptr<cv::ORB> orb;
+  cv::Mat dx, dy, gradient;  // scratch
+};
+
+std::vector<cv::Point2f> Describer::Impl::corners(const cv::Mat& gray,
+                                                  const std::vector<cv::Point2f>& taken,
+                                                  int wanted) {
+  if (wanted <= 0) return {};
+  cv::Scharr(gray, dx, CV_16S, 1, 0);
+  cv::Scharr(gray, dy, CV_16S, 0, 1);
+  const cv::Mat both[] = {dx, dy};
+  cv::merge(both, 2, gradient);
+  detector.reset();
+  return detector.detect(gradient, taken, wanted);
+}
+
+Describer::Describer(const DescriberOptions& options,
+                     std::shared_ptr<const camera::CameraModel> camera) {
+  options.validate();
+  if (!camera) throw std::invalid_argument("a describer of places needs a camera");
+  impl_ = std::make_unique<Impl>(options, std::move(camera));
+}
+
+Describer::~Describer() = default;
+
+std::vector<PlacePoint> Describer::points(const Image& image, const Quat& R_W_C,
+                                          const std::vector<SeenLandmark>& landmarks) {
+  const CameraCalibration& c = impl_->camera->calibration();
+  if (!image.pixels || image.width != c.width || image.height != c.height) return {};
+  if (!R_W_C.coeffs().allFinite()) return {};
+  const cv::Mat gray(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels),
+                     image.stride ? image.stride : static_cast<std::size_t>(image.width));
+  const int margin = kReach_px + 1;
+  const cv::Rect inner(margin, margin, gray.cols - 2 * margin, gray.rows - 2 * margin);
+  if (inner.width <= 0 || inner.height <= 0) return {};
+
+  std::vector<PlacePoint> out;
+  std::vector<cv::Point2f> at;
+  const auto take = [&](const cv::Point2f& px, double inverse_distance, double sigma) {
+    Vec3 ray;
+    if (!impl_->camera->unproject(Vec2(px.x, px.y), &ray)) return;
+    PlacePoint p;
+    p.px = Eigen::Vector2f(px.x, px.y);
+    p.ray_C = ray.cast<float>();
+    p.inverse_distance = static_cast<float>(inverse_distance);
+    p.inverse_distance_sigma = static_cast<float>(sigma);
+    out.push_back(p);
+    at.push_back(px);
+  };
+  const auto full = [&] { return static_cast<int>(out.size()) >= impl_->options.points; };
+  for (const SeenLandmark& l : landmarks) {
+    if (full()) break;
+    if (!isLandmark(l, inner)) continue;
+    const bool known = l.inverse_distance > 0 && l.sigma > 0;
+    take(cv::Point2f(static_cast<float>(l.px.x()), static_cast<float>(l.px.y())),
+         known ? l.inverse_distance : 0, known ? l.sigma : 0);
+  }
+  const int wanted = impl_->options.points - static_cast<int>(out.size());
+  for (const cv::Point2f& px : impl_->corners(gray, at, wanted)) take(px, 0, 0);
+
+  const Vec3 down_C = R_W_C.normalized().conjugate() * Vec3(0, 0, -1);
+  std::vector<cv::KeyPoint> keypoints;
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const double angle = patchAngle(gray, *impl_->camera, out[k], down_C, kReach_px);
+    keypoints.emplace_back(at[k], static_cast<float>(2 * kReach_px + 1), static_cast<float>(angle),
+                           0.0f, 0, static_cast<int>(k));
+  }
+  cv::Mat descriptors;
+  impl_->orb->compute(gray, keypoints, descriptors);
+  std::vector<PlacePoint> described;
+  for (std::size_t k = 0; k < keypoints.size(); ++k) {
+    PlacePoint& p = out[static_cast<std::size_t>(keypoints[k].class_id)];
+    std::memcpy(p.descriptor.data(), descriptors.ptr(static_cast<int>(k)), p.descriptor.size());
+    described.push_back(p);
+  }
+  return described;
+}
+
+}  // namespace vir::places

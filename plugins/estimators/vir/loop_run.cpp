@@ -1,0 +1,183 @@
+#include "loop_run.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace vir {
+namespace {
+
+/// Images that wait for their state: more than ever do (the estimator gives up at fewer).
+constexpr std::size_t kMostKept = 120;
+
+bool isHeld(const std::vector<Anchor>& anchors) {
+  return std::any_of(anchors.begin(), anchors.end(), [](const Anchor& a) {
+    return a.state == AnchorState::estimated || a.state == AnchorState::fixed;
+  });
+}
+
+}  // namespace
+
+void describeUse(OptionVisitor& v, LoopSettings& o) {
+  v.value("loops", o.use,
+          "look for places that were seen before, and correct the path by them (docs/loops.md)");
+}
+
+void describe(OptionVisitor& v, LoopSettings& o) {
+  v.section("Loops", "Second visits that may be believed");
+  v.value("map", o.map,
+          "map of an earlier run, in whose frame this one is to go on; --map goes before it");
+  v.value("save_map", o.save_map, "map to write at the end; --save-map goes before it");
+  mission::describe(v, o.options);
+}
+
+LoopRun::LoopRun(const LoopSettings& settings, LogSink log)
+    : settings_(settings), log_(std::move(log)) {
+  settings_.options.validate();
+  if (!settings_.map.empty()) map_ = mission::loadMap(settings_.map);
+}
+
+void LoopRun::setCamera(const Calibration& calibration) {
+  closer_ = std::make_unique<mission::LoopCloser>(settings_.options, calibration, log_);
+  if (!map_) return;
+  try {
+    closer_->begin(*map_);
+  } catch (const std::invalid_argument& e) {
+    throw std::runtime_error(settings_.map + ": " + e.what());
+  }
+}
+
+void LoopRun::keep(TimeNs t, const cv::Mat& gray) {
+  if (gray.empty()) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  kept_.push_back({t, gray.clone()});
+  if (kept_.size() > kMostKept) kept_.pop_front();
+}
+
+cv::Mat LoopRun::release(TimeNs t) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  cv::Mat out;
+  while (!kept_.empty() && kept_.front().t <= t) {
+    if (kept_.front().t == t) out = kept_.front().gray;
+    kept_.pop_front();
+  }
+  return out;
+}
+
+void LoopRun::see(const StateEstimate& estimate, const estimator::KeyframeSights& sights,
+                  const cv::Mat& gray, const estimator::VisualInertialEstimator& estimator) {
+  if (gray.empty() || !closer_->wants(estimate)) return;
+  mission::SeenKeyframe seen;
+  seen.gray = {estimate.t_image, gray.cols, gray.rows, gray.data, gray.step[0]};
+  seen.estimate = estimate;
+  for (const auto& s : sights.of) seen.landmarks.push_back({s.px, s.inverse_distance, s.sigma});
+  seen.held = isHeld(estimator.anchors());
+  closer_->add(seen);
+  if (closer_->solveDue()) solve(estimator);
+}
+
+std::vector<StampedPose> LoopRun::inWorld(
+    const estimator::VisualInertialEstimator& estimator) const {
+  std::vector<StampedPose> out = settled_;
+  for (const State& s : estimator.keyframes()) {
+    // Of those that have settled it shows some as well.
+    if (out.empty() || s.t > out.back().t) out.push_back({s.t, s.T_W_B});
+  }
+  return out;
+}
+
+void LoopRun::solve(const estimator::VisualInertialEstimator& estimator) {
+  closer_->solve(inWorld(estimator));
+}
+
+void LoopRun::correct(StateEstimate* e) const {
+  const LevelTransform T_M_W = closer_->correction();
+  const Mat3 R = rotZ(T_M_W.yaw_rad);
+  e->state.T_W_B = T_M_W.pose() * e->state.T_W_B;
+  e->state.v = R * e->state.v;
+  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Identity();
+  turn.topLeftCorner<3, 3>() = R;
+  e->covariance = turn * e->covariance * turn.transpose();
+}
+
+roles::EstimatorOutput LoopRun::take(estimator::VisualInertialEstimator* estimator, TimeNs t,
+                                     const cv::Mat* gray) {
+  roles::EstimatorOutput out;
+  out.states = estimator->take();
+  out.ranges = estimator->takeRanges();
+  for (const StampedPose& k : estimator->takeSettled()) settled_.push_back(k);
+  const std::vector<estimator::KeyframeSights> all = estimator->takeSights();
+  auto sights = all.begin();
+  for (StateEstimate& e : out.states) {
+    const cv::Mat kept = release(e.t_image);
+    if (!e.valid || !closer_) continue;
+    out.uncorrected.push_back({e.state.t, e.state.T_W_B});
+    while (sights != all.end() && sights->t_image < e.t_image) ++sights;
+    if (sights != all.end() && sights->t_image == e.t_image) {
+      const bool given = gray != nullptr && e.t_image == t;
+      see(e, *sights, given ? *gray : kept, *estimator);
+    }
+    correct(&e);
+    if (auto revision = closer_->takeRevision()) out.revisions.push_back(std::move(*revision));
+  }
+  if (last_revision_) out.revisions.push_back(*std::exchange(last_revision_, std::nullopt));
+  return out;
+}
+
+void LoopRun::finish(const estimator::VisualInertialEstimator& estimator) {
+  if (!closer_) return;
+  solve(estimator);
+  last_revision_ = closer_->takeRevision();
+  if (!closer_->found()) log(log_, LogLevel::warning, notFound());
+  if (settings_.save_map.empty() || saved_) return;
+  saved_ = true;
+  mission::saveMap(closer_->map(estimator.calibration(), anchors(estimator.anchors())),
+                   settings_.save_map);
+  log(log_, LogLevel::info, "map written: " + settings_.save_map);
+}
+
+std::vector<StampedPose> LoopRun::keyframes(
+    const estimator::VisualInertialEstimator& estimator) const {
+  std::vector<StampedPose> out = inWorld(estimator);
+  if (!closer_) return out;
+  for (StampedPose& k : out) k.T_W_B = closer_->correctionAt(k.t).pose() * k.T_W_B;
+  return out;
+}
+
+std::vector<Anchor> LoopRun::anchors(std::vector<Anchor> in_W) const {
+  if (!closer_) return in_W;
+  const LevelTransform T_M_W = closer_->correction();
+  const Mat3 R = rotZ(T_M_W.yaw_rad);
+  for (Anchor& a : in_W) {
+    a.p_W = T_M_W * a.p_W;
+    a.mirror_p_W = T_M_W * a.mirror_p_W;
+    a.covariance = R * a.covariance * R.transpose();
+  }
+  return in_W;
+}
+
+std::optional<SurveyFit> LoopRun::survey(std::optional<SurveyFit> of_W) const {
+  if (of_W && closer_) of_W->T_S_W = of_W->T_S_W * closer_->correction().inverse();
+  return of_W;
+}
+
+std::vector<Landmark> LoopRun::landmarks() const {
+  return closer_ ? closer_->landmarks() : std::vector<Landmark>();
+}
+
+std::string LoopRun::notFound() const {
+  return "the run was not found in the map " + settings_.map +
+         ": its results are in a frame of their own";
+}
+
+std::vector<LoopRecord> LoopRun::records() const {
+  return closer_ ? closer_->records() : std::vector<LoopRecord>();
+}
+
+void LoopRun::report(roles::EstimatorReport* report) const {
+  if (!closer_) return;
+  for (const auto& counter : closer_->counters()) report->counters.push_back(counter);
+  if (closer_->found()) return;
+  report->warnings.push_back(notFound());
+}
+
+}  // namespace vir

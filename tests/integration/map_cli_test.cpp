@@ -1,0 +1,112 @@
+/// `run --save-map`, `run --map` and `map` as a user calls them, with the recording in rawlog/.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "end_to_end.h"
+#include "vir_test_paths.h"
+
+namespace vir {
+namespace {
+
+using test::contains;
+using test::Outcome;
+using test::quoted;
+using test::RunResult;
+using test::virSlam;
+
+class MapCli : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new test::TempFolder;
+    first_ = new RunResult(run("first", "--save-map " + quoted(file("a.virmap"))));
+  }
+  static void TearDownTestSuite() {
+    delete first_;
+    delete folder_;
+  }
+  static std::string file(const std::string& name) { return (*folder_ / name).string(); }
+  static RunResult run(const std::string& name, const std::string& more) {
+    return test::runVir(test::sourceDir() + "/rawlog/two_A.rawlog", file(name), more);
+  }
+  static test::TempFolder* folder_;
+  static RunResult* first_;
+};
+test::TempFolder* MapCli::folder_ = nullptr;
+RunResult* MapCli::first_ = nullptr;
+
+TEST_F(MapCli, ARunLeavesAMap) {
+  ASSERT_EQ(first_->outcome.code, 0) << first_->outcome.text;
+  for (const char* name : {"loops.csv", "trajectory_odom.tum"}) {
+    EXPECT_TRUE(std::filesystem::exists(first_->folder + "/" + name)) << name;
+  }
+  ASSERT_TRUE(first_->summary.contains("loops"));
+  EXPECT_TRUE(first_->summary["loops"].contains("accepted"));
+  EXPECT_TRUE(first_->summary["loops"].contains("rejected"));
+  const Outcome info = virSlam("map info " + quoted(file("a.virmap")));
+  EXPECT_EQ(info.code, 0) << info.text;
+  EXPECT_TRUE(contains(info.text, "keyframes")) << info.text;
+  EXPECT_TRUE(contains(info.text, "480 x 320 px")) << info.text;
+}
+
+TEST_F(MapCli, WithoutLoopsNothingOfThemIsWritten) {
+  const RunResult plain = run("plain", "");
+  ASSERT_EQ(plain.outcome.code, 0) << plain.outcome.text;
+  EXPECT_FALSE(plain.summary.contains("loops"));
+  EXPECT_FALSE(std::filesystem::exists(plain.folder + "/loops.csv"));
+  EXPECT_FALSE(std::filesystem::exists(plain.folder + "/trajectory_odom.tum"));
+}
+
+/// The same flight again: its poses come to lie on those of the map, and the same input gives the
+/// same bytes.
+TEST_F(MapCli, TheNextRunIsFoundInIt) {
+  const std::string map = "--map " + quoted(file("a.virmap"));
+  const RunResult second = run("second", map + " --save-map " + quoted(file("ab.virmap")));
+  ASSERT_EQ(second.outcome.code, 0) << second.outcome.text;
+  EXPECT_GE(second.summary["loops"]["accepted"], 5);
+  EXPECT_FALSE(second.warns("was not found in the map"));
+  ASSERT_FALSE(second.trajectory.empty());
+  ASSERT_EQ(second.trajectory.size(), first_->trajectory.size());
+  EXPECT_LT((second.trajectory.back().T_W_B.p - first_->trajectory.back().T_W_B.p).norm(), 0.2);
+  const RunResult third = run("third", map);
+  for (const char* name : {"trajectory.tum", "trajectory_smoothed.tum", "loops.csv"}) {
+    EXPECT_EQ(test::readText(second.folder + "/" + name), test::readText(third.folder + "/" + name))
+        << name;
+  }
+  const Outcome merged =
+      virSlam("map merge " + quoted(file("a.virmap")) + " " + quoted(file("ab.virmap")) +
+              " --out " + quoted(file("abc.virmap")));
+  EXPECT_EQ(merged.code, 0) << merged.text;
+  EXPECT_TRUE(contains(merged.text, "joined by")) << merged.text;
+}
+
+TEST_F(MapCli, WhatIsWrongIsSaid) {
+  std::string bytes = test::readText(file("a.virmap"));
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  test::writeText(file("bad.virmap"), bytes);
+  Outcome outcome = virSlam("map info " + quoted(file("bad.virmap")));
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_TRUE(contains(outcome.text, "bad.virmap")) << outcome.text;
+  EXPECT_TRUE(contains(outcome.text, "checksum")) << outcome.text;
+  RunResult r = run("bad", "--map " + quoted(file("bad.virmap")));
+  EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
+  EXPECT_TRUE(contains(r.outcome.text, "checksum")) << r.outcome.text;
+  r = run("none", "--map " + quoted(file("none.virmap")));
+  EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
+  EXPECT_TRUE(contains(r.outcome.text, "none.virmap")) << r.outcome.text;
+  r = run("nowhere", "--save-map " + quoted(file("no/where.virmap")));
+  EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
+  EXPECT_EQ(virSlam("map info " + quoted(file("none.virmap"))).code, 2);
+  EXPECT_EQ(virSlam("map merge " + quoted(file("a.virmap")) + " --out " + quoted(file("m"))).code,
+            2);
+  // What is the user's own is not written over.
+  test::writeText(file("mine.txt"), "a letter");
+  outcome = virSlam("map merge " + quoted(file("a.virmap")) + " " + quoted(file("a.virmap")) +
+                    " --out " + quoted(file("mine.txt")));
+  EXPECT_EQ(outcome.code, 2) << outcome.text;
+  EXPECT_EQ(test::readText(file("mine.txt")), "a letter");
+}
+
+}  // namespace
+}  // namespace vir

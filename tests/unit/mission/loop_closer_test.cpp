@@ -1,0 +1,179 @@
+/// From rendered images to corrections, maps, and a run that is found in a map.
+#include "vir/mission/loop_closer.h"
+
+#include <gtest/gtest.h>
+
+#include "rendered_places.h"
+#include "vir/mission/map_merge.h"
+#include "vir/rendering/make_scene.h"
+
+namespace vir::mission {
+namespace {
+
+using vir_test::bodyAt;
+using vir_test::cameraInBody;
+using vir_test::PlaceMaker;
+
+constexpr int kVisit = 14;
+
+/// Along a room, a look to the side, 0.4 m from image to image.
+Pose onTheWay(int k, double aside = 0) {
+  return bodyAt(Vec3(-3 + 0.4 * k, aside, 1.2 + 0.05 * std::sin(k)), 0.2 + 0.02 * k, 0.02, -0.03);
+}
+
+Calibration cameraOf() {
+  Calibration c;
+  c.camera = vir_test::eurocCamera(0.75);
+  c.T_B_C = cameraInBody();
+  return c;
+}
+
+std::shared_ptr<const rendering::Scene> room(int seed) {
+  rendering::SceneOptions o;
+  o.seed = seed;
+  std::vector<Vec3> way;
+  for (int k = 0; k < kVisit; ++k) way.push_back(onTheWay(k).p);
+  return std::make_shared<rendering::Scene>(rendering::makeScene(o, way, {}));
+}
+
+/// A robot whose estimator is off by `drift` by now.
+struct Robot {
+  explicit Robot(int scene = 3) : maker(room(scene), cameraOf().camera, options()) {}
+  static rendering::CameraSimulationOptions options() {
+    rendering::CameraSimulationOptions o;
+    o.seed = 5;
+    return o;
+  }
+
+  void see(LoopCloser* closer, const Pose& truth, const Pose& drift, double s, double sigma_m,
+           int segment = 0) {
+    const rendering::GrayImage& image = maker.take(truth, s);
+    SeenKeyframe seen;
+    seen.gray.width = image.width;
+    seen.gray.height = image.height;
+    seen.gray.pixels = image.pixels.data();
+    seen.landmarks = maker.seen(image, truth * cameraInBody());
+    StateEstimate& e = seen.estimate;
+    e.valid = e.keyframe = true;
+    e.state.t = fromSeconds(1000 + s);
+    e.state.T_W_B = drift * truth;
+    e.segment = segment;
+    e.covariance.diagonal() << Vec3::Constant(sigma_m * sigma_m), Vec3::Constant(1e-4);
+    closer->add(seen);
+    if (closer->solveDue()) closer->solve({});
+  }
+  /// One visit, and what the closer says of its last pose.
+  Pose visit(LoopCloser* closer, const Pose& drift, double begin_s, double sigma_m,
+             double aside = 0, int segment = 0) {
+    for (int k = 0; k < kVisit; ++k) {
+      see(closer, onTheWay(k, aside), drift, begin_s + 0.5 * k, sigma_m, segment);
+    }
+    return closer->correction().pose() * drift * onTheWay(kVisit - 1, aside);
+  }
+
+  PlaceMaker maker;
+};
+
+const Pose kDrift(Quat(rotZ(0.03)), Vec3(0.3, -0.2, 0.1));
+
+TEST(LoopCloser, ASecondVisitTakesTheDriftOff) {
+  Robot robot;
+  LoopCloser closer({}, cameraOf());
+  robot.visit(&closer, Pose(), 0, 0.01);
+  EXPECT_TRUE(closer.records().empty());
+  const Pose last = robot.visit(&closer, kDrift, 60, 0.5, 0.15);
+  const Pose truth = onTheWay(kVisit - 1, 0.15);
+  EXPECT_LT((last.p - truth.p).norm(), 0.05);
+  EXPECT_LT(last.q.angularDistance(truth.q), 0.02);
+  closer.solve({});
+  const auto revision = closer.takeRevision();
+  ASSERT_TRUE(revision);
+  EXPECT_FALSE(closer.takeRevision());
+  EXPECT_LT((closer.correctionAt(fromSeconds(1000)).pose() * onTheWay(0).p - onTheWay(0).p).norm(),
+            0.03);
+  long accepted = 0;
+  for (const LoopRecord& r : closer.records()) {
+    if (!r.accepted) continue;
+    ++accepted;
+    EXPECT_EQ(r.decision, "accepted");
+    EXPECT_FALSE(r.in_map);
+    EXPECT_LT(r.t_older, r.t_newer);
+  }
+  EXPECT_GE(accepted, 3);
+  EXPECT_GT(closer.landmarks().size(), 100u);
+}
+
+TEST(LoopCloser, AnotherRoomIsNoSecondVisit) {
+  Robot one(3), other(4);
+  LoopCloser closer({}, cameraOf());
+  one.visit(&closer, Pose(), 0, 0.01);
+  other.visit(&closer, kDrift, 60, 0.5);
+  for (const LoopRecord& r : closer.records()) EXPECT_FALSE(r.accepted);
+  EXPECT_LT(closer.correction().t_m.norm(), 1e-9);
+}
+
+TEST(LoopCloser, StandingStillNothingIsAdded) {
+  Robot robot;
+  LoopCloser closer({}, cameraOf());
+  for (int k = 0; k < 5; ++k) robot.see(&closer, onTheWay(0), Pose(), k, 0.01);
+  EXPECT_EQ(closer.counters().front().second, 1);
+  StateEstimate e;
+  EXPECT_FALSE(closer.wants(e));  // no state
+}
+
+/// The map of one run; the next begins elsewhere, turned, and goes on in the map's frame.
+TEST(LoopCloser, ARunIsFoundInAMap) {
+  Robot first, second;
+  LoopCloser before({}, cameraOf());
+  first.visit(&before, Pose(), 0, 0.01);
+  before.solve({});
+  const MissionMap map = decode(encode(before.map(cameraOf(), {})));
+  ASSERT_EQ(map.keyframes.size(), static_cast<std::size_t>(kVisit));
+
+  const Pose elsewhere(Quat(rotZ(-1.3)), Vec3(20, 5, -1));
+  LoopCloser after({}, cameraOf());
+  after.begin(map);
+  EXPECT_FALSE(after.found());
+  const Pose last = second.visit(&after, elsewhere, 0.2, 0.01, 0.2);
+  ASSERT_TRUE(after.found());
+  EXPECT_LT((last.p - onTheWay(kVisit - 1, 0.2).p).norm(), 0.05);
+  after.solve({});
+  const MissionMap extended = after.map(cameraOf(), {});
+  EXPECT_EQ(extended.keyframes.size(), 2u * kVisit);
+  EXPECT_EQ(extended.keyframes.front()->T_W_B.p, map.keyframes.front()->T_W_B.p);
+  EXPECT_NE(extended.keyframes.front()->segment, extended.keyframes.back()->segment);
+
+  // Found by itself it is a map too, and the two can be joined.
+  LoopCloser alone({}, cameraOf());
+  Robot third;
+  third.visit(&alone, elsewhere, 0.2, 0.01, 0.2);
+  const MergedMaps merged = merge(map, alone.map(cameraOf(), {}), {});
+  EXPECT_EQ(merged.map.keyframes.size(), 2u * kVisit);
+  EXPECT_LT((merged.map.keyframes.back()->T_W_B.p - onTheWay(kVisit - 1, 0.2).p).norm(), 0.1);
+}
+
+TEST(LoopCloser, AMapOfAnotherPlaceOrCamera) {
+  Robot here(3), there(4);
+  LoopCloser before({}, cameraOf());
+  there.visit(&before, Pose(), 0, 0.01);
+  const MissionMap map = before.map(cameraOf(), {});
+  LoopCloser after({}, cameraOf());
+  after.begin(map);
+  here.visit(&after, Pose(), 0, 0.01);
+  EXPECT_FALSE(after.found());
+  EXPECT_EQ(after.map(cameraOf(), {}).keyframes.size(), static_cast<std::size_t>(kVisit));
+  LoopCloser alone({}, cameraOf());
+  here.visit(&alone, Pose(), 0, 0.01);
+  EXPECT_THROW(merge(map, alone.map(cameraOf(), {}), {}), std::runtime_error);
+
+  Calibration other = cameraOf();
+  other.camera.fx *= 1.2;
+  LoopCloser wrong({}, other);
+  EXPECT_THROW(wrong.begin(map), std::invalid_argument);
+  MissionMap empty;
+  empty.calibration = cameraOf();
+  EXPECT_THROW(merge(map, empty, {}), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace vir::mission
