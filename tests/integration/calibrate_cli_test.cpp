@@ -126,7 +126,7 @@ TEST_F(CalibrateCli, FindsTheBiasThatWasPutIn) {
 TEST_F(CalibrateCli, SeveralRecordingsAndAnchorsFromTheCommandLine) {
   writeRecording("a.rawlog");
   const std::string twice = quoted(path("a.rawlog")) + " " + quoted(path("a.rawlog"));
-  const Outcome o = virSlam("calibrate uwb " + twice + " --anchor 0,2,1,2 --out " +
+  const Outcome o = virSlam("calibrate uwb " + twice + " --anchor 0x0,2,1,2 --out " +
                             quoted(path("bias.csv")) + " --json " + quoted(path("o.json")));
   ASSERT_EQ(o.code, 0) << o.text;
   EXPECT_TRUE(test::contains(o.text, "the position of anchor 1 is not given")) << o.text;
@@ -141,7 +141,7 @@ TEST_F(CalibrateCli, WrongUseIsCodeTwo) {
   const std::string out = " --out " + quoted(path("b.csv"));
   EXPECT_EQ(virSlam("calibrate").code, 2);
   EXPECT_EQ(virSlam(good + " --anchor 0,2,1,2").code, 2);
-  for (const char* bad : {"0,2,1", "0,2,1,x", "0.5,1,1,1", "0,1,2,3,4", "0,nan,1,1"}) {
+  for (const char* bad : {"0,2,1", "0,2,1,x", "0.5,1,1,1", "0xg,1,1,1", "0,1,2,3,4", "0,nan,1,1"}) {
     EXPECT_EQ(virSlam(good + out + " --anchor " + bad).code, 2) << bad;
   }
   EXPECT_EQ(virSlam(good + out + " --anchor 0,1,1,1 --anchor 0,2,2,2").code, 2);

@@ -168,6 +168,23 @@ TEST_F(EvaluateCli, OneBadEstimateDoesNotHideTheOthers) {
   EXPECT_TRUE(json["estimates"][0]["error"].is_string());
 }
 
+TEST_F(EvaluateCli, TheFolderOfARunIsItsTrajectoryAndARawlogIsNone) {
+  fs::create_directories(folder_ / "run");
+  write("run/trajectory.tum", line(180, 0.1));
+  const std::string reference = "--reference " + path("ref.tum") + " ";
+  const Outcome file = call(reference + path("est.tum")), folder = call(reference + path("run"));
+  EXPECT_EQ(folder.code, 0) << folder.text;
+  const auto ate = [](const std::string& text) {
+    const std::size_t at = text.find("ATE");
+    return text.substr(at, text.find('\n', at) - at);
+  };
+  EXPECT_EQ(ate(folder.text), ate(file.text));
+  write("x.rawlog", std::string("\x1F\x8B\x08\0\x01\x02", 6));
+  const Outcome rawlog = call("--reference " + path("x.rawlog") + " " + path("est.tum"));
+  EXPECT_EQ(rawlog.code, 2);
+  EXPECT_TRUE(vir::test::contains(rawlog.text, "export FILE.rawlog --format tum")) << rawlog.text;
+}
+
 TEST_F(EvaluateCli, WrongUseIsCodeTwo) {
   const std::string good = "--reference " + path("ref.tum") + " " + path("est.tum");
   EXPECT_EQ(call("").code, 2);

@@ -23,6 +23,17 @@ namespace vir::app {
 namespace fs = std::filesystem;
 namespace {
 
+/// In quotes where a shell would take it apart.
+std::string inShell(const std::string& text) {
+  const bool plain = text.find_first_not_of(
+                         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._/+-") ==
+                     std::string::npos;
+  if (plain) return text;
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
 /// What went into the rawlog under one label.
 struct LabelStatistics {
   long count = 0;
@@ -156,7 +167,8 @@ void report(const roles::RecordedSource& source, const Statistics& statistics,
   // MRPT 2.5.8 finds the image folder for a bare file name only.
   const fs::path path(out);
   const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
-  std::printf("look at it: (cd %s && RawLogViewer %s)\n", folder.c_str(), path.filename().c_str());
+  std::printf("look at it: (cd %s && RawLogViewer %s)\n", inShell(folder).c_str(),
+              inShell(path.filename().string()).c_str());
 }
 
 /// False, and said, where the rawlog is a part only of what the source has.

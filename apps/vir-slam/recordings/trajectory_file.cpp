@@ -1,6 +1,7 @@
 #include "recordings/trajectory_file.h"
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 #include "commands/commands.h"
@@ -8,12 +9,33 @@
 #include "vir/evaluation/leaps.h"
 
 namespace vir::app {
+namespace {
 
-Trajectory readTrajectoryFile(const std::string& path, const std::string& what,
+/// A rawlog, a bag, a picture.
+bool isText(std::istream* in) {
+  char first[512];
+  in->read(first, sizeof first);
+  const std::string read(first, static_cast<std::size_t>(in->gcount()));
+  in->clear();
+  in->seekg(0);
+  return read.find('\0') == std::string::npos && read.compare(0, 2, "\x1F\x8B") != 0;
+}
+
+}  // namespace
+
+Trajectory readTrajectoryFile(const std::string& given, const std::string& what,
                               evaluation::ReadReport* report) {
+  // Of a run's folder its poses are meant.
+  const std::filesystem::path inside = std::filesystem::path(given) / "trajectory.tum";
+  const std::string path = std::filesystem::is_regular_file(inside) ? inside.string() : given;
   requireFile(path, what);
   std::ifstream in(path, std::ios::binary);
   if (!in) throw UsageError("cannot read the " + what + " " + path);
+  if (!isText(&in)) {
+    throw UsageError(path +
+                     " is no table of poses (it is no text); poses in a rawlog become tables by: "
+                     "vir-slam export FILE.rawlog --format tum --out FOLDER");
+  }
   const Trajectory trajectory = evaluation::readTrajectory(in, report);
   const evaluation::ReadReport& r = *report;
   if (r.skipped() > 0) {

@@ -42,17 +42,28 @@ std::vector<std::string> split(const std::string& text) {
   return fields;
 }
 
+/// Ids as tables of anchors have them: 132, 132.0 or 0x84.
+bool wholeNumber(const std::string& text, int* value) {
+  if (text.rfind("0x", 0) == 0 || text.rfind("0X", 0) == 0) {
+    return parseNumber(text.substr(2), value, 16);
+  }
+  double v = 0;
+  if (!parseFinite(text, &v) || v != std::floor(v) || std::abs(v) > 2e9) return false;
+  *value = static_cast<int>(v);
+  return true;
+}
+
 /// Empty, or what is wrong with the fields.
 std::string takeAnchor(const std::vector<std::string>& fields, AnchorPositions* anchors) {
-  double v[4];
   if (fields.size() < 4) return "expected id,x,y,z";
-  for (std::size_t k = 0; k < 4; ++k) {
-    if (!parseFinite(fields[k], &v[k])) return "'" + fields[k] + "' is no finite number";
+  int id = 0;
+  if (!wholeNumber(fields[0], &id)) return "the id '" + fields[0] + "' is no whole number";
+  Vec3 p;
+  for (int k = 0; k < 3; ++k) {
+    const std::string& field = fields[static_cast<std::size_t>(k) + 1];
+    if (!parseFinite(field, &p[k])) return "'" + field + "' is no finite number";
   }
-  if (v[0] != std::floor(v[0]) || std::abs(v[0]) > 2e9) {
-    return "the id '" + fields[0] + "' is no whole number";
-  }
-  if (!anchors->emplace(static_cast<int>(v[0]), Vec3(v[1], v[2], v[3])).second) {
+  if (!anchors->emplace(id, p).second) {
     return "anchor " + fields[0] + " is there already";
   }
   return {};
