@@ -68,6 +68,8 @@ void view(Arguments a, Common& common) {
   runs::OfflineRunHooks hooks;
   hooks.log = [&](LogLevel level, const std::string& text) {
     if (level != LogLevel::warning && level != LogLevel::error) return;
+    // That the run was not played to its end is what was asked for.
+    if (player.over() && !interrupted()) return;
     bar.clear();
     std::fprintf(stderr, "%s: %s\n", levelName(level), text.c_str());
   };

@@ -8,6 +8,13 @@
 namespace vir::results {
 namespace {
 
+std::string withoutNumbers(std::string text) {
+  text.erase(std::remove_if(text.begin(), text.end(),
+                            [](char c) { return (c >= '0' && c <= '9') || c == '.'; }),
+             text.end());
+  return text;
+}
+
 Vec3 rootOf(const Vec3& variance) {
   Vec3 out;
   for (int i = 0; i < 3; ++i) out[i] = std::sqrt(std::max(0.0, csv::clean(variance[i])));
@@ -51,7 +58,8 @@ void FrameHistory::add(const StateEstimate& estimate) {
 void FrameHistory::noteEvent(const StateEstimate& e) {
   std::string health = healthText(e);
   if (e.segment != segment_) health += "; starts anew, positions are not tied to those before";
-  const bool same = health == health_;
+  // "no landmarks for 1.5 s" and "1.6 s" are one event.
+  const bool same = withoutNumbers(health) == withoutNumbers(health_);
   health_ = healthText(e);
   segment_ = e.segment;
   if (same || events_.size() >= kMostEvents) return;

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "frame_history.h"
 #include "vir/results/run_recorder.h"
 #include "vir_test_temp_folder.h"
 
@@ -182,6 +183,22 @@ TEST_F(Report, AFullRun) {
   expectOnSheet(read("ranges.svg"));
   EXPECT_EQ(read("map.svg").substr(0, 5), "<?xml");
   EXPECT_GT(count(read("ranges.svg"), "<circle"), 900);
+}
+
+TEST(FrameHistory, AReasonThatOnlyCountsOnIsOneEvent) {
+  FrameHistory history;
+  StateEstimate e;
+  e.valid = true;
+  e.health = Health::doubtful;
+  for (int i = 0; i < 20; ++i) {
+    e.state.t = kStart + i;
+    e.reason = "no landmarks for " + std::to_string(0.1 * (15 + i)) + " s, IMU only";
+    history.add(e);
+  }
+  e.reason = "few landmarks";
+  history.add(e);
+  ASSERT_EQ(history.events().size(), 2u);
+  EXPECT_EQ(history.events()[0].text.substr(0, 31), "doubtful: no landmarks for 1.50");
 }
 
 TEST_F(Report, HoldsTheNumbersThatItsScriptDraws) {
