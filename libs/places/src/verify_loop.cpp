@@ -111,11 +111,33 @@ bool uncertain(const Mat6& C, const VerifyOptions& o) {
          !(largestSigma(C.bottomRightCorner<3, 3>()) <= o.max_sigma_rad);
 }
 
-/// How much of what must be in view must be found: less where it is said that this is the place.
-double neededShare(const RelativePrior* prior, const VerifyOptions& o) {
-  const bool known = prior && prior->covariance.allFinite() &&
-                     largestSigma(prior->covariance.topLeftCorner<3, 3>()) <= o.known_sigma_m;
-  return known ? o.min_share_known : o.min_share;
+/// Less must be found where it is said anyway that this is the place.
+bool placeKnown(const RelativePrior* prior, const VerifyOptions& o) {
+  return prior && prior->covariance.allFinite() &&
+         largestSigma(prior->covariance.topLeftCorner<3, 3>()) <= o.known_sigma_m;
+}
+
+/// Many corners, or nearly all of the few that there are; less where a prior says that this is the
+/// place.
+bool enough(const LoopVerdict& v, const VerifyOptions& o) {
+  return v.known || (v.inliers >= o.min_inliers && v.share >= o.min_share) ||
+         v.share >= o.sure_share;
+}
+
+/// Pixels per radian, by pairs of points all over the image: the lowest tenth, since the rim of a
+/// wide lens is drawn out.
+double focalOf(const PlaceKeyframe& k) {
+  constexpr double kNone = 450;
+  const std::size_t half = k.points.size() / 2;
+  std::vector<double> all;
+  for (std::size_t i = 0; i + half < k.points.size(); ++i) {
+    const PlacePoint &a = k.points[i], &b = k.points[i + half];
+    const double turn = std::acos(std::clamp(
+        a.ray_C.cast<double>().normalized().dot(b.ray_C.cast<double>().normalized()), -1.0, 1.0));
+    const double way = (a.px - b.px).norm();
+    if (turn > 0.05 && way > 0 && std::isfinite(way / turn)) all.push_back(way / turn);
+  }
+  return all.empty() ? kNone : quantileInPlace(&all, 0.1);
 }
 
 bool hasPose(const PlaceKeyframe& k) {
@@ -158,8 +180,10 @@ double loopChi2(const Loop& loop, const RelativePrior& prior) {
 
 LoopVerdict verifyLoop(const PlaceKeyframe& newer,
                        const std::vector<std::shared_ptr<const PlaceKeyframe>>& older,
-                       const VerifyOptions& options, const RelativePrior* prior) {
-  options.validate();
+                       const VerifyOptions& given, const RelativePrior* prior) {
+  given.validate();
+  VerifyOptions options = given;
+  if (!(options.focal_px > 0)) options.focal_px = focalOf(newer);
   LoopVerdict verdict;
   const auto refuse = [&](LoopRefusal why) {
     verdict.refusal = why;
@@ -179,7 +203,8 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
   if (!found.pose.valid) return refuse(LoopRefusal::no_pose);
   verdict.inliers = countNewer(found.inliers);
   verdict.share = found.share;
-  if (verdict.inliers < options.min_inliers || verdict.share < neededShare(prior, options)) {
+  verdict.known = placeKnown(prior, options);
+  if (verdict.inliers < options.min_inliers_known || verdict.share < options.min_share_known) {
     return refuse(LoopRefusal::few_inliers);
   }
   if (spread(places, found.inliers) < options.min_spread_rad) return refuse(LoopRefusal::narrow);
@@ -191,10 +216,9 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
     return refuse(LoopRefusal::uncertain);
   }
   verdict.found = loop;
-  if (prior) {
-    verdict.chi2 = loopChi2(loop, *prior);
-    if (!(verdict.chi2 <= options.prior_chi2)) return refuse(LoopRefusal::against_prior);
-  }
+  if (prior) verdict.chi2 = loopChi2(loop, *prior);
+  if (prior && !(verdict.chi2 <= options.prior_chi2)) return refuse(LoopRefusal::against_prior);
+  if (!enough(verdict, options)) return refuse(LoopRefusal::few_inliers);
   verdict.loop = loop;
   return verdict;
 }

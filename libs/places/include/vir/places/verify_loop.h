@@ -14,15 +14,17 @@ namespace vir::places {
 
 struct VerifyOptions {
   double sigma_px = 1.0;          ///< of a corner found again, as a pixel of `focal_px`
-  double focal_px = 450;          ///< pixels per radian
+  double focal_px = 0;            ///< pixels per radian; 0: as the newer keyframe's points say
   int max_distance_bits = 64;     ///< of descriptors that are matched
   double ratio = 0.85;            ///< distance of the best to that of the second best
   int max_iterations = 200;       ///< of the random search
   int min_matches = 12;           ///< fewer are not looked at
-  int min_inliers = 20;           ///< different corners of the newer keyframe
+  int min_inliers = 35;           ///< different corners of the newer keyframe
+  int min_inliers_known = 20;     ///< the same where a prior says as well where it must be
   double min_share = 0.3;         ///< inliers of the points that must be in view
-  double min_share_known = 0.15;  ///< the same where a prior says as well where it must be
-  double known_sigma_m = 0.5;     ///< as such a prior does
+  double sure_share = 0.65;       ///< of so many, `min_inliers_known` are enough
+  double min_share_known = 0.15;  ///< the same with such a prior
+  double known_sigma_m = 0.5;     ///< a prior that is less certain does not say it
   double min_spread_rad = 0.06;   ///< of the inliers' rays, along the shorter axis
   double max_sigma_m = 0.15;      ///< a pose less certain is no loop
   double max_sigma_rad = 0.03;
@@ -60,12 +62,14 @@ const char* name(LoopRefusal refusal);
 
 struct LoopVerdict {
   std::optional<Loop> loop;  ///< accepted
-  /// As found, whether accepted or refused as `against_prior`.
+  /// As found, whether accepted or refused as `against_prior` or for corners that would have been
+  /// enough with a prior: a place that it could be.
   std::optional<Loop> found;
   LoopRefusal refusal = LoopRefusal::none;
   int matches = 0, inliers = 0;
-  double share = 0;  ///< inliers of the points that must be in view
-  double chi2 = 0;   ///< against the prior; 0 without one
+  bool known = false;  ///< a prior says to `known_sigma_m` where the place must be
+  double share = 0;    ///< inliers of the points that must be in view
+  double chi2 = 0;     ///< against the prior; 0 without one
 };
 
 /// `older`: the candidate, then keyframes near it of the same segment (their relative poses are
