@@ -42,11 +42,12 @@ void PeerFollower::onEnd(const roles::Estimator& estimator, results::RunSummary*
   tracker_.finish([&] { return estimator.anchors(); });
   summary->peers = tracker_.peers();
   if (!tracker_.met() && tracker_.unusableBroadcasts() == 0) return;
-  long ranges = 0, without_broadcast = 0, without_pose = 0;
+  long ranges = 0, without_broadcast = 0, without_pose = 0, doubled = 0;
   for (const team::PeerResult& r : summary->peers) {
     ranges += r.ranges;
     without_broadcast += r.without_broadcast;
     without_pose += r.without_pose;
+    doubled += r.doubled;
     if (r.without_broadcast == 0) continue;
     const std::string id = std::to_string(r.id);
     summary->warnings.push_back(std::to_string(r.without_broadcast) + " of " +
@@ -58,6 +59,7 @@ void PeerFollower::onEnd(const roles::Estimator& estimator, results::RunSummary*
   count("peer_ranges", ranges);
   count("peer_ranges_without_broadcast", without_broadcast);
   count("peer_ranges_without_pose", without_pose);
+  if (doubled > 0) count("peer_ranges_told_twice", doubled);
   if (const long n = tracker_.unusableBroadcasts(); n > 0) count("peer_broadcasts_unusable", n);
   if (const long n = tracker_.rangesOfTooManyRobots(); n > 0) {
     count("peer_ranges_of_too_many_robots", n);

@@ -9,8 +9,10 @@
 #include "live/program_module.h"
 #include "vir/core/host_clock.h"
 #include "vir/core/resource_usage.h"
+#include "vir/core/time_bounds.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_time.h"
 #include "vir/results/run_recorder.h"
 #include "vir/team/robot_record.h"
 
@@ -18,7 +20,8 @@ namespace vir::app {
 namespace {
 
 constexpr TimeNs kAnchorsEvery = 1'000'000'000;
-constexpr double kLongestPause = 1;  // [s] in which the own time goes on without a state
+constexpr double kLongestPause = 1;        // [s] in which the own time goes on without a sensor
+constexpr std::size_t kMostWaiting = 512;  // ranges, until there is a pose of their time
 
 std::unique_ptr<dds::Link> open(const dds::LinkOptions& options, const LogSink& log) {
   const auto open_link = reinterpret_cast<dds::OpenLink>(functionOfDds("virOpenDdsLink"));
@@ -43,14 +46,18 @@ TeamOnAir::TeamOnAir(const dds::LinkOptions& options, std::string peer_label, Lo
 }
 
 void TeamOnAir::note(const std::vector<live::Arrival>& own) {
+  const std::lock_guard<std::mutex> lock(mutex_);
   for (const live::Arrival& a : own) {
-    const std::vector<Range> ranges = rawlog::rangesOf(*a.observation);
-    if (ranges.empty()) continue;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (const Range& r : ranges) {
+    // Of sensors rather than of states: these are late where a computer has too much to do.
+    const TimeNs t = rawlog::fromMrptTime(a.observation->timestamp);
+    if (isStamp(t) && (!newest_ || t > *newest_)) {
+      newest_ = t;
+      newest_at_s_ = wallSeconds();
+    }
+    for (const Range& r : rawlog::rangesOf(*a.observation)) {
       p_B_U_ = r.p_B_U;  // one radio does both
       if (a.observation->sensorLabel != peer_label_) continue;
-      if (ranges_.size() >= team::kMostReportedRanges) {
+      if (ranges_.size() >= kMostWaiting) {
         ranges_.erase(ranges_.begin());
         ++ranges_untold_;
       }
@@ -91,11 +98,6 @@ void TeamOnAir::append(const team::HeardReport& heard, std::size_t source,
 
 void TeamOnAir::onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) {
   for (const StateEstimate& e : output.states) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      newest_ = e.state.t;
-      newest_at_s_ = wallSeconds();
-    }
     if (!e.valid || (e.state.t < due_ && due_ - e.state.t < kAnchorsEvery)) continue;
     const auto period = fromSeconds(1 / options_.rate_hz);
     due_ = e.state.t - due_ < period ? due_ + period : e.state.t + period;
@@ -120,8 +122,12 @@ void TeamOnAir::tell(const StateEstimate& e, const roles::Estimator& estimator) 
     const std::lock_guard<std::mutex> lock(mutex_);
     r.p_B_U = p_B_U_;
     // Others judge a range by the pose that it came with: one of now waits for the pose behind it.
-    const auto behind = std::partition(ranges_.begin(), ranges_.end(),
-                                       [&](const Range& range) { return range.t <= r.t; });
+    auto behind = std::stable_partition(ranges_.begin(), ranges_.end(),
+                                        [&](const Range& range) { return range.t <= r.t; });
+    // The rest with the next one.
+    if (ranges_.size() > team::kMostReportedRanges) {
+      behind = std::min(behind, ranges_.begin() + static_cast<long>(team::kMostReportedRanges));
+    }
     r.ranges.assign(ranges_.begin(), behind);
     ranges_.erase(ranges_.begin(), behind);
   }

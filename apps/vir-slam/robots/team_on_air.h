@@ -50,7 +50,7 @@ class TeamOnAir final : public results::RunObserver {
   Vec3 p_B_U_ = Vec3::Zero();
   std::vector<Range> ranges_;  // of its own, to be told
   long ranges_untold_ = 0;
-  std::optional<TimeNs> newest_;  // state of its own
+  std::optional<TimeNs> newest_;  // stamp of its own sensors
   double newest_at_s_ = 0;        // steady clock
   // Of the thread of the estimation:
   team::PeerReport next_;

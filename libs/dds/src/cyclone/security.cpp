@@ -9,19 +9,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Debian has these libraries in a folder beside that of Cyclone DDS, where the linker does not
-/// look.
+/// Debian has these libraries in a folder of Cyclone DDS beside it (libddsc0debian), where the
+/// linker does not look.
 std::string libraryOf(const std::string& name) {
   Dl_info info{};
-  if (dladdr(reinterpret_cast<void*>(&dds_create_participant), &info) != 0 &&
-      info.dli_fname != nullptr) {
-    const fs::path folder = fs::path(info.dli_fname).parent_path();
-    for (const fs::path& sub : {folder / "libddsc0debian", folder}) {
-      const fs::path file = sub / ("lib" + name + ".so");
-      if (fs::exists(file)) return file.string();
-    }
+  if (dladdr(reinterpret_cast<void*>(&dds_create_participant), &info) == 0 ||
+      info.dli_fname == nullptr) {
+    return name;
   }
-  return name;
+  const fs::path folder = fs::path(info.dli_fname).parent_path();
+  const std::string file = "lib" + name + ".so";
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+    const bool ours = entry.path().filename().string().rfind("libddsc", 0) == 0;
+    if (ours && fs::exists(entry.path() / file, none)) return (entry.path() / file).string();
+  }
+  return fs::exists(folder / file, none) ? (folder / file).string() : name;
 }
 
 void setPlugin(dds_qos_t* qos, const std::string& part, const std::string& library,
