@@ -120,6 +120,13 @@ TEST(RestDetector, ACreepFarBelowTheNoiseOfATrackIsNoRest) {
   EXPECT_GT(shareStanding([](double t, const Vec2&) { return Vec2(0.1 * t, 0); }, false), 0.7);
 }
 
+/// A twelfth of the tracks has come by 0.4 px and stays there: a thing, not the camera.
+TEST(RestDetector, AThingThatHasMovedIsNoMotionOfTheCamera) {
+  EXPECT_GT(shareStanding(
+                [](double t, const Vec2& px) { return Vec2(t > 0 && px.x() > 650 ? 0.4 : 0, 0); }),
+            0.9);
+}
+
 /// Each proof that it was none asks for a longer one; a real motion ends that.
 TEST(RestDetector, AfterAMotionTheShortestRestIsEnoughAgain) {
   RestDetector d{RestOptions()};
