@@ -37,6 +37,10 @@ TEST(OdometryRange, RangesHalveTheDrift) {
     EXPECT_LT((run.anchor(0)->p_W - world.anchor(0)).norm(), 0.5) << seed;
     mean_scale += run.estimates.back().odometry_scale / 3;
     EXPECT_NEAR(run.estimates.back().odometry_scale, 1.05, 0.05) << seed;
+    // Next to nothing is seen of a constant error: it is known as it was before, and no worse.
+    EXPECT_LE(run.anchor(0)->bias_sigma_m, 1.001 * OdometryRangeConfig().ranges.bias_sigma_m)
+        << seed;
+    EXPECT_GE(run.anchor(0)->bias_sigma_m, 0.6 * OdometryRangeConfig().ranges.bias_sigma_m) << seed;
   }
   EXPECT_LT(sum_with, 0.5 * sum_without);
   EXPECT_NEAR(mean_scale, 1.05, 0.03);

@@ -112,8 +112,19 @@ TEST(RestDetector, ACreepFarBelowTheNoiseOfATrackIsNoRest) {
               return Vec2(0.1 * t * (px - Vec2(360, 240)) / 360);
             }),
             0.2);
+  // Sideways over ground that lies before it: the nearer, the faster.
+  EXPECT_LT(shareStanding(
+                [](double t, const Vec2& px) { return Vec2(0.1 * t * (px.y() - 200) / 200, 0); }),
+            0.2);
   // Where no landmark holds the pose, a rest that is none is the lesser evil.
   EXPECT_GT(shareStanding([](double t, const Vec2&) { return Vec2(0.1 * t, 0); }, false), 0.7);
+}
+
+/// A twelfth of the tracks has come by 0.4 px and stays there: a thing, not the camera.
+TEST(RestDetector, AThingThatHasMovedIsNoMotionOfTheCamera) {
+  EXPECT_GT(shareStanding(
+                [](double t, const Vec2& px) { return Vec2(t > 0 && px.x() > 650 ? 0.4 : 0, 0); }),
+            0.9);
 }
 
 /// Each proof that it was none asks for a longer one; a real motion ends that.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "window_driver.h"
 
@@ -98,6 +99,41 @@ TEST(ShortWindow, AWrongMatchIsRejectedAndNothingElse) {
   EXPECT_EQ(d.window.rejectOutliers(), std::vector<std::uint64_t>{wrong});
   for (const Landmark& l : d.window.landmarks()) EXPECT_NE(l.id, wrong);
   EXPECT_LT(d.positionError(), 0.005);
+}
+
+/// Little parallax is enough after a while, and not before.
+TEST(ShortWindow, AfterTheLongestIntervalAThirdOfTheParallaxIsEnough) {
+  WindowOptions options;
+  options.keyframe_parallax_px = 60;
+  for (const bool late : {false, true}) {
+    WindowDriver d(vir_test::circling, 1, options);
+    d.start(d.scene.truth(d.t), StartPrior());
+    d.push(late ? 0.65 : 0.55);
+    EXPECT_EQ(d.window.newestIsKeyframe(), late);
+  }
+}
+
+/// Counted from the oldest frame, how well its own heading and place are known plays no part.
+TEST(ShortWindow, TheCovarianceOfTheNewestIsAgainstTheOldest) {
+  const auto covariance = [](double yaw_rad, double position_m) {
+    WindowDriver d(vir_test::circling, 1, WindowOptions(), 0.8);
+    StartPrior prior;
+    prior.yaw_rad = yaw_rad;
+    prior.position_m = position_m;
+    d.start(d.scene.truth(d.t), prior);
+    fill(&d, 0);
+    refine(&d, 2);
+    d.window.updateCovariance();
+    return d.window.newestCovariance();
+  };
+  const Eigen::Matrix<double, 6, 6> sure = covariance(1e-3, 1e-3);
+  for (const auto& [yaw_rad, position_m] : {std::pair(0.1, 1e-3), std::pair(1e-3, 0.3)}) {
+    const Eigen::Matrix<double, 6, 6> unsure = covariance(yaw_rad, position_m);
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_NEAR(std::sqrt(unsure(i, i)), std::sqrt(sure(i, i)), 0.05 * std::sqrt(sure(i, i)))
+          << i << ", yaw " << yaw_rad << ", position " << position_m;
+    }
+  }
 }
 
 TEST(ShortWindow, KeyframePolicy) {
