@@ -1,6 +1,6 @@
 /// Loops among aisles of identical shelves: how many are found, how many are wrong.
-/// places_lookalike UNIQUE_PER_BAY DRIFT [ROUNDS [SEED [AGREEING [SCALE]]]]; DRIFT as a share of a
-/// metre's way per root of the way, 0: nothing is known of the path.
+/// places_lookalike UNIQUE_PER_BAY DRIFT [ROUNDS [SEED [AGREEING [RANGE_SIGMA_M [SCALE]]]]]; DRIFT
+/// as a share of a metre's way per root of the way, 0: nothing is known of the path.
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -19,7 +19,8 @@ int main(int argc, char** argv) {
   o.seed = argc > 4 ? std::atoi(argv[4]) : 1;
   places::LoopFinderOptions fo;
   if (argc > 5) fo.agreeing = std::atoi(argv[5]);
-  const double scale = argc > 6 ? std::atof(argv[6]) : 0.5;
+  const double range_sigma = argc > 6 ? std::atof(argv[6]) : 0;
+  const double scale = argc > 7 ? std::atof(argv[7]) : 0.5;
   const auto scene = vir_test::aisles(o);
   const std::vector<Pose> truth = vir_test::rounds(o, times, 0.4);
   const vir_test::Drifting path(truth, drift > 0 ? drift : 0.01, o.seed);
@@ -31,7 +32,15 @@ int main(int argc, char** argv) {
   vo.focal_px = cc.fx;
   places::LoopFinder finder(fo, {}, vo);
   const auto prior = [&](const PlaceKeyframe& a, const PlaceKeyframe& b) {
-    return std::optional<places::RelativePrior>(path.between(a.id, b.id));
+    places::RelativePrior p = path.between(a.id, b.id);
+    if (range_sigma > 0 && p.covariance(0, 0) > range_sigma * range_sigma) {
+      // Ranges to anchors hold both ends of the path.
+      Random random(a.id, b.id);
+      const Vec3 noise(random.normal(), random.normal(), random.normal());
+      p.T_older_newer.p = (truth[a.id].inverse() * truth[b.id]).p + range_sigma * noise;
+      p.covariance.diagonal().head<3>().setConstant(range_sigma * range_sigma);
+    }
+    return std::optional<places::RelativePrior>(p);
   };
   const auto wrong = [&](const Loop& l) {
     const Pose t = truth[l.older].inverse() * truth[l.newer];
@@ -42,6 +51,7 @@ int main(int argc, char** argv) {
       loops = 0, false_loops = 0;
   std::set<std::uint64_t> closed;
   std::vector<double> nees;
+  std::vector<int> inliers_right, inliers_wrong;
   const std::size_t per_round = truth.size() / static_cast<std::size_t>(times);
   for (std::size_t k = 0; k < truth.size(); ++k) {
     auto kf = maker.keyframe(k, fromSeconds(0.5 * static_cast<double>(k)), truth[k]);
@@ -60,6 +70,7 @@ int main(int argc, char** argv) {
       ++verified;
       const bool bad = wrong(*a.verdict.found);
       verified_wrong += bad;
+      (bad ? inliers_wrong : inliers_right).push_back(a.verdict.inliers);
       if (bad) ++wrong_decisions[a.decision];
       if (!bad)
         nees.push_back(
@@ -79,6 +90,13 @@ int main(int argc, char** argv) {
         closed.insert(l.newer);
       }
     }
+  }
+  for (std::vector<int>* all : {&inliers_right, &inliers_wrong}) {
+    std::sort(all->begin(), all->end());
+    if (all->empty()) continue;
+    std::printf("inliers of %s ones: 5 %% %d, median %d, 95 %% %d\n",
+                all == &inliers_right ? "right" : "wrong", (*all)[all->size() / 20],
+                (*all)[all->size() / 2], (*all)[all->size() * 19 / 20]);
   }
   std::sort(nees.begin(), nees.end());
   std::printf("%zu keyframes, %d second visits, %d pairs, right place among candidates %d\n",

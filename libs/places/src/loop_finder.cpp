@@ -91,7 +91,7 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
     attempt.verdict = verifyLoop(*keyframe, older, verify_, known ? &*known : nullptr);
     attempt.decision = name(attempt.verdict.refusal);
     if (attempt.verdict.found) {
-      found.push_back({*attempt.verdict.found, attempt.verdict.chi2, known.has_value(),
+      found.push_back({*attempt.verdict.found, attempt.verdict.chi2, attempt.verdict.known,
                        attempt.verdict.loop.has_value(), older.front(), keyframe, false});
       attempt_of.push_back(attempts_.size());
       if (attempt.verdict.loop) attempt.decision = "second to another";

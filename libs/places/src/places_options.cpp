@@ -39,10 +39,13 @@ void describe(OptionVisitor& v, VerifyOptions& o) {
   v.value("max_iterations", o.max_iterations, {10, 100000}, "of the random search for a pose");
   v.value("min_matches", o.min_matches, {4, 1000}, "fewer are not looked at");
   v.value("min_inliers", o.min_inliers, {6, 1000}, "corners that fit the pose");
+  v.value("min_inliers_known", o.min_inliers_known, {6, 1000},
+          "the same where odometry and ranges say as well where the place must be");
   v.value("min_share", o.min_share, {0.0, 1.0}, "of the points in view that are found again");
   v.value("min_share_known", o.min_share_known, {0.0, 1.0},
-          "the same where odometry and ranges say as well where it must be");
-  v.value("known_sigma_m", o.known_sigma_m, {0.0, 1000.0}, "to this much");
+          "the same where odometry and ranges say as well where the place must be");
+  v.value("known_sigma_m", o.known_sigma_m, {0.0, 1000.0},
+          "odometry and ranges that are less certain do not say it");
   v.value("min_spread_rad", o.min_spread_rad, {0.0, 1.0}, "of the fitting corners' rays");
   v.value("max_sigma_m", o.max_sigma_m, {0.001, 100.0}, "a pose less certain is no loop");
   v.value("max_sigma_rad", o.max_sigma_rad, {0.0001, 3.0}, "a pose less certain is no loop");

@@ -111,11 +111,10 @@ bool uncertain(const Mat6& C, const VerifyOptions& o) {
          !(largestSigma(C.bottomRightCorner<3, 3>()) <= o.max_sigma_rad);
 }
 
-/// How much of what must be in view must be found: less where it is said that this is the place.
-double neededShare(const RelativePrior* prior, const VerifyOptions& o) {
-  const bool known = prior && prior->covariance.allFinite() &&
-                     largestSigma(prior->covariance.topLeftCorner<3, 3>()) <= o.known_sigma_m;
-  return known ? o.min_share_known : o.min_share;
+/// Less must be found where it is said anyway that this is the place.
+bool placeKnown(const RelativePrior* prior, const VerifyOptions& o) {
+  return prior && prior->covariance.allFinite() &&
+         largestSigma(prior->covariance.topLeftCorner<3, 3>()) <= o.known_sigma_m;
 }
 
 bool hasPose(const PlaceKeyframe& k) {
@@ -179,7 +178,10 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
   if (!found.pose.valid) return refuse(LoopRefusal::no_pose);
   verdict.inliers = countNewer(found.inliers);
   verdict.share = found.share;
-  if (verdict.inliers < options.min_inliers || verdict.share < neededShare(prior, options)) {
+  verdict.known = placeKnown(prior, options);
+  const int needed = verdict.known ? options.min_inliers_known : options.min_inliers;
+  const double needed_share = verdict.known ? options.min_share_known : options.min_share;
+  if (verdict.inliers < needed || verdict.share < needed_share) {
     return refuse(LoopRefusal::few_inliers);
   }
   if (spread(places, found.inliers) < options.min_spread_rad) return refuse(LoopRefusal::narrow);

@@ -20,7 +20,7 @@ struct LoopFinderOptions {
   double recent_s = 15;       ///< younger keyframes are no second visit
   int neighbours = 1;         ///< before and after a candidate that lend it their points
   int agreeing = 2;           ///< keyframes that must agree, the newest included
-  int agreeing_unknown = 3;   ///< the same where no prior says where the place is
+  int agreeing_unknown = 3;   ///< the same where no prior says to `known_sigma_m` where it is
   double agree_s = 5;         ///< within this long
   double agree_move_m = 0.1;  ///< and taken from places so far apart: one look twice is one look
   double agree_chi2 = 28;     ///< of six degrees of freedom
@@ -68,7 +68,7 @@ class LoopFinder {
   struct Opinion {
     Loop loop;
     double chi2 = 0;       ///< against the prior
-    bool known = false;    ///< there was one
+    bool known = false;    ///< the prior says where the place must be
     bool allowed = false;  ///< by the prior
     std::shared_ptr<const PlaceKeyframe> older, newer;
     bool told = false;

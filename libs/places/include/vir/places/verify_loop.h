@@ -19,10 +19,11 @@ struct VerifyOptions {
   double ratio = 0.85;            ///< distance of the best to that of the second best
   int max_iterations = 200;       ///< of the random search
   int min_matches = 12;           ///< fewer are not looked at
-  int min_inliers = 20;           ///< different corners of the newer keyframe
+  int min_inliers = 35;           ///< different corners of the newer keyframe
+  int min_inliers_known = 20;     ///< the same where a prior says as well where it must be
   double min_share = 0.3;         ///< inliers of the points that must be in view
-  double min_share_known = 0.15;  ///< the same where a prior says as well where it must be
-  double known_sigma_m = 0.5;     ///< as such a prior does
+  double min_share_known = 0.15;  ///< the same with such a prior
+  double known_sigma_m = 0.5;     ///< a prior that is less certain does not say it
   double min_spread_rad = 0.06;   ///< of the inliers' rays, along the shorter axis
   double max_sigma_m = 0.15;      ///< a pose less certain is no loop
   double max_sigma_rad = 0.03;
@@ -64,8 +65,9 @@ struct LoopVerdict {
   std::optional<Loop> found;
   LoopRefusal refusal = LoopRefusal::none;
   int matches = 0, inliers = 0;
-  double share = 0;  ///< inliers of the points that must be in view
-  double chi2 = 0;   ///< against the prior; 0 without one
+  bool known = false;  ///< a prior says to `known_sigma_m` where the place must be
+  double share = 0;    ///< inliers of the points that must be in view
+  double chi2 = 0;     ///< against the prior; 0 without one
 };
 
 /// `older`: the candidate, then keyframes near it of the same segment (their relative poses are
