@@ -21,7 +21,7 @@ struct LoopOptions {
   double interval_s = 0.3;
   double moved_m = 0.05;
   double turned_rad = 0.1;
-  double pause_m = 2.0;
+  double pause_m = 1.0;
   double max_landmark_sigma = 0.05;
   places::DescriberOptions describer;
   places::PlaceIndexOptions index;
