@@ -52,10 +52,13 @@ int main(int argc, char** argv) {
   std::set<std::uint64_t> closed;
   std::vector<double> nees;
   std::vector<int> inliers_right, inliers_wrong;
+  std::vector<int> share_right, share_wrong;
+  double points = 0;
   const std::size_t per_round = truth.size() / static_cast<std::size_t>(times);
   for (std::size_t k = 0; k < truth.size(); ++k) {
     auto kf = maker.keyframe(k, fromSeconds(0.5 * static_cast<double>(k)), truth[k]);
     kf->T_W_B = path.poses[k];
+    points += kf->points.size();
     const auto found =
         finder.add(kf, drift > 0 ? places::LoopFinder::Prior(prior) : places::LoopFinder::Prior());
     possible += k >= per_round;
@@ -71,6 +74,7 @@ int main(int argc, char** argv) {
       const bool bad = wrong(*a.verdict.found);
       verified_wrong += bad;
       (bad ? inliers_wrong : inliers_right).push_back(a.verdict.inliers);
+      (bad ? share_wrong : share_right).push_back(static_cast<int>(100 * a.verdict.share));
       if (bad) ++wrong_decisions[a.decision];
       if (!bad)
         nees.push_back(
@@ -91,13 +95,17 @@ int main(int argc, char** argv) {
       }
     }
   }
-  for (std::vector<int>* all : {&inliers_right, &inliers_wrong}) {
+  std::printf("%.0f points per keyframe\n", points / static_cast<double>(truth.size()));
+  const auto quantiles = [](const char* what, std::vector<int>* all) {
     std::sort(all->begin(), all->end());
-    if (all->empty()) continue;
-    std::printf("inliers of %s ones: 5 %% %d, median %d, 95 %% %d\n",
-                all == &inliers_right ? "right" : "wrong", (*all)[all->size() / 20],
+    if (all->empty()) return;
+    std::printf("%s: 5 %% %d, median %d, 95 %% %d\n", what, (*all)[all->size() / 20],
                 (*all)[all->size() / 2], (*all)[all->size() * 19 / 20]);
-  }
+  };
+  quantiles("corners of right ones", &inliers_right);
+  quantiles("corners of wrong ones", &inliers_wrong);
+  quantiles("share of right ones [%]", &share_right);
+  quantiles("share of wrong ones [%]", &share_wrong);
   std::sort(nees.begin(), nees.end());
   std::printf("%zu keyframes, %d second visits, %d pairs, right place among candidates %d\n",
               truth.size(), possible, pairs, appear_right);

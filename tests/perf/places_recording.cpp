@@ -89,7 +89,6 @@ int main(int argc, char** argv) {
   places::LoopFinderOptions fo;
   fo.recent_s = recent_s;
   places::VerifyOptions vo;
-  vo.focal_px = rec.calibration.fx;
   places::LoopFinder finder(fo, {}, vo);
   places::Describer describer({}, camera);
   std::ofstream dump;

@@ -33,7 +33,8 @@ void PlaceIndexOptions::validate() const { checkBounds(*this); }
 void describe(OptionVisitor& v, VerifyOptions& o) {
   v.section("LoopCheck", "Is it the same place, and where are the two keyframes?");
   v.value("sigma_px", o.sigma_px, {0.01, 100.0}, "of a corner that is found again");
-  v.value("focal_px", o.focal_px, {1.0, 1e5}, "pixels per radian that sigma_px is meant for");
+  v.value("focal_px", o.focal_px, {0.0, 1e5},
+          "pixels per radian that sigma_px is meant for; 0 = as the image says");
   v.value("max_distance_bits", o.max_distance_bits, {1, 128}, "of descriptors that are matched");
   v.value("ratio", o.ratio, {0.1, 1.0}, "distance of the best to that of the second best");
   v.value("max_iterations", o.max_iterations, {10, 100000}, "of the random search for a pose");
@@ -42,6 +43,7 @@ void describe(OptionVisitor& v, VerifyOptions& o) {
   v.value("min_inliers_known", o.min_inliers_known, {6, 1000},
           "the same where odometry and ranges say as well where the place must be");
   v.value("min_share", o.min_share, {0.0, 1.0}, "of the points in view that are found again");
+  v.value("sure_share", o.sure_share, {0.0, 1.0}, "of so many, min_inliers_known are enough");
   v.value("min_share_known", o.min_share_known, {0.0, 1.0},
           "the same where odometry and ranges say as well where the place must be");
   v.value("known_sigma_m", o.known_sigma_m, {0.0, 1000.0},

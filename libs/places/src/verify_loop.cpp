@@ -117,6 +117,30 @@ bool placeKnown(const RelativePrior* prior, const VerifyOptions& o) {
          largestSigma(prior->covariance.topLeftCorner<3, 3>()) <= o.known_sigma_m;
 }
 
+/// Many corners, or nearly all of the few that there are; less where a prior says that this is the
+/// place.
+bool enough(const LoopVerdict& v, const VerifyOptions& o) {
+  if (v.inliers < o.min_inliers_known || v.share < o.min_share_known) return false;
+  return v.known || (v.inliers >= o.min_inliers && v.share >= o.min_share) ||
+         v.share >= o.sure_share;
+}
+
+/// Pixels per radian, by pairs of points all over the image: the lowest tenth, since the rim of a
+/// wide lens is drawn out.
+double focalOf(const PlaceKeyframe& k) {
+  constexpr double kNone = 450;
+  const std::size_t half = k.points.size() / 2;
+  std::vector<double> all;
+  for (std::size_t i = 0; i + half < k.points.size(); ++i) {
+    const PlacePoint &a = k.points[i], &b = k.points[i + half];
+    const double turn = std::acos(std::clamp(
+        a.ray_C.cast<double>().normalized().dot(b.ray_C.cast<double>().normalized()), -1.0, 1.0));
+    const double way = (a.px - b.px).norm();
+    if (turn > 0.05 && way > 0 && std::isfinite(way / turn)) all.push_back(way / turn);
+  }
+  return all.empty() ? kNone : quantileInPlace(&all, 0.1);
+}
+
 bool hasPose(const PlaceKeyframe& k) {
   return k.T_W_B.p.allFinite() && k.T_W_B.q.coeffs().allFinite() && k.T_B_C.p.allFinite() &&
          k.T_B_C.q.coeffs().allFinite();
@@ -157,8 +181,10 @@ double loopChi2(const Loop& loop, const RelativePrior& prior) {
 
 LoopVerdict verifyLoop(const PlaceKeyframe& newer,
                        const std::vector<std::shared_ptr<const PlaceKeyframe>>& older,
-                       const VerifyOptions& options, const RelativePrior* prior) {
-  options.validate();
+                       const VerifyOptions& given, const RelativePrior* prior) {
+  given.validate();
+  VerifyOptions options = given;
+  if (!(options.focal_px > 0)) options.focal_px = focalOf(newer);
   LoopVerdict verdict;
   const auto refuse = [&](LoopRefusal why) {
     verdict.refusal = why;
@@ -179,9 +205,7 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
   verdict.inliers = countNewer(found.inliers);
   verdict.share = found.share;
   verdict.known = placeKnown(prior, options);
-  const int needed = verdict.known ? options.min_inliers_known : options.min_inliers;
-  const double needed_share = verdict.known ? options.min_share_known : options.min_share;
-  if (verdict.inliers < needed || verdict.share < needed_share) {
+  if (!enough(verdict, options)) {
     return refuse(LoopRefusal::few_inliers);
   }
   if (spread(places, found.inliers) < options.min_spread_rad) return refuse(LoopRefusal::narrow);

@@ -103,7 +103,9 @@ TEST(VerifyLoop, FindsThePoseAmongSixtyPercentWrongMatches) {
     const Pose T_V_W(Quat(rotZ(2.0)), Vec3(50, -20, 3));
     const auto newer = world.see(9, 100, b, T_V_W * b);
     places::VerifyOptions o;
-    o.min_share = 0.1;
+    o.min_share = o.min_share_known = 0.1;
+    o.min_inliers = 20;
+    o.focal_px = 450;
     const LoopVerdict v = verifyLoop(*newer, Older{older}, o);
     if (!v.loop) continue;
     ++found;
@@ -137,6 +139,7 @@ TEST(VerifyLoop, DistancesOfOneSideAreEnough) {
 /// corners once more.
 TEST(VerifyLoop, CovarianceIsHonest) {
   places::VerifyOptions o;
+  o.focal_px = 450;
   o.bias_px = o.scale_sigma = 0;  // here nothing is off for all points together
   double sum = 0, sum_position = 0;
   int n = 0;
@@ -188,7 +191,7 @@ TEST(VerifyLoop, APlaceThatSharesAPartOnlyIsRefused) {
   std::copy_n(one.points.begin(), shared, other.points.begin());
   const auto older = one.see(1, 0, Pose()), newer = other.see(9, 100, Pose());
   places::VerifyOptions o;
-  o.min_inliers = 8;
+  o.min_inliers = o.min_inliers_known = 8;
   o.min_matches = 8;
   const LoopVerdict v = verifyLoop(*newer, Older{older}, o);
   EXPECT_FALSE(v.loop);
@@ -232,6 +235,41 @@ TEST(VerifyLoop, OdometryAndRangesReferee) {
   EXPECT_NEAR(against.chi2, 100, 10);
   prior.covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(verifyLoop(*newer, Older{older}, {}, &prior).loop);
+}
+
+/// A camera of half the resolution: what is a pixel there is two elsewhere.
+TEST(VerifyLoop, KnowsThePixelsOfTheCameraItself) {
+  MadeWorld world(700, 3);
+  const auto older = world.see(1, 0, Pose());
+  world.noise_rad *= 2.5;
+  const auto newer = world.see(9, 100, standing(Vec3(0.3, 0.2, 0), 0.1));
+  places::VerifyOptions fine, coarse;
+  fine.focal_px = 900;
+  const int too_strict = verifyLoop(*newer, Older{older}, fine).inliers;
+  PlaceKeyframe half = *newer;
+  for (PlacePoint& p : half.points) p.px *= 0.4f;
+  const LoopVerdict v = verifyLoop(half, Older{older}, coarse);
+  ASSERT_TRUE(v.loop);
+  EXPECT_GT(v.inliers, 2 * too_strict);
+}
+
+/// Where odometry says that this must be the place, fewer corners are enough; a vague word is none.
+TEST(VerifyLoop, AKnownPlaceNeedsFewerCorners) {
+  MadeWorld world(700, 3);
+  const auto older = world.see(1, 0, Pose());
+  world.outliers = 0.5;
+  const auto newer = world.see(9, 100, standing(Vec3(0.3, 0.2, 0), 0.1));
+  places::VerifyOptions o;
+  o.min_inliers = 150;
+  RelativePrior prior;
+  prior.T_older_newer = standing(Vec3(0.3, 0.2, 0), 0.1);
+  EXPECT_EQ(verifyLoop(*newer, Older{older}, o).refusal, LoopRefusal::few_inliers);
+  prior.covariance = Mat6::Identity();
+  EXPECT_EQ(verifyLoop(*newer, Older{older}, o, &prior).refusal, LoopRefusal::few_inliers);
+  prior.covariance *= 0.04;
+  const LoopVerdict v = verifyLoop(*newer, Older{older}, o, &prior);
+  EXPECT_TRUE(v.known);
+  EXPECT_TRUE(v.loop);
 }
 
 TEST(VerifyLoop, SameInputSameLoop) {
@@ -286,7 +324,7 @@ TEST(VerifyLoop, DamagedKeyframesAreRefused) {
 
 TEST(VerifyLoop, RefusesOptionsThatAreNone) {
   places::VerifyOptions o;
-  o.focal_px = 0;
+  o.focal_px = -1;
   const PlaceKeyframe k;
   EXPECT_THROW(verifyLoop(k, {}, o), std::invalid_argument);
 }

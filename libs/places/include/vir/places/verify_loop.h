@@ -14,7 +14,7 @@ namespace vir::places {
 
 struct VerifyOptions {
   double sigma_px = 1.0;          ///< of a corner found again, as a pixel of `focal_px`
-  double focal_px = 450;          ///< pixels per radian
+  double focal_px = 0;            ///< pixels per radian; 0: as the newer keyframe's points say
   int max_distance_bits = 64;     ///< of descriptors that are matched
   double ratio = 0.85;            ///< distance of the best to that of the second best
   int max_iterations = 200;       ///< of the random search
@@ -22,6 +22,7 @@ struct VerifyOptions {
   int min_inliers = 35;           ///< different corners of the newer keyframe
   int min_inliers_known = 20;     ///< the same where a prior says as well where it must be
   double min_share = 0.3;         ///< inliers of the points that must be in view
+  double sure_share = 0.65;       ///< of so many, `min_inliers_known` are enough
   double min_share_known = 0.15;  ///< the same with such a prior
   double known_sigma_m = 0.5;     ///< a prior that is less certain does not say it
   double min_spread_rad = 0.06;   ///< of the inliers' rays, along the shorter axis
