@@ -72,6 +72,8 @@ class LoopRun {
   std::deque<Kept> kept_;
   std::optional<Revision> last_revision_;
   bool saved_ = false;
+  int segment_ = 0;
+  TimeNs segment_since_ = 0;
 };
 
 }  // namespace vir

@@ -40,7 +40,8 @@ struct SeenKeyframe {
   Image gray;  ///< used during the call only
   StateEstimate estimate;
   std::vector<places::SeenLandmark> landmarks;
-  bool held = false;  ///< see PathNode
+  TimeNs segment_since = 0;  ///< see PathNode
+  bool held = false;         ///< likewise
 };
 
 /// Not for two threads at a time: it may have a thread of its own, which then makes all the calls.
