@@ -120,7 +120,6 @@ bool placeKnown(const RelativePrior* prior, const VerifyOptions& o) {
 /// Many corners, or nearly all of the few that there are; less where a prior says that this is the
 /// place.
 bool enough(const LoopVerdict& v, const VerifyOptions& o) {
-  if (v.inliers < o.min_inliers_known || v.share < o.min_share_known) return false;
   return v.known || (v.inliers >= o.min_inliers && v.share >= o.min_share) ||
          v.share >= o.sure_share;
 }
@@ -205,7 +204,7 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
   verdict.inliers = countNewer(found.inliers);
   verdict.share = found.share;
   verdict.known = placeKnown(prior, options);
-  if (!enough(verdict, options)) {
+  if (verdict.inliers < options.min_inliers_known || verdict.share < options.min_share_known) {
     return refuse(LoopRefusal::few_inliers);
   }
   if (spread(places, found.inliers) < options.min_spread_rad) return refuse(LoopRefusal::narrow);
@@ -217,10 +216,9 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
     return refuse(LoopRefusal::uncertain);
   }
   verdict.found = loop;
-  if (prior) {
-    verdict.chi2 = loopChi2(loop, *prior);
-    if (!(verdict.chi2 <= options.prior_chi2)) return refuse(LoopRefusal::against_prior);
-  }
+  if (prior) verdict.chi2 = loopChi2(loop, *prior);
+  if (prior && !(verdict.chi2 <= options.prior_chi2)) return refuse(LoopRefusal::against_prior);
+  if (!enough(verdict, options)) return refuse(LoopRefusal::few_inliers);
   verdict.loop = loop;
   return verdict;
 }

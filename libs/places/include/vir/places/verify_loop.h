@@ -62,7 +62,8 @@ const char* name(LoopRefusal refusal);
 
 struct LoopVerdict {
   std::optional<Loop> loop;  ///< accepted
-  /// As found, whether accepted or refused as `against_prior`.
+  /// As found, whether accepted or refused as `against_prior` or for corners that would have been
+  /// enough with a prior: a place that it could be.
   std::optional<Loop> found;
   LoopRefusal refusal = LoopRefusal::none;
   int matches = 0, inliers = 0;
