@@ -120,7 +120,9 @@ void LoopCloser::add(const SeenKeyframe& seen) {
   k->points = m.describer.points(seen.gray, (k->T_W_B * k->T_B_C).q, seen.landmarks);
   try {
     const bool look = !m.pauses(*k);
-    const long loops = m.places.add(k, seen.estimate.covariance, seen.held, look);
+    const PathNode node{
+        k->id, k->t, k->segment, k->T_W_B, seen.estimate.covariance, seen.segment_since, seen.held};
+    const long loops = m.places.add(k, node, look);
     if (loops > 0) m.last_loop = StampedPose{k->t, k->T_W_B};
   } catch (const std::invalid_argument& e) {
     log(m.log_sink, LogLevel::debug, std::string("no place: ") + e.what());

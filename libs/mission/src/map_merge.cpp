@@ -34,7 +34,12 @@ MergedMaps merge(const MissionMap& first, const MissionMap& second, const LoopOp
     copy->id = last + 1 + (k->id - second.keyframes.front()->id);
     const bool rises = k == second.keyframes.front() || k->t > t;
     t = copy->t = rises ? k->t : t + kApart;
-    places.add(std::move(copy), Eigen::Matrix<double, 6, 6>::Zero(), false);
+    PathNode node;
+    node.id = copy->id;
+    node.t = node.segment_since = t;
+    node.segment = copy->segment;
+    node.T_W_B = copy->T_W_B;
+    places.add(std::move(copy), node);
     if (places.graph().solveDue()) places.graph().solve();
   }
   places.graph().solve();

@@ -189,7 +189,9 @@ LevelTransform MissionGraph::correctionAt(TimeNs t) const {
   if (after == nodes.end()) return nodes.back().correction();
   if (after == first) return first->correction();
   const GraphNode& a = *std::prev(after);
-  if (a.stretch != after->stretch) return a.correction();
+  if (a.stretch != after->stretch) {
+    return t >= after->path.segment_since ? after->correction() : a.correction();
+  }
   const double part = toSeconds(t - a.path.t) / toSeconds(after->path.t - a.path.t);
   // At the place between the two: a turn about an origin far away would move it.
   const Vec3 p_W = (1 - part) * a.path.T_W_B.p + part * after->path.T_W_B.p;

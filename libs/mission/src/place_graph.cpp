@@ -37,9 +37,8 @@ void PlaceGraph::remember(const PlaceKeyframe& keyframe) {
   finder_.remember(std::move(copy));
 }
 
-long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k,
-                     const Eigen::Matrix<double, 6, 6>& covariance, bool held, bool look) {
-  graph_.add({k->id, k->t, k->segment, k->T_W_B, covariance, held});
+long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k, const PathNode& node, bool look) {
+  graph_.add(node);
   looked_ = look;
   if (!look) {
     finder_.remember(std::move(k));

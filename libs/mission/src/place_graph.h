@@ -17,8 +17,7 @@ class PlaceGraph {
   void remember(const PlaceKeyframe& keyframe);
   /// The next one of a run; without `look` its place is only remembered. How many loops were
   /// accepted by it. Throws what MissionGraph::add() throws.
-  long add(std::shared_ptr<const PlaceKeyframe> keyframe,
-           const Eigen::Matrix<double, 6, 6>& covariance, bool held, bool look = true);
+  long add(std::shared_ptr<const PlaceKeyframe> keyframe, const PathNode& node, bool look = true);
   /// Of the last add().
   std::vector<places::LoopAttempt> attempts() const;
 

@@ -70,6 +70,7 @@ void LoopRun::see(const StateEstimate& estimate, const estimator::KeyframeSights
   seen.gray = {estimate.t_image, gray.cols, gray.rows, gray.data, gray.step[0]};
   seen.estimate = estimate;
   for (const auto& s : sights.of) seen.landmarks.push_back({s.px, s.inverse_distance, s.sigma});
+  seen.segment_since = segment_since_;
   seen.held = isHeld(estimator.anchors());
   closer_->add(seen);
   if (closer_->solveDue()) solve(estimator);
@@ -109,6 +110,8 @@ roles::EstimatorOutput LoopRun::take(estimator::VisualInertialEstimator* estimat
   auto sights = all.begin();
   for (StateEstimate& e : out.states) {
     const cv::Mat kept = release(e.t_image);
+    if (e.segment != segment_) segment_since_ = e.state.t;
+    segment_ = e.segment;
     if (!e.valid || !closer_) continue;
     out.uncorrected.push_back({e.state.t, e.state.T_W_B});
     while (sights != all.end() && sights->t_image < e.t_image) ++sights;

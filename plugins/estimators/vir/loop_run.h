@@ -75,6 +75,8 @@ class LoopRun {
   std::vector<StampedPose> settled_;  // in W
   std::optional<Revision> last_revision_;
   bool saved_ = false;
+  int segment_ = 0;
+  TimeNs segment_since_ = 0;
 };
 
 }  // namespace vir

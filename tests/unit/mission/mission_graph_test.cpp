@@ -213,6 +213,7 @@ TEST(MissionGraph, SegmentsAreJoinedByTwoThatAgree) {
   for (std::size_t i = 120; i < r.path.size(); ++i) {
     // Lost for a while: the estimator goes on elsewhere, turned.
     r.path[i].segment = 1;
+    r.path[i].segment_since = r.path[119].t + 100000000;
     r.path[i].T_W_B = Pose(Quat(rotZ(0.5)), Vec3(3, -2, 0.5)) * r.path[i].T_W_B;
   }
   MissionGraph graph({});
@@ -232,6 +233,12 @@ TEST(MissionGraph, SegmentsAreJoinedByTwoThatAgree) {
   EXPECT_EQ(graph.loops()[0].state, LoopState::waiting);
   EXPECT_LT((graph.path()[130].T_W_B.p - r.truth[130].p).norm(), 0.6);
   EXPECT_LT((graph.poseOf(131)->p - graph.path()[130].T_W_B.p).norm(), 1e-12);
+  // What the estimator had of the new segment before its first keyframe here belongs to it.
+  const LevelTransform before = graph.correctionAt(r.path[119].t + 50000000);
+  const LevelTransform after = graph.correctionAt(r.path[119].t + 150000000);
+  EXPECT_EQ(before.t_m, graph.correctionAt(r.path[119].t).t_m);
+  EXPECT_EQ(after.t_m, graph.correctionAt(r.path[120].t).t_m);
+  EXPECT_GT((after.t_m - before.t_m).norm(), 1);
 }
 
 /// The run's world is turned and far from the map's.

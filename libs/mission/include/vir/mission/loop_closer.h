@@ -21,7 +21,7 @@ struct LoopOptions {
   double interval_s = 0.3;
   double moved_m = 0.05;
   double turned_rad = 0.1;
-  double pause_m = 2.0;
+  double pause_m = 1.0;
   double max_landmark_sigma = 0.05;
   places::DescriberOptions describer;
   places::PlaceIndexOptions index;
@@ -40,7 +40,8 @@ struct SeenKeyframe {
   Image gray;  ///< used during the call only
   StateEstimate estimate;
   std::vector<places::SeenLandmark> landmarks;
-  bool held = false;  ///< see PathNode
+  TimeNs segment_since = 0;  ///< see PathNode
+  bool held = false;         ///< likewise
 };
 
 /// Not for two threads at a time: it may have a thread of its own, which then makes all the calls.

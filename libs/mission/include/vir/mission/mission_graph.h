@@ -45,7 +45,8 @@ struct PathNode {
   Pose T_W_B;
   /// Of (position in W [m], rotation on the right [rad]); zero if unknown.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  bool held = false;  ///< by ranges to anchors: what shrinks of the covariance is known in W
+  TimeNs segment_since = 0;  ///< what is at or after this belongs to its segment
+  bool held = false;         ///< by ranges to anchors: what shrinks of the covariance is known in W
 };
 
 enum class LoopState {
