@@ -60,9 +60,20 @@ std::string unitOf(std::string_view name) {
   return std::string(trim(name.substr(open + 1, closed ? close - open - 1 : close)));
 }
 
+/// `rostopic echo -p` writes `field.` in front of all names.
+std::string_view withoutField(std::string_view name) {
+  constexpr std::string_view kField = "field.";
+  name = trim(name);
+  if (name.size() > kField.size() && name.substr(0, kField.size()) == kField) {
+    name.remove_prefix(kField.size());
+  }
+  return name;
+}
+
 }  // namespace
 
 std::string plainName(std::string_view name) {
+  name = withoutField(name);
   const std::size_t open = name.find_first_of("[(");
   const bool place = open != name.npos && open + 2 < name.size() && isDigit(name[open + 1]) &&
                      (name[open + 2] == ']' || name[open + 2] == ')');
@@ -115,14 +126,15 @@ void splitHeader(std::string_view header, std::vector<std::string_view>* fields)
 
 void readNames(std::string_view header, Layout* layout) {
   std::vector<std::string_view> fields;
-  const char separator = separatorOf(header);
+  const char separator = layout->header_separator = separatorOf(header);
   if (layout->rows.empty()) layout->separator = separator;
   if (separator == ' ') {
     splitHeader(header, &fields);
   } else {
     splitLine(header, separator, &fields);
   }
-  for (const std::string_view name : fields) {
+  for (const std::string_view field : fields) {
+    const std::string_view name = withoutField(field);
     layout->names.push_back(plainName(name));
     layout->units.push_back(unitOf(name));
     layout->written.emplace_back(trimmed(name.substr(0, unitStart(name)), " _/\t\r\""));
@@ -134,6 +146,27 @@ void readNames(std::string_view header, Layout* layout) {
     layout->written.erase(layout->written.begin() + layout->date_apart);
   }
   for (const std::string& name : layout->names) layout->bare.push_back(bareName(name));
+}
+
+/// Text that is no UTF-8 is Latin-1, or Windows' own kind of it.
+std::string utf8Of(const std::string& text) {
+  bool good = true;
+  for (std::size_t i = 0; good && i < text.size();) {
+    const auto c = static_cast<unsigned char>(text[i++]);
+    int more = c < 0x80 ? 0 : c >= 0xC2 && c < 0xE0 ? 1 : c >= 0xE0 && c < 0xF0 ? 2 : 3;
+    good = c < 0x80 || (c >= 0xC2 && c < 0xF5);
+    for (; good && more > 0; --more, ++i) {
+      good = i < text.size() && (static_cast<unsigned char>(text[i]) & 0xC0) == 0x80;
+    }
+  }
+  if (good) return text;
+  std::string out;
+  for (const char letter : text) {
+    const auto c = static_cast<unsigned char>(letter);
+    if (c >= 0x80) out += static_cast<char>(0xC0 | (c >> 6));
+    out += static_cast<char>(c < 0x80 ? c : 0x80 | (c & 0x3F));
+  }
+  return out;
 }
 
 bool isComment(std::string_view line) { return line.front() == '#' || line.front() == '%'; }
@@ -167,7 +200,7 @@ Layout layoutOfText(std::string_view text) {
     layout.columns = std::max(layout.columns, fields.size());
     layout.rows.emplace_back(fields.begin(), fields.end());
   }
-  if (!header.empty()) readNames(header, &layout);
+  if (!header.empty()) readNames(utf8Of(header), &layout);
   return layout;
 }
 

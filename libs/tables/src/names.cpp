@@ -163,6 +163,39 @@ VectorColumns accelerometerColumns(const Layout& layout, bool plain) {
   return out;
 }
 
+namespace {
+
+/// The columns of a unit of this kind, where there are three and no more.
+bool threeOf(const Layout& layout, Quantity quantity, int* out) {
+  std::vector<int> found;
+  for (std::size_t i = 0; i < layout.names.size(); ++i) {
+    const int column = static_cast<int>(i);
+    if (unitAt(layout, column).quantity == quantity) found.push_back(column);
+  }
+  if (found.size() != 3) return false;
+  std::copy(found.begin(), found.end(), out);
+  return true;
+}
+
+/// Of columns whose names are not known: which is which by their units.
+bool tellByUnits(const Layout& layout, ImuColumns* c) {
+  int gyro[3], acc[3];
+  const bool rates = threeOf(layout, Quantity::rate, gyro);
+  const bool forces = threeOf(layout, Quantity::force, acc);
+  if (rates && forces) {
+    std::copy(gyro, gyro + 3, c->gyro);
+    std::copy(acc, acc + 3, c->acc);
+    return true;
+  }
+  // Of one of the two only: it may stand where the other is usual.
+  const bool turned = (rates && std::equal(gyro, gyro + 3, c->acc)) ||
+                      (forces && std::equal(acc, acc + 3, c->gyro));
+  if (turned) std::swap(c->gyro, c->acc);
+  return turned;
+}
+
+}  // namespace
+
 ImuColumns imuColumns(const Layout& layout) {
   ImuColumns out;
   out.stamp = stampColumn(layout);
@@ -173,14 +206,16 @@ ImuColumns imuColumns(const Layout& layout) {
       out.gyro[i] = out.stamp + 1 + i;
       out.acc[i] = out.stamp + 4 + i;
     }
+    out.by_units = tellByUnits(layout, &out);
+    const Quantity unit = unitAt(layout, out.gyro[0]).quantity;
     // Gravity is in the accelerometer; nothing turns at 8 rad/s for half of the beginning.
     const double first = medianNorm(layout, out.gyro), second = medianNorm(layout, out.acc);
-    out.turned = first > 8.5 && first < 11.5 && second < 4;
+    out.turned =
+        !out.by_units && unit != Quantity::rate && first > 8.5 && first < 11.5 && second < 4;
     if (out.turned) std::swap(out.gyro, out.acc);
-  } else {
-    out.gyro_unit = rateUnit(layout, out.gyro[0]);
-    out.acc_unit = forceUnit(layout, out.acc);
   }
+  out.gyro_unit = rateUnit(layout, out.gyro[0]);
+  out.acc_unit = forceUnit(layout, out.acc);
   return out;
 }
 

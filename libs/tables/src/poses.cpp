@@ -25,7 +25,7 @@ const std::vector<std::string>& positionNames() {
                                               "pose_position_",
                                               "pose_pose_position_",
                                               "translation_",
-                                              "field_pose_position_",
+                                              "transform_translation_",
                                               "pos",
                                               "position"};
   return names;
@@ -40,7 +40,7 @@ const std::vector<std::string>& quaternionNames() {
                                               "pose_orientation_",
                                               "pose_pose_orientation_",
                                               "rotation_",
-                                              "field_pose_orientation_",
+                                              "transform_rotation_",
                                               "quaternion_",
                                               "quat",
                                               "rot_",
@@ -258,6 +258,7 @@ PoseColumns poseColumns(const Layout& layout) {
     return out;
   }
   for (int i = 0; i < 3; ++i) out.p[i] = out.stamp + 1 + i;
+  out.unit_m = lengthUnit(layout, out.p[0]);
   const int first = out.stamp + 4;
   if (static_cast<int>(layout.columns) < first + 4) return out;  // a position only
   // Programs that write seconds have their numbers in TUM's order, whatever they put between them.

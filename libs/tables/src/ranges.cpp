@@ -159,6 +159,16 @@ void sayUnused(const Layout& layout, RangeColumns* out) {
     out->remarks.push_back("columns that are not used: " + unused.substr(0, 200));
 }
 
+/// Of columns whose names are not known: the range is the one whose unit is a length.
+void findLength(const Layout& layout, RangeColumns* out) {
+  std::vector<int> lengths;
+  for (int i = 0; i < static_cast<int>(layout.names.size()); ++i) {
+    if (unitAt(layout, i).quantity == Quantity::length) lengths.push_back(i);
+  }
+  if (lengths.size() == 1 && lengths.front() == out->anchor) std::swap(out->anchor, out->range);
+  out->unit_m = lengthUnit(layout, out->range);
+}
+
 }  // namespace
 
 int RangeColumns::last() const {
@@ -215,7 +225,10 @@ RangeColumns rangeColumns(const Layout& layout) {
   }
   if (out.named && !by_flight) out.unit_m = lengthUnit(layout, out.range);
   if (!out.named && namesAll(layout)) findWide(layout, &out);
-  if (!out.named && out.wide.empty()) return out;
+  if (!out.named && out.wide.empty()) {
+    findLength(layout, &out);
+    return out;
+  }
   findLever(layout, &out);
   findPlace(layout, &out);
   findSigma(layout, &out);

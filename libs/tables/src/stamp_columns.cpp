@@ -8,15 +8,17 @@
 namespace vir::tables {
 namespace {
 
+/// When it was measured; a `time` beside it is when it came in.
+constexpr const char* kHeaderStamp = "header_stamp";
+
 /// What times are called, best first; a unit may stand behind.
 const std::vector<std::string>& stampNames() {
-  static const std::vector<std::string> names{"timestamp",
+  static const std::vector<std::string> names{kHeaderStamp,
+                                              "timestamp",
                                               "stamp",
                                               "time",
                                               "t",
-                                              "header_stamp",
                                               "time_stamp",
-                                              "field_header_stamp",
                                               "ts",
                                               "datetime",
                                               "date_time",
@@ -79,6 +81,14 @@ std::optional<StampUnit> unitNamed(const Layout& layout, int index) {
   return std::nullopt;
 }
 
+/// Drivers that know no time leave the stamp at 0.
+bool moves(const Layout& layout, std::size_t column) {
+  const std::vector<std::string> stamps = layout.column(column);
+  return stamps.size() < 2 || std::any_of(stamps.begin(), stamps.end(), [&](const std::string& s) {
+           return s != stamps.front();
+         });
+}
+
 }  // namespace
 
 int namedStampColumn(const Layout& layout) {
@@ -88,7 +98,8 @@ int namedStampColumn(const Layout& layout) {
         const std::string& name = layout.names[i];
         // `stamp_nsecs` is a time only where there is no `stamp_secs`.
         const bool rest = name.size() > 4 && name.find("nsec", name.size() - 5) != name.npos;
-        if (rest == rest_of_seconds && isStampName(name, base, plain)) return static_cast<int>(i);
+        if (rest != rest_of_seconds || !isStampName(name, base, plain)) continue;
+        if (name != kHeaderStamp || moves(layout, i)) return static_cast<int>(i);
       }
     }
     return -1;
@@ -120,6 +131,11 @@ std::string stampRemark(const Layout& layout, int column) {
              "first row";
     case ColumnKind::other:
       break;
+  }
+  const int other = layout.find({"time"});
+  if (other >= 0 && layout.find({kHeaderStamp}) == column) {
+    return "the stamps are those of header.stamp, not of time, when it was received; in " +
+           std::string(name(stampUnit(layout, column, 0.01).unit));
   }
   return {};
 }

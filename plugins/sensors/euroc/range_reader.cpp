@@ -151,6 +151,10 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
   for (const std::string& remark : c.remarks) log->note(path + ": " + remark);
   const std::string why_not = tables::whyNoRanges(layout);
   if (!why_not.empty()) log->note(path + ": " + why_not);
+  if (why_not.empty() && !wide && !c.named) {
+    sayByPosition(path, layout, {{c.stamp, "stamp"}, {c.anchor, "anchor"}, {c.range, "range"}},
+                  false, log);
+  }
   // Several anchors may answer at one time, and to several antennas.
   const auto same = [](const RangeRow& a, const RangeRow& b) {
     return a.anchor == b.anchor && a.antenna == b.antenna && a.place == b.place;

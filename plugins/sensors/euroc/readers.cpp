@@ -156,6 +156,12 @@ std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Uni
     log->note(path + ": by its header the gyro is in columns" + listed(c.gyro) +
               ", the accelerometer in columns" + listed(c.acc));
   }
+  if (!c.named && !c.turned) {
+    tables::Taken taken{{c.stamp, "stamp"}};
+    tables::addAxes(c.gyro, "gyro", &taken);
+    tables::addAxes(c.acc, "accelerometer", &taken);
+    sayByPosition(path, layout, taken, c.by_units, log);
+  }
   if (c.turned) {
     log->note(path + ": the accelerometer is in columns" + listed(c.acc) + ", the gyro in columns" +
               listed(c.gyro) + ", by the size of the numbers: there is no header that says");
@@ -179,6 +185,11 @@ std::unique_ptr<RowStream<VectorRow>> openVectors(const std::string& path, Vecto
   tables::VectorColumns c =
       gyro ? tables::gyroColumns(layout, true) : tables::accelerometerColumns(layout, true);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kImuStep, false, log);
+  if (!c.named) {
+    tables::Taken taken{{c.stamp, "stamp"}};
+    tables::addAxes(c.v, gyro ? "gyro" : "accelerometer", &taken);
+    sayByPosition(path, layout, taken, false, log);
+  }
   if (gyro && units.gyro > 0) c.unit = units.gyro;
   if (!gyro) c.unit = accUnit(path, units, c.unit, tables::medianNorm(layout, c.v), log);
   sayUnit(path, gyro ? "gyro" : "accelerometer", c.unit, gyro ? "rad/s" : "m/s^2", log);
@@ -215,7 +226,13 @@ std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, Pro
   if (!c.remark.empty() && why_not.empty()) log->note(path + ": " + c.remark);
   if (!order.empty()) log->note(path + ": " + order);
   if (!why_not.empty()) log->note(path + ": " + why_not);
-  if (c.named) sayUnknownUnits(path, layout, c.p, log);
+  if (c.named) {
+    sayUnknownUnits(path, layout, c.p, log);
+  } else if (why_not.empty()) {
+    tables::Taken taken{{c.stamp, "stamp"}};
+    tables::addAxes(c.p, "position", &taken);
+    sayByPosition(path, layout, taken, false, log);
+  }
   sayUnit(path, "positions", c.unit_m, "m", log);
   const auto parse = [=](const Fields& f, PoseRow* row, RowFault* fault) {
     if (!why_not.empty()) {

@@ -107,4 +107,12 @@ void sayUnit(const std::string& path, const char* what, double factor, const cha
   log->note(path + text);
 }
 
+void sayByPosition(const std::string& path, const tables::Layout& layout,
+                   const tables::Taken& taken, bool by_units, ProblemLog* log) {
+  const std::string text = tables::takenByPosition(layout, taken, by_units);
+  if (text.empty()) return;
+  log->note(path + ": " + text);
+  if (!by_units) log->count("table_by_position");
+}
+
 }  // namespace vir::euroc

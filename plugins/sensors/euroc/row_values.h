@@ -9,6 +9,7 @@
 #include "vir/core/time.h"
 #include "vir/geometry/so3.h"
 #include "vir/tables/anchor_names.h"
+#include "vir/tables/by_position.h"
 #include "vir/tables/layout.h"
 
 namespace vir::euroc {
@@ -39,5 +40,8 @@ bool anchorId(std::string_view field, tables::AnchorNames* names, int* id, RowFa
 /// Notes that numbers are multiplied; nothing where the factor is 1.
 void sayUnit(const std::string& path, const char* what, double factor, const char* unit,
              ProblemLog* log);
+/// Notes and counts columns whose names are not known, where there is a header.
+void sayByPosition(const std::string& path, const tables::Layout& layout,
+                   const tables::Taken& taken, bool by_units, ProblemLog* log);
 
 }  // namespace vir::euroc

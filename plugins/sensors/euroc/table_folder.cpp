@@ -288,17 +288,34 @@ class Finder {
                              {"gt", "truth", "vicon", "mocap", "leica", "optitrack", "vrpn"});
   }
 
+  /// A `sensor.yaml` may be that of another camera: where it is not beside the camera, nor in a
+  /// folder around it.
+  bool belongsElsewhere(const std::string& yaml) const {
+    if (fs::path(yaml).filename() != "sensor.yaml") return false;
+    const CameraFiles& camera = folder_.cameras.front();
+    if (!camera.yaml.empty()) return true;
+    const std::string place = placeOf(camera);
+    return place.rfind((fs::path(yaml).parent_path() / "").string(), 0) != 0;
+  }
+
+  /// Those that hold intrinsics; one that holds the camera's pose too is better.
   void findCalibration() {
-    std::vector<std::string> fitting;
+    if (folder_.cameras.empty()) return;
+    std::vector<std::string> fitting, without_pose;
     for (const std::string& file : found_.yamls) {
-      if (fs::path(file).filename() == "sensor.yaml") continue;
+      if (belongsElsewhere(file)) continue;
       try {
         const formats::CalibrationFile c = formats::readCalibrationFile(file);
-        if (!c.cameras.empty() && c.cameras.front().T_B_C) fitting.push_back(file);
+        if (c.cameras.empty()) continue;
+        (c.cameras.front().T_B_C ? fitting : without_pose).push_back(file);
       } catch (const formats::CalibrationError&) {  // another kind of file
       }
     }
-    if (folder_.cameras.empty() || fitting.empty()) return;
+    // A camera that has a calibration of its own needs none without a pose.
+    if (folder_.cameras.front().yaml.empty()) {
+      fitting.insert(fitting.end(), without_pose.begin(), without_pose.end());
+    }
+    if (fitting.empty()) return;
     folder_.calibration = fitting.front();
     for (std::size_t i = 1; i < fitting.size(); ++i) {
       folder_.notes.push_back(shortName(fitting[i]) + ": not used, " + shortName(fitting[0]) +

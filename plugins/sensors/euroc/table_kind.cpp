@@ -91,7 +91,9 @@ TableKind byHeader(const Layout& layout, const std::string& name) {
   const bool acc = tables::accelerometerColumns(layout, false).named;
   if (gyro != acc) return gyro ? TableKind::gyro : TableKind::accelerometer;
   if (wide) return TableKind::range;
-  if (!pose.named) return TableKind::none;
+  if (!pose.named) {
+    return tables::imuColumns(layout).by_units ? TableKind::imu : TableKind::none;
+  }
   if (!pose.hasAttitude() && holdsAny(name, {"acc"})) return TableKind::accelerometer;
   if (!pose.hasAttitude() && holdsAny(name, {"gyr"})) return TableKind::gyro;
   return TableKind::poses;

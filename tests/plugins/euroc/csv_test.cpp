@@ -1,6 +1,7 @@
 /// Folders of tables and images that nobody laid out for us.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
@@ -299,6 +300,54 @@ TEST_F(CsvFolder, FilesThatAreNoTablesAreLeftAlone) {
   test::writeText(root() / "empty.csv", "");
   EXPECT_FALSE(isTableFolder(root().string()));
   EXPECT_FALSE(isTableFolder((root() / "README.txt").string()));
+}
+
+TEST_F(CsvFolder, UnknownNamesAreTakenByUnitOrByPositionAndSaid) {
+  const auto milli = [](TimeNs t) { return std::to_string((t - kStart) / 1'000'000 + 1000); };
+  table("imu.csv",
+        "Zeit [ms];Beschl X [g];Beschl Y [g];Beschl Z [g];Drehrate X [\xB0/s];Drehrate Y "
+        "[\xB0/s];Drehrate Z [\xB0/s]\n",
+        [&](TimeNs t) { return milli(t) + ";0,01;0,02;1,0;90,0;0,0;0,0"; });
+  table("uwb.csv", "Zeit [ms];Anker;Entfernung [cm]\n",
+        [&](TimeNs t) { return milli(t) + ";3;250"; });
+  const Content c = read();
+  ASSERT_EQ(c.imu.size(), static_cast<std::size_t>(kReadings)) << c.notes;
+  EXPECT_NEAR(c.imu[0].acc.z(), 9.80665, 1e-9);
+  EXPECT_NEAR(c.imu[0].gyro.x(), M_PI / 2, 1e-9);
+  ASSERT_EQ(c.ranges.size(), static_cast<std::size_t>(kReadings)) << c.notes;
+  EXPECT_NEAR(c.ranges[0].range_m, 2.5, 1e-9);
+  EXPECT_NE(c.notes.find("taken by their units: Zeit [ms] as stamp, Drehrate X [\xC2\xB0/s] as "
+                         "gyro x"),
+            std::string::npos)
+      << c.notes;
+  EXPECT_NE(c.notes.find("taken by position: Zeit [ms] as stamp, Anker as anchor, Entfernung [cm] "
+                         "as range"),
+            std::string::npos)
+      << c.notes;
+  EXPECT_EQ(c.log.get("table_by_position"), 1);
+}
+
+TEST_F(CsvFolder, AnyYamlWithIntrinsicsIsTaken) {
+  images("frames", [](int, TimeNs t) { return std::to_string(t) + ".png"; });
+  table("imu.csv", "timestamp,ax,ay,az,gx,gy,gz\n",
+        [](TimeNs t) { return std::to_string(t) + ",0,0,9.8,0,0,0"; });
+  const std::string euroc =
+      "T_BS:\n  cols: 4\n  rows: 4\n  data: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]\n"
+      "resolution: [64, 48]\ncamera_model: pinhole\nintrinsics: [40, 41, 31, 23]\n"
+      "distortion_model: radial-tangential\ndistortion_coefficients: [0, 0, 0, 0]\n";
+  EXPECT_THROW(read(), InputError);
+  // Of another camera.
+  fs::create_directories(root() / "right");
+  test::writeText(root() / "right" / "sensor.yaml", euroc);
+  EXPECT_THROW(read(), InputError);
+  test::writeText(root() / "sensor.yaml", euroc);
+  EXPECT_EQ(read().images.size(), static_cast<std::size_t>(kImages));
+  calibration();
+  fs::rename(root() / "camchain.yaml", root() / "sensor.yaml");
+  EXPECT_EQ(read().images.size(), static_cast<std::size_t>(kImages));
+  // Without a pose a run finds it.
+  test::writeText(root() / "sensor.yaml", euroc.substr(euroc.find("resolution")));
+  EXPECT_NE(read().notes.find("its pose on the IMU is not given"), std::string::npos);
 }
 
 }  // namespace

@@ -11,7 +11,8 @@
 namespace vir::tables {
 
 /// A column's name as written in a header, without its unit, in lower case, other characters than
-/// letters and digits as '_': `w_RS_S_x [rad s^-1]` is `w_rs_s_x`. What is in the brackets is kept
+/// letters and digits as '_': `w_RS_S_x [rad s^-1]` is `w_rs_s_x`. A `field.` in front, of
+/// `rostopic echo -p`, is no part of it. What is in the brackets is kept
 /// where it is a place, not a unit: `gyro_rad[0]` is `gyro_rad_0`.
 std::string plainName(std::string_view name);
 
@@ -24,7 +25,8 @@ struct Layout : RowFormat {
   std::vector<std::string> units;  ///< in brackets behind the names, as written; same length
   /// The names as written, without what is in brackets; same length.
   std::vector<std::string> written;
-  std::size_t columns = 0;  ///< of the rows of data
+  char header_separator = ',';  ///< between the names
+  std::size_t columns = 0;      ///< of the rows of data
   /// Fields of the first rows of data, at most kSampled, as RowSplitter gives them.
   std::vector<std::vector<std::string>> rows;
   /// Of single rows from all over the rest of a long file.
@@ -81,14 +83,15 @@ struct ImuColumns {
   int stamp = 0;
   int gyro[3] = {1, 2, 3};
   int acc[3] = {4, 5, 6};
-  bool named = false;    ///< the header said so
-  bool turned = false;   ///< no header, but the first three are an accelerometer at rest
-  double gyro_unit = 1;  ///< [rad/s] of what the header says the numbers are in
-  double acc_unit = 1;   ///< [m/s^2]
+  bool named = false;     ///< the header said so
+  bool turned = false;    ///< no header, but the first three are an accelerometer at rest
+  bool by_units = false;  ///< names are not known, the units behind them tell which is which
+  double gyro_unit = 1;   ///< [rad/s] of what the header says the numbers are in
+  double acc_unit = 1;    ///< [m/s^2]
   int last() const;
 };
-/// By the names of the header, else t, gyro, accelerometer; or the accelerometer first where the
-/// size of the numbers says so.
+/// By the names of the header; else by the units behind them, where they tell; else t, gyro,
+/// accelerometer; or the accelerometer first where the size of the numbers says so.
 ImuColumns imuColumns(const Layout& layout);
 
 /// Three columns of one sensor, of a file that holds nothing else.
@@ -119,7 +122,7 @@ int namedStampColumn(const Layout& layout);
 /// second is a stamp.
 int stampColumn(const Layout& layout);
 /// What is to be said of stamps that are no numbers: dates, and on which clock they are taken to
-/// be. Empty: nothing.
+/// be; and of two times, which was taken. Empty: nothing.
 std::string stampRemark(const Layout& layout, int column);
 /// The column of the nanoseconds that belong to whole seconds in column `stamp` (`secs,nsecs`); -1:
 /// there is none.
