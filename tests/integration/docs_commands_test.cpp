@@ -48,6 +48,7 @@ const std::map<std::string, std::string> kNotRun{
     {"calibrate uwb", "the name of a command"},
     {"calibrate camera", "the name of a command"},
     {"run INI", "a form to fill in"},
+    {"record INI", "a form to fill in"},
     {"batch INI", "a form to fill in"},
 };
 /// Other than 0: what these say of the made-up recordings.
@@ -93,7 +94,7 @@ std::vector<Typed> everyCommand() {
   }
   for (const char* name :
        {"import", "check", "run", "calibrate camera", "calibrate uwb", "simulate", "record",
-        "rendezvous", "evaluate", "batch", "export", "view", "plugins"}) {
+        "rendezvous", "evaluate", "batch", "export", "view", "map", "plugins"}) {
     for (const std::string& c : examplesOf(name)) add(std::string(name) + " --help", c);
   }
   return out;
@@ -130,7 +131,8 @@ class Desk {
     for (std::size_t i = 0; i < words.size(); ++i) {
       if (kOpen.count(words[i]) > 0) words[i] = kOpen.at(words[i]);
       const bool written = i > 0 && (words[i - 1] == "--out" || words[i - 1] == "--json" ||
-                                     words[i - 1] == "--plot" || words[i - 1] == "--video");
+                                     words[i - 1] == "--plot" || words[i - 1] == "--video" ||
+                                     words[i - 1] == "--save-map");
       if (written) {
         fs::remove_all(folder_ / words[i]);
         const fs::path written_to = words[i];
@@ -254,6 +256,8 @@ void Desk::provide(const std::string& name) {
     put("flight.mcap", name);  // what a file is tells its content, not its name
   } else if (e == ".yaml") {
     test::writeText(to, kKalibr);
+  } else if (e == ".virmap") {
+    make("run kept/two_A.rawlog --out kept/mapped --save-map " + name);
   } else if (e == ".pyfg") {
     test::writeText(to, test::twoRobots());
   } else if (e == ".mp4") {

@@ -52,7 +52,8 @@ bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, co
     if (--located->next_bias_check > 0) return false;
     located->next_bias_check = kBiasPeriod;
     located->bias_due = true;
-    return false;
+    if (spreads_work) return false;
+    searchForBias(*a, located, held);
   }
   const ranging::AnchorInitialization found = *std::exchange(located->bias_search, std::nullopt);
   if (!isUsable(found)) return false;
@@ -72,6 +73,7 @@ bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, co
 }
 
 void RangeLayer::betweenKeyframes(const Held& held) {
+  impl_->spreads_work = true;
   for (auto& [id, a] : impl_->tracks) {
     Located* located = a.located();
     if (located == nullptr || !located->bias_due) continue;

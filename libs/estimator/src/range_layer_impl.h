@@ -131,6 +131,7 @@ struct RangeLayer::Impl {
   Vec3 last_antenna = Vec3::Zero();
   bool any_antenna = false;
   int keyframes = 0;
+  bool spreads_work = false;  ///< somebody calls between keyframes
 };
 
 }  // namespace vir::estimator
