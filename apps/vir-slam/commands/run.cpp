@@ -5,6 +5,7 @@
 
 #include "commands/commands.h"
 #include "live/foxglove_stream.h"
+#include "live/run_player.h"
 #include "output/console.h"
 #include "output/overwrite.h"
 #include "output/run_table.h"
@@ -33,6 +34,9 @@ Exit code 1 also where the results are there but end early: interrupted, or the 
 
 void run(const RunArguments& arguments, Common& common) {
   PreparedRun prepared = prepareRun(arguments, common);
+  // Closing it does not end the run.
+  const std::unique_ptr<RunWindow> window =
+      arguments.view ? std::make_unique<RunWindow>() : nullptr;
   const results::ResultsFolder folder(arguments.out);
   results::writeTextFile(folder.file("used.ini"), prepared.used_ini);
   results::OutputFile log_file(folder.file("run.log"), results::OutputFile::Named::at_once);
@@ -68,6 +72,7 @@ void run(const RunArguments& arguments, Common& common) {
                     prepared.calibration);
   };
   if (foxglove) hooks.observers.push_back(foxglove.get());
+  if (window) hooks.observers.push_back(&window->player);
   if (!prepared.note.empty()) hooks.log(LogLevel::info, prepared.note);
 
   runs::OfflineRunOptions options = offlineOptions(prepared.options, prepared.inputs, hooks.log);
@@ -127,6 +132,7 @@ void addRun(CLI::App& app, Common& common) {
       ->allow_extra_args(false);
   command->add_flag("--foxglove", arguments->foxglove,
                     "Show the run in Foxglove while it goes on ([Foxglove] port, speed)");
+  command->add_flag("--view", arguments->view, "Show it in a window, as fast as it was recorded");
   command->add_flag("--verbose,-v", arguments->verbose, "Show the whole log, not only warnings");
   command->callback([arguments, source, &common] {
     catchInterrupt();

@@ -7,6 +7,7 @@
 #include "commands/commands.h"
 #include "live/run_player.h"
 #include "output/console.h"
+#include "output/overwrite.h"
 #include "setup/prepared_run.h"
 #include "setup/run_source.h"
 #include "vir/core/scratch_folder.h"
@@ -105,6 +106,7 @@ void addView(CLI::App& app, Common& common) {
       ->allow_extra_args(false);
   command->callback([a, &common] {
     catchInterrupt();
+    refuseToOverwrite(a->video, Written::film, common);
     view(*a, common);
   });
 }

@@ -15,6 +15,8 @@ class LiveView {
  public:
   virtual ~LiveView() = default;
 
+  /// Times are told since this, the first image of the run; before the first estimate.
+  virtual void setBegin(TimeNs /*t*/) {}
   /// What there is to show of one image; any thread. Without `estimator` as a source of map points
   /// the old ones stay.
   virtual void setEstimate(const StateEstimate& estimate, const roles::Estimator& estimator) = 0;

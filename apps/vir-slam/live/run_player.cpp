@@ -36,7 +36,7 @@ void RunPlayer::onObservation(const mrpt::obs::CObservation& observation) {
 void RunPlayer::onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) {
   for (const Revision& r : output.revisions) view_.setRevision(r);
   for (const StateEstimate& e : output.states) {
-    if (first_ == 0) first_ = e.state.t;
+    if (first_ == 0) view_.setBegin(first_ = e.state.t);
     view_.setEstimate(e, estimator);
     if (!shown(e.state.t)) continue;
     view_.draw();

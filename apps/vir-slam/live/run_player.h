@@ -1,6 +1,7 @@
 #pragma once
 /// A recording's run in a window or a film, at the recording's pace or another.
 #include <functional>
+#include <memory>
 
 #include "live/live_view.h"
 #include "live/pace.h"
@@ -35,6 +36,12 @@ class RunPlayer final : public results::RunObserver {
   bool over_ = false, paused_ = false, step_ = false;
   TimeNs first_ = 0, hurry_until_ = 0;
   Pace pace_;
+};
+
+/// A window of its own, at the recording's pace. Throws std::runtime_error if there is no display.
+struct RunWindow {
+  std::unique_ptr<LiveView> view = openLiveView();
+  RunPlayer player{view.get(), RunPlayer::Options()};
 };
 
 }  // namespace vir::app

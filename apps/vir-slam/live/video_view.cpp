@@ -75,6 +75,7 @@ class VideoView final : public LiveView {
     }
     if (e.keyframe && keyframes_++ % kMapEvery == 0) landmarks_ = estimator.landmarks();
   }
+  void setBegin(TimeNs t) override { first_ = t; }
   void setRevision(const Revision&) override {}
   void setObservation(const mrpt::obs::CObservation::Ptr& observation) override {
     if (auto image = std::dynamic_pointer_cast<mrpt::obs::CObservationImage>(observation)) {
@@ -91,7 +92,7 @@ class VideoView final : public LiveView {
   void draw() override {
     const TimeNs t = estimate_.state.t;
     if (!image_ || (next_ != 0 && t < next_)) return;
-    if (next_ == 0) first_ = next_ = t;
+    if (next_ == 0) next_ = t;
     const cv::Mat frame = picture();
     open(frame.size());
     // A hole in the recording is one in the film as well: the picture stays.

@@ -52,6 +52,8 @@ bool isOfItsKind(const fs::path& file, Written what) {
       return beginsWith(begin, "\x89MCAP0\r\n");
     case Written::map:
       return beginsWith(begin, "VIR-MAP\n");
+    case Written::film:
+      return false;  // nothing in it says whose it is
     case Written::results:
       break;
   }

@@ -7,7 +7,7 @@
 namespace vir::app {
 
 /// What is about to be written.
-enum class Written { results, rawlog, json, picture, calibration, range_bias, mcap, map };
+enum class Written { results, rawlog, json, picture, calibration, range_bias, mcap, map, film };
 
 /// Nothing happens where `path` is empty, is not there yet, or is what an earlier call of the same
 /// command left there, so that a command can be given again. Everything else is the user's own:

@@ -18,7 +18,7 @@ namespace vir::app {
 struct RunArguments {
   std::string ini, rawlog, out, calibration, anchors, map, save_map;
   std::vector<std::string> assignments;
-  bool verbose = false, foxglove = false;
+  bool verbose = false, foxglove = false, view = false;
 };
 
 /// Everything a run needs, read and checked before any file is written.

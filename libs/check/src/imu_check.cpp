@@ -11,6 +11,9 @@
 namespace vir::check {
 namespace {
 
+/// Times the noise that is allowed for. The quietest moments of good recordings have 0.3 to 0.6.
+constexpr double kNoisier = 5;
+
 constexpr double kGravity = 9.80665;
 constexpr TimeNs kBlock = 250'000'000;
 constexpr std::size_t kMostInBlock = 20000;           // faster is no IMU, but a wrong stamp
@@ -321,7 +324,7 @@ void ImuCheck::noteNoise(const std::optional<imu::ImuNoise>& given,
     const double gyro_given = given->gyro_noise_density * given->noise_scale;
     const double acc_given = given->acc_noise_density * given->noise_scale;
     // In motion vibrations are in it, so only what is seen and not allowed for is worth a word.
-    if (g > 30 * gyro_given || a > 30 * acc_given) {
+    if (g > kNoisier * gyro_given || a > kNoisier * acc_given) {
       f.severity = Severity::doubtful;
       f.what = "is far noisier than the densities given";
       f.remedy = "set [Imu] gyro_noise_density = " + num(std::max(g, given->gyro_noise_density)) +

@@ -16,6 +16,11 @@ constexpr std::size_t kRateBlock = 50, kMostChanges = 100;
 constexpr double kOtherRate = 1.3, kSameRate = 1.1;       // times
 constexpr TimeNs kUnixSince = 1'000'000'000'000'000'000;  // 2001, in ns
 
+/// Share of the images that readings must cover.
+constexpr double kImagesCovered = 0.9;
+/// Below, an IMU says little between images [Hz].
+constexpr double kSlowImu = 50, kTooSlowImu = 30;
+
 /// Rates that a sensor of a kind can have [Hz].
 struct Rates {
   double least, most;
@@ -134,9 +139,10 @@ void checkOrder(const StreamSummary& s, std::vector<Finding>* out) {
                         " ms in the median",
                     "use the camera's own stamps (exposure), not those of arrival"});
   }
-  if (s.kind == StreamKind::imu && s.count > 2 && s.rate_hz < 50) {
-    out->push_back({Severity::note, "slow_imu", s.label, "is slow for an IMU",
-                    num(s.rate_hz) + " Hz", "100 Hz or more is better"});
+  if (s.kind == StreamKind::imu && s.count > 2 && s.rate_hz < kSlowImu) {
+    out->push_back({s.rate_hz < kTooSlowImu ? Severity::doubtful : Severity::note, "slow_imu",
+                    s.label, "is slow for an IMU", num(s.rate_hz) + " Hz",
+                    "100 Hz or more is better"});
   }
 }
 
@@ -151,17 +157,21 @@ std::string whyApart(const StreamSummary& a, const StreamSummary& b) {
 
 void checkOverlap(const StreamSummary& imu, const StreamSummary& other, std::vector<Finding>* out) {
   const TimeNs both = std::min(imu.last, other.last) - std::max(imu.first, other.first);
-  const TimeNs shorter = std::min(imu.last - imu.first, other.last - other.first);
+  // Images that have no readings give no poses; of the others a part may do.
+  const bool images = other.kind == StreamKind::images;
+  const TimeNs of_both = std::min(imu.last - imu.first, other.last - other.first);
+  const TimeNs wanted = images ? other.last - other.first : of_both;
+  const double least = images ? kImagesCovered : 0.5;
   const std::string spans = span(imu) + ", " + span(other);
   if (both <= 0) {
-    const bool needed = other.kind == StreamKind::images;
-    out->push_back({needed ? Severity::unusable : Severity::doubtful, "no_overlap", other.label,
+    out->push_back({images ? Severity::unusable : Severity::doubtful, "no_overlap", other.label,
                     "has no time in common with " + imu.label + ": " + whyApart(imu, other), spans,
                     "put both on one clock before importing"});
-  } else if (toSeconds(both) < 0.5 * toSeconds(shorter)) {
+  } else if (toSeconds(both) < least * toSeconds(wanted)) {
     out->push_back({Severity::doubtful, "little_overlap", other.label,
-                    "overlaps with " + imu.label + " for " + num(toSeconds(both)) + " s only",
-                    spans, "check that both are from one recording and one clock"});
+                    "overlaps with " + imu.label + " for " + num(toSeconds(both)) + " of " +
+                        num(toSeconds(wanted)) + " s only",
+                    spans, "check that both are from one recording and one clock, and whole"});
   }
 }
 

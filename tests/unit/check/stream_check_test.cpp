@@ -73,7 +73,9 @@ TEST(StreamCheck, NamesARateThatChanges) {
   StreamCheck camera("CAM0", StreamKind::images), hole("IMU0", StreamKind::imu);
   t = kDate;
   for (int i = 0; i < 300; ++i) camera.add(t += i < 200 ? 50000000 : 100000000);
-  EXPECT_EQ(seriousKinds(checkStreams({camera.summary(), imu()})), Kinds{});
+  StreamCheck all_along("IMU0", StreamKind::imu);
+  for (int i = 0; i < 4100; ++i) all_along.add(kDate + i * 5000000LL);
+  EXPECT_EQ(seriousKinds(checkStreams({camera.summary(), all_along.summary()})), Kinds{});
   t = kDate;
   for (int i = 0; i < 3000; ++i) hole.add(t += i > 1000 && i < 1030 ? 9000000 : 5000000);
   EXPECT_EQ(seriousKinds(checkStreams({images(), hole.summary()})), Kinds{});
@@ -90,6 +92,14 @@ TEST(StreamCheck, NamesClocksThatDoNotMeet) {
   EXPECT_NE(findings[0].evidence.find("1400000000.000"), std::string::npos);
   EXPECT_EQ(seriousKinds(checkStreams({images(kDate + 9000000000), imu()})),
             Kinds{"little_overlap"});
+}
+
+TEST(StreamCheck, NamesReadingsThatEndBeforeTheImagesAndThoseThatAreTooFew) {
+  StreamCheck early("IMU0", StreamKind::imu), slow("IMU0", StreamKind::imu);
+  for (int i = 0; i < 500; ++i) early.add(kDate + i * 5000000LL);
+  EXPECT_EQ(seriousKinds(checkStreams({images(), early.summary()})), Kinds{"little_overlap"});
+  for (int i = 0; i < 120; ++i) slow.add(kDate + i * 100000000LL);
+  EXPECT_EQ(seriousKinds(checkStreams({images(), slow.summary()})), Kinds{"slow_imu"});
 }
 
 TEST(StreamCheck, NamesGapsAndDisorder) {
