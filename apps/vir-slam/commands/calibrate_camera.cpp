@@ -6,6 +6,7 @@
 
 #include "calibration/camera_calibration.h"
 #include "output/overwrite.h"
+#include "setup/calibration_option.h"
 #include "vir/results/calibration_yaml.h"
 #include "vir/results/results_folder.h"
 
@@ -70,8 +71,8 @@ void addCalibrateCamera(CLI::App* calibrate, Common& common) {
       ->required();
   command->add_option("--out", args->out,
                       "A .yaml to write, or the folder for it (default: calibration.yaml)");
-  command->add_option("--calibration", args->job.calibration,
-                      "Calibration to begin with, before the recordings' own");
+  addCalibrationOption(*command, args->job.calibration,
+                       "Calibration to begin with, before the recordings' own");
   command->add_option("--ini", args->job.ini, "Settings of the estimator");
   command->add_option("--set", args->job.assignments, "Section.key=value, before what the ini says")
       ->allow_extra_args(false);

@@ -10,6 +10,7 @@
 #include "output/overwrite.h"
 #include "recordings/companion.h"
 #include "recordings/full_check.h"
+#include "setup/calibration_option.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -25,7 +26,7 @@ Exit code: 0 fine, 3 doubtful, 1 unusable.)";
 
 struct Arguments {
   std::string source, calibration, json;
-  std::vector<std::string> set;
+  std::vector<std::string> set, topics;
 };
 
 void run(const Arguments& a, Common& common) {
@@ -43,8 +44,8 @@ void run(const Arguments& a, Common& common) {
   if (!companion.empty()) settings.mergeDefaults(Settings::fromFile(companion));
   assumeAsIn(settings, &recording);
   ProgressBar bar;
-  const SourceReport source = checkAll({a.source, a.set, a.calibration}, &calibration, &recording,
-                                       [&](double part) { bar.show(part); });
+  const SourceReport source = checkAll({a.source, a.set, a.calibration, a.topics}, &calibration,
+                                       &recording, [&](double part) { bar.show(part); });
   bar.clear();
   for (const std::string& p : source.notes) std::printf("note: %s\n", p.c_str());
   recording.setDriver(source.driver);
@@ -66,8 +67,12 @@ void addCheck(CLI::App& app, Common& common) {
   CLI::App* command = app.add_subcommand("check", kHelp);
   command->add_option("SOURCE", a->source, "A rawlog, or a recording that `import` reads")
       ->required();
-  command->add_option("--calibration", a->calibration,
-                      "File that goes before the recording's own calibration");
+  addCalibrationOption(*command, a->calibration,
+                       "File that goes before the recording's own calibration");
+  command
+      ->add_option("--topic", a->topics,
+                   "ROLE=/topic, for a recording that is imported (`vir-slam import --help`)")
+      ->allow_extra_args(false);
   command->add_option("--json", a->json, "Write streams and findings here");
   command->add_option("--set", a->set, "Section.key=value of the source, e.g. euroc.camera=cam1")
       ->allow_extra_args(false);

@@ -8,6 +8,7 @@
 #include "output/overwrite.h"
 #include "output/settings_text.h"
 #include "recordings/import_job.h"
+#include "setup/calibration_option.h"
 
 namespace vir::app {
 namespace {
@@ -21,8 +22,9 @@ struct ImportArguments {
 void run(ImportArguments* a, Common& common) {
   if (a->what.size() == 2) a->job.driver = a->what.front();
   a->job.source = a->what.back();
-  if (!a->list && a->job.out.empty()) throw UsageError("--out FILE.rawlog is needed (or --list)");
   loadPlugins(common, {roles::PluginRole::sensor});
+  requireSource(a->job.source);
+  if (!a->list && a->job.out.empty()) throw UsageError("--out FILE.rawlog is needed (or --list)");
   if (a->list) {
     std::printf("%s", listRecording(a->job).c_str());
   } else {
@@ -73,9 +75,7 @@ void addImport(CLI::App& app, Common& common) {
           ->required()
           ->expected(1, 2);
   command->add_option("--out", a->job.out, "Rawlog to write");
-  command
-      ->add_option("--calibration", a->job.calibration, "File with camera, IMU and both together")
-      ->allow_extra_args(false);
+  addCalibrationOption(*command, a->job.calibration, "File with camera, IMU and both together");
   command
       ->add_option("--topic", a->job.topics,
                    "ROLE=/topic[:field,field], ROLE one of camera imu accel gyro range peer "

@@ -10,6 +10,7 @@
 #include "output/overwrite.h"
 #include "recordings/companion.h"
 #include "setup/auto_driver.h"
+#include "setup/calibration_option.h"
 #include "setup/given_survey.h"
 #include "setup/record_options.h"
 #include "setup/run_options.h"
@@ -128,8 +129,8 @@ void addRecord(CLI::App& app, Common& common) {
   command->add_option("--out", a->out, "Rawlog to write; must not exist yet");
   command->add_option("--results", a->results,
                       "Results folder of --estimate (default: results/<date-time>)");
-  command->add_option("--calibration", a->calibration,
-                      "File that goes before what the sensors' sections say");
+  addCalibrationOption(*command, a->calibration,
+                       "File that goes before what the sensors' sections say");
   command->add_option("--anchors", a->anchors, "Table id,x,y,z,sigma of surveyed anchors");
   command->add_flag("--estimate", a->estimate, "Estimate while recording");
   command->add_flag("--view", a->view, "Show path, anchors and tracks; implies --estimate");

@@ -13,6 +13,7 @@
 #include "recordings/companion.h"
 #include "recordings/full_check.h"
 #include "recordings/recording_check.h"
+#include "setup/calibration_option.h"
 #include "setup/prepared_run.h"
 #include "setup/run_source.h"
 #include "vir/runs/offline_run.h"
@@ -115,8 +116,8 @@ void addRun(CLI::App& app, Common& common) {
           "another format, which is imported into the results folder first")
       ->required();
   command->add_option("--rawlog", arguments->rawlog, "Recording (instead of the one in the ini)");
-  command->add_option("--calibration", arguments->calibration,
-                      "File that goes before the calibration in the recording");
+  addCalibrationOption(*command, arguments->calibration,
+                       "File that goes before the calibration in the recording");
   command->add_option("--anchors", arguments->anchors,
                       "Table id,x,y,z,sigma of surveyed anchors: results also in its frame");
   command->add_option("--map", arguments->map,

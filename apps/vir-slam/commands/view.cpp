@@ -8,6 +8,7 @@
 #include "live/run_player.h"
 #include "output/console.h"
 #include "output/overwrite.h"
+#include "setup/calibration_option.h"
 #include "setup/prepared_run.h"
 #include "setup/run_source.h"
 #include "vir/core/scratch_folder.h"
@@ -100,8 +101,8 @@ void addView(CLI::App& app, Common& common) {
   command->add_option("--start-s", a->player.start_s, "Show from here on [s from the first image]")
       ->check(CLI::Range(0.0, 1e9));
   command->add_option("--end-s", a->player.end_s, "End here")->check(CLI::Range(0.0, 1e9));
-  command->add_option("--calibration", a->run.calibration,
-                      "File that goes before the calibration in the recording");
+  addCalibrationOption(*command, a->run.calibration,
+                       "File that goes before the calibration in the recording");
   command->add_option("--set", a->run.assignments, "Section.key=value, before what the ini says")
       ->allow_extra_args(false);
   command->callback([a, &common] {

@@ -78,6 +78,22 @@ void addFindings(const SourceReport& source, const std::vector<check::StreamSumm
                          "it is damaged or was cut off: there should be more", "",
                          "record it anew, or copy it again; what is there can be used"});
   }
+  if (source.useless > 0) {
+    findings->push_back({check::Severity::doubtful, "not_usable", "file",
+                         "data of ranges or another stream are there, and none could be used", "",
+                         "see the notes above; `import` fails for this reason"});
+  }
+  if (source.not_read > 0) {
+    findings->push_back({check::Severity::doubtful, "not_read", "file",
+                         "tables that are called after an IMU or ranges could not be read",
+                         "tables: " + std::to_string(source.not_read), "see the notes above"});
+  }
+  if (source.by_position > 0) {
+    findings->push_back({check::Severity::doubtful, "names_unknown", "file",
+                         "names of columns are not known; they were taken by position",
+                         "tables: " + std::to_string(source.by_position),
+                         "see the notes above; give the columns known names"});
+  }
   for (const auto& [counter, n] : source.unreadable) {
     const bool images = isOfImages(counter);
     if (n < kManyUnreadable && !images) continue;

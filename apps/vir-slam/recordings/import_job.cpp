@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "recordings/rawlog_recorder.h"
+#include "setup/given_calibration.h"
 #include "vir/core/settings.h"
 
 namespace vir::app {
@@ -19,15 +20,7 @@ std::string recordedDrivers() {
 }
 
 OpenedSource find(const ImportJob& job) {
-  if (!fs::exists(job.source)) {
-    for (const roles::SensorEntry& e : roles::registeredSensors()) {
-      if (e.alias != job.source) continue;
-      throw UsageError(
-          "'" + e.alias + "' is a driver; name the recording as well: vir-slam import " + e.alias +
-          " SOURCE --out FILE.rawlog (its settings: vir-slam import " + e.alias + " --help)");
-    }
-    throw UsageError("there is no such file or folder: " + job.source);
-  }
+  requireSource(job.source);
   OpenedSource opened;
   opened.driver = job.driver.empty() ? driverThatReads(job.source) : job.driver;
   if (opened.driver.empty()) {
@@ -59,6 +52,22 @@ void configure(const ImportJob& job, const OpenedSource& opened) {
 
 }  // namespace
 
+void requireSource(const std::string& source) {
+  std::error_code ec;
+  if (!fs::exists(source, ec)) {
+    for (const roles::SensorEntry& e : roles::registeredSensors()) {
+      if (e.alias != source) continue;
+      throw UsageError(
+          "'" + e.alias + "' is a driver; name the recording as well: vir-slam import " + e.alias +
+          " SOURCE --out FILE.rawlog (its settings: vir-slam import " + e.alias + " --help)");
+    }
+    throw UsageError("there is no such file or folder: " + source);
+  }
+  if (fs::is_regular_file(source, ec) && fs::file_size(source, ec) == 0 && !ec) {
+    throw UsageError(source + " is empty");
+  }
+}
+
 OpenedSource openSource(const ImportJob& job) {
   OpenedSource opened = find(job);
   configure(job, opened);
@@ -85,7 +94,7 @@ bool importRecording(const ImportJob& job) {
     throw UsageError("'simulator' has no recording to import; use `vir-slam simulate INI`");
   }
   requireRawlogName(job.out);
-  if (!job.calibration.empty()) requireFile(job.calibration, "calibration");
+  requireCalibration(job.calibration);
   const OpenedSource opened = openSource(job);
   return recordToRawlog(
       {opened.sensor.get(), opened.source, job.out, job.compression, "import", opened.driver});

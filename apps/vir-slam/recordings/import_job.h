@@ -24,6 +24,8 @@ struct OpenedSource {
   roles::RecordedSource* source = nullptr;
   std::string driver;
 };
+/// Throws UsageError if there is no such file or folder, or the file is empty.
+void requireSource(const std::string& source);
 /// Found, and set as its section [driver] in `set`, `topics` and `calibration` say; not yet
 /// initialised. Throws as importRecording.
 OpenedSource openSource(const ImportJob& job);

@@ -221,6 +221,7 @@ bool recordToRawlog(const RecordingJob& job) {
   // What is left out here a look at the rawlog can no longer find. Damage is said below.
   SourceReport read = reportOf(*job.source);
   read.damaged = false;
+  read.useless = 0;
   std::vector<check::Finding> of_source;
   addFindings(read, check.streams(), &of_source);
   for (const check::Finding& f : of_source) {

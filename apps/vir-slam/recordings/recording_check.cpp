@@ -23,7 +23,6 @@ using namespace mrpt::obs;
 
 /// Images followed for turning; later ones are looked at now and then.
 constexpr long kFollowed = 600, kLookEvery = 20;
-constexpr double kFarLever = 3;  // [m] no camera is as far from an IMU that is fixed to it
 
 check::StreamKind kindOf(const CObservation& o) {
   if (rawlog::isImage(o)) return check::StreamKind::images;
@@ -202,14 +201,9 @@ void RecordingCheck::takeImages(std::vector<check::Finding>* out) const {
   for (const auto& [label, camera] : cameras_) {
     const CameraCalibration& c = camera->calibration;
     if (camera->calibrated && camera->intrinsics) out->push_back(*camera->intrinsics);
+    if (const auto far = check::mountingFinding(camera->lever_m, label)) out->push_back(*far);
     if (depth_ == Depth::brief) continue;
     take(camera->images.findings(camera->calibrated ? c.width : 0, c.height, moves), out);
-    if (camera->lever_m > kFarLever) {
-      out->push_back({check::Severity::unusable, "camera_pose_far", label,
-                      "its pose on the IMU is " + std::to_string(std::lround(camera->lever_m)) +
-                          " m away from it",
-                      "translation of T_BS", "give it in metres (millimetres?)"});
-    }
     if (!camera->calibrated) {
       out->push_back({check::Severity::unusable, "no_calibration", label,
                       "the camera has no calibration", "", "give --calibration FILE"});

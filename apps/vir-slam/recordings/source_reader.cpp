@@ -34,6 +34,9 @@ SourceReport reportOf(const roles::RecordedSource& source) {
   for (const auto& [name, n] : source.counters()) {
     if (n == 0) continue;
     if (name == roles::kDamageCounter) out.damaged = true;
+    if (name == "table_by_position") out.by_position = n;
+    if (name == "table_not_read") out.not_read = n;
+    if (name == roles::kUselessCounter) out.useless = n;
     if (name == "imu_repeated") out.imu_repeated = n;
     if (names(name, "_malformed") || names(name, "undecodable")) {
       out.unreadable.push_back({name, n});
@@ -49,12 +52,18 @@ bool isRawlog(const std::string& source) {
 }
 
 SourceReport readSource(const SourceToRead& what, const Visit& visit) {
-  if (isRawlog(what.source) && fs::exists(what.source)) return readRawlog(what.source, visit);
+  if (isRawlog(what.source) && fs::exists(what.source)) {
+    if (!what.topics.empty()) {
+      throw UsageError("--topic is for a recording that is imported; " + what.source + " is none");
+    }
+    return readRawlog(what.source, visit);
+  }
   ImportJob job;
   job.source = what.source;
   job.calibration = what.calibration;
   // Without a folder for images they stay in memory.
   job.set = what.set;
+  job.topics = what.topics;
   const auto [sensor, source, driver] = openSource(job);
   sensor->initialize();
   bool more = true;

@@ -15,9 +15,10 @@ namespace vir::app {
 bool isRawlog(const std::string& source);
 
 struct SourceToRead {
-  std::string source;            ///< rawlog, folder or file
-  std::vector<std::string> set;  ///< Section.key=value of the source's driver
-  std::string calibration;       ///< file; empty: none
+  std::string source;                    ///< rawlog, folder or file
+  std::vector<std::string> set;          ///< Section.key=value of the source's driver
+  std::string calibration;               ///< file; empty: none
+  std::vector<std::string> topics = {};  ///< ROLE=NAME each; not of a rawlog
 };
 
 /// What the reader has to say.
@@ -25,6 +26,9 @@ struct SourceReport {
   std::vector<std::string> notes;
   std::string driver;    ///< that read it; empty: a rawlog
   bool damaged = false;  ///< or cut off: there should be more
+  long by_position = 0;  ///< tables whose columns were taken by their place, names unknown
+  long not_read = 0;     ///< tables that are called after a stream which no other table has
+  long useless = 0;      ///< streams whose data are there, and none could be used
   /// Lines and messages that are no readings: name of the counter and how many, none with 0.
   std::vector<std::pair<std::string, long>> unreadable;
   long imu_repeated = 0;  ///< readings left out because another one has their stamp

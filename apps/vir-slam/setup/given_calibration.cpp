@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "commands/commands.h"
+#include "vir/check/intrinsics_check.h"
 #include "vir/core/text.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
@@ -16,8 +17,14 @@ namespace {
 constexpr const char* kSection = "Estimator";
 constexpr const char* kKey = "calibration";
 
-std::string absolutePath(const std::string& path) {
-  return std::filesystem::absolute(path).lexically_normal().string();
+/// Each of them.
+std::string absolutePaths(const std::vector<std::string>& paths) {
+  std::string out;
+  for (const std::string& path : paths) {
+    if (!out.empty()) out += formats::kPathSeparator;
+    out += std::filesystem::absolute(path).lexically_normal().string();
+  }
+  return out;
 }
 
 void sizeFrom(int width, int height, const std::string& path, CameraCalibration* c) {
@@ -53,9 +60,13 @@ void requireSize(const mrpt::obs::CObservationImage& image, const CameraCalibrat
 
 }  // namespace
 
+void requireCalibration(const std::string& paths) {
+  for (const std::string& path : formats::calibrationPaths(paths)) requireFile(path, "calibration");
+}
+
 GivenCalibration::GivenCalibration(const std::string& path) {
   if (path.empty()) return;
-  requireFile(path, "calibration");
+  requireCalibration(path);
   try {
     file_ = formats::readCalibrationFile(path);
   } catch (const formats::CalibrationError& e) {
@@ -119,6 +130,11 @@ std::vector<std::string> GivenCalibration::said() const {
   if (file_->imu_correction) add("gains and axes of the IMU");
   out.push_back("calibration from " + file_->path + " (" + file_->format + "): " + what +
                 " go before what the recording says");
+  for (const formats::CalibratedCamera& c : file_->cameras) {
+    if (!c.T_B_C) continue;
+    const auto far = check::mountingFinding(c.T_B_C->p.norm(), c.label);
+    if (far) out.push_back(file_->path + ": " + check::line(*far));
+  }
   for (const std::string& note : file_->notes) out.push_back(file_->path + ": " + note);
   return out;
 }
@@ -128,20 +144,21 @@ GivenCalibration takeCalibration(const std::string& path, const std::vector<std:
   const std::string key = std::string(kSection) + "." + kKey + "=";
   const GivenCalibration given(path);
   for (const std::string& assignment : given.assignments()) settings->set(assignment);
-  if (!path.empty()) settings->set(key + absolutePath(path));
+  if (!path.empty()) settings->set(key + absolutePaths(formats::calibrationPaths(path)));
   for (const std::string& assignment : set) settings->set(assignment);
   const Setting* named = settings->find(kSection, kKey);
   if (named == nullptr || named->value.empty() || !path.empty()) return given;
 
-  std::filesystem::path file = named->value;
-  if (named->origin.line > 0 && file.is_relative()) {
-    file = std::filesystem::path(settings->name()).parent_path() / file;
+  std::string folder;  // that its paths are below
+  if (named->origin.line > 0) {
+    folder = std::filesystem::path(settings->name()).parent_path().string();
   }
-  const GivenCalibration of_ini(file.string());
+  const std::string files = absolutePaths(formats::calibrationPaths(named->value, folder));
+  const GivenCalibration of_ini(files);
   Settings rest;
   for (const std::string& assignment : of_ini.assignments()) rest.set(assignment);
   settings->mergeDefaults(rest);
-  settings->set(key + absolutePath(file.string()));
+  settings->set(key + files);
   return of_ini;
 }
 

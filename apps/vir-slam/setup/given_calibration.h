@@ -13,6 +13,9 @@
 
 namespace vir::app {
 
+/// Throws UsageError where one of the files (formats::calibrationPaths()) is not there.
+void requireCalibration(const std::string& paths);
+
 class GivenCalibration {
  public:
   /// Nothing given: nothing is changed.
@@ -41,10 +44,10 @@ class GivenCalibration {
   std::string camera_label_ = rawlog::kCameraLabel;
 };
 
-/// Puts the calibration `path` of the command line (empty: none) and `set`, in this order, over the
-/// settings. Without a path the file that [Estimator] `calibration` names, relative to the ini,
-/// gives what the ini itself does not. The settings then name the file by its absolute path.
-/// Throws UsageError, SettingsError.
+/// Puts the calibration `path` (several: formats::calibrationPaths()) of the command line (empty:
+/// none) and `set`, in this order, over the settings. Without a path the file that [Estimator]
+/// `calibration` names, relative to the ini, gives what the ini itself does not. The settings then
+/// name the file by its absolute path. Throws UsageError, SettingsError.
 GivenCalibration takeCalibration(const std::string& path, const std::vector<std::string>& set,
                                  Settings* settings);
 

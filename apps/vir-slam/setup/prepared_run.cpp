@@ -34,9 +34,11 @@ std::string rawlogPath(const Settings& settings, const RunOptions& options) {
 void refuseOwnCalibration(const std::string& calibration, const std::string& out) {
   if (calibration.empty() || out.empty()) return;
   const fs::path written = fs::absolute(fs::path(out) / "calibration.yaml").lexically_normal();
-  if (written != fs::path(calibration)) return;
-  throw UsageError("the calibration " + calibration +
-                   " would be written over by this run: give another folder (--out)");
+  for (const std::string& path : formats::calibrationPaths(calibration)) {
+    if (written != fs::path(path)) continue;
+    throw UsageError("the calibration " + path +
+                     " would be written over by this run: give another folder (--out)");
+  }
 }
 
 /// What keeps an estimator from being made is a matter of its settings.

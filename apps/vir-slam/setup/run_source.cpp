@@ -36,6 +36,8 @@ void resolveSource(const RunSource& source, Common& common, RunArguments* argume
   if (notAFile(source.what) == "a device") {
     throw UsageError(source.what + " is a device, neither settings nor a recording");
   }
+  // Empty settings leave all as it is.
+  if (arguments->rawlog.empty() || !fs::exists(source.what)) requireSource(source.what);
   std::string driver;
   // Not for settings: the sensors' plugins bring MRPT's drivers with them.
   const bool settings =

@@ -35,4 +35,15 @@ std::optional<Finding> intrinsicsFinding(const CameraCalibration& c,
   return f;
 }
 
+std::optional<Finding> mountingFinding(double lever_m, const std::string& camera_label) {
+  constexpr double kFarthest = 3;
+  if (!(lever_m > kFarthest)) return std::nullopt;
+  return Finding{Severity::unusable,
+                 "camera_pose_far",
+                 camera_label,
+                 "its pose on the IMU is " + num(lever_m, 6) + " m away from it",
+                 "translation of T_BS, T_cam_imu",
+                 "give it in metres (millimetres?)"};
+}
+
 }  // namespace vir::check

@@ -45,6 +45,19 @@ std::string notAFile(const std::string& path) {
   }
 }
 
+std::string whyNoText(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return {};
+  char mark[2] = {0, 0};
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return {};
+  in.read(mark, 2);
+  if (in.gcount() == 0) return "is empty";
+  const std::string bom(mark, static_cast<std::size_t>(in.gcount()));
+  if (bom != "\xFF\xFE" && bom != "\xFE\xFF") return {};
+  return "is text in UTF-16: save it as UTF-8 (iconv -f UTF-16 -t UTF-8 OLD > NEW)";
+}
+
 std::string readTextFile(const std::string& path, std::size_t most) {
   std::error_code error;
   if (!fs::exists(path, error)) throw std::runtime_error("there is no such file");

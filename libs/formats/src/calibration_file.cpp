@@ -79,6 +79,12 @@ CalibrationFile readKnown(const YamlSection& root) {
 }  // namespace
 
 CalibrationFile readCalibrationFile(const std::string& path) {
+  const std::vector<std::string> paths = calibrationPaths(path);
+  if (paths.size() > 1) {
+    CalibrationFile all = readCalibrationFile(paths.front());
+    for (std::size_t i = 1; i < paths.size(); ++i) takeFrom(readCalibrationFile(paths[i]), &all);
+    return all;
+  }
   CalibrationFile file = readKnown(YamlSection::load(path));
   for (const CalibratedCamera& c : file.cameras) {
     const std::string note =

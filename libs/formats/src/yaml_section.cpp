@@ -42,6 +42,8 @@ Document documentOf(const std::string& path) {
   if (fs::file_size(path, ec) > kMaxBytes) {
     throw CalibrationError(path + ": is too large for a calibration");
   }
+  const std::string why = whyNoText(path);
+  if (!why.empty()) throw CalibrationError(path + ": " + why);
   std::ifstream file(path, std::ios::binary);
   if (!file) throw CalibrationError(path + ": cannot be read (permissions?)");
   Document out;

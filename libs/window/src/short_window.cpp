@@ -8,54 +8,6 @@
 
 namespace vir::window {
 
-State predict(const State& from, const imu::Preintegration& link, double gravity, TimeNs t) {
-  const Vec3 g(0, 0, -gravity);
-  const double dt = link.dt();
-  State s = from;
-  s.t = t;
-  s.T_W_B.p += from.v * dt + 0.5 * g * dt * dt + from.T_W_B.q * link.correctedDp(from.bg, from.ba);
-  s.v += g * dt + from.T_W_B.q * link.correctedDv(from.bg, from.ba);
-  s.T_W_B.q = (from.T_W_B.q * link.correctedDq(from.bg)).normalized();
-  return s;
-}
-
-State navStateOf(const Frame& f) {
-  State s;
-  s.t = f.t;
-  s.T_W_B = f.T_W_B();
-  s.v = Vec3(f.speed_bias[0], f.speed_bias[1], f.speed_bias[2]);
-  s.bg = Vec3(f.speed_bias[3], f.speed_bias[4], f.speed_bias[5]);
-  s.ba = Vec3(f.speed_bias[6], f.speed_bias[7], f.speed_bias[8]);
-  return s;
-}
-
-/// All sights of an image are off by the same time, as noise of each alone is not: taken for that
-/// much more than it is.
-void WindowState::believeLessAlong(const Vec2& px_rate, Mat23* weight) const {
-  constexpr double kInCommon = 3;
-  const double speed = px_rate.norm();
-  if (!(speed > 0)) return;
-  const Vec2 way = px_rate / speed;
-  const double off_px = kInCommon * stamp_sigma_s * speed;
-  const double less = options.sigma_px / std::hypot(options.sigma_px, off_px);
-  *weight += ((less - 1) * way) * (way.transpose() * *weight).eval();
-}
-
-LandmarkSight WindowState::sightOf(const vision::FeatureObservation& o) const {
-  LandmarkSight s;
-  s.frame = frames.back().get();
-  s.row = camera.height > 0 ? o.px.y() / camera.height - 0.5 : 0;
-  s.off_centre = o.px - Vec2(camera.cx, camera.cy);
-  s.sight.bearing = o.bearing;
-  s.sight.weight = o.dpx_dbearing / options.sigma_px;
-  if (stamp_sigma_s > 0) believeLessAlong(o.dpx_dbearing * o.bearing_rate, &s.sight.weight);
-  s.sight.by_camera =
-      factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate, Vec2(camera.cx, camera.cy),
-                               s.row, radial_response.at(s.off_centre));
-  s.sight.at[factors::kTimeOffset] = stamp_offset_s;
-  return s;
-}
-
 struct ShortWindow::Impl : WindowState {
   Frame& add(const State& s, const std::vector<vision::FeatureObservation>& features,
              bool standing) {
@@ -345,6 +297,69 @@ void ShortWindow::updateCovariance() {
 
 Eigen::Matrix<double, 6, 6> ShortWindow::newestCovariance() const {
   return impl_->covariance.newest;
+}
+
+Pose ShortWindow::extrinsics() const { return impl_->T_B_C(); }
+imu::ImuIntrinsics ShortWindow::imuIntrinsics() const { return impl_->imuIntrinsics(); }
+double ShortWindow::timeOffset() const { return impl_->camera_parameters[factors::kTimeOffset]; }
+
+void ShortWindow::setTimeOffset(double time_offset_s, double sigma_s) {
+  impl_->calibration_sigma.time_offset_s = sigma_s;
+  impl_->camera_parameters[factors::kTimeOffset] = time_offset_s;
+  impl_->stamp_offset_s = time_offset_s;
+}
+
+void ShortWindow::setCalibration(const Calibration& calibration) {
+  impl_->camera = calibration.camera;
+  const bool looked_for = impl_->options.calibrate && impl_->options.lens != LensMode::given;
+  impl_->radial_response =
+      looked_for ? camera::RadialResponse(calibration.camera) : camera::RadialResponse();
+  impl_->camera_parameters[factors::kTimeOffset] = calibration.time_offset_s;
+  impl_->stamp_offset_s = calibration.time_offset_s;
+  factors::poseTo(calibration.T_B_C, impl_->extrinsic);
+  for (int i = 0; i < 3; ++i) {
+    impl_->imu_intrinsics[imu::kGyroGain + i] = calibration.gyro_gain[i];
+    impl_->imu_intrinsics[imu::kGyroAxes + i] = calibration.gyro_axes_rad[i];
+    impl_->imu_intrinsics[imu::kAccGain + i] = calibration.acc_gain[i];
+  }
+}
+
+void ShortWindow::setExtrinsicsSigma(double position_m, double rotation_rad) {
+  CalibrationSigma& s = impl_->calibration_sigma;
+  s.position_m = std::max(impl_->options.calibration.position_m, position_m);
+  s.rotation_rad = std::max(impl_->options.calibration.rotation_rad, rotation_rad);
+}
+
+CalibrationSigma ShortWindow::calibrationSigma() const {
+  if (!impl_->covariance.calibration) return impl_->calibration_sigma;
+  return sigmaOf(impl_->covariance.calibration->diagonal().cwiseMax(0).cwiseSqrt());
+}
+
+std::optional<CalibrationCovariance> ShortWindow::calibrationCovariance() const {
+  return impl_->covariance.calibration;
+}
+
+bool ShortWindow::lensContradicted() const {
+  return impl_->options.lens == LensMode::watched && !impl_->lens_held;
+}
+
+void ShortWindow::stampWith(double time_offset_s) { impl_->stamp_offset_s = time_offset_s; }
+void ShortWindow::setStampSigma(double sigma_s) { impl_->stamp_sigma_s = sigma_s; }
+
+Calibration ShortWindow::calibration() const {
+  const factors::CameraVector c = impl_->cameraVector();
+  Calibration out = {impl_->camera, impl_->T_B_C(), c[factors::kTimeOffset], c[factors::kReadout]};
+  out.camera.fx *= 1 + c[factors::kFocal] + c[factors::kAspect];
+  out.camera.fy *= 1 + c[factors::kFocal] - c[factors::kAspect];
+  out.camera.cx += c[factors::kCx];
+  out.camera.cy += c[factors::kCy];
+  const Vec2 radial = c.segment<2>(factors::kRadial1);
+  if (!radial.isZero(0)) out.camera = withRadialChange(out.camera, radial);
+  const imu::ImuIntrinsics k = impl_->imuIntrinsics();
+  out.gyro_gain = k.segment<3>(imu::kGyroGain);
+  out.gyro_axes_rad = k.segment<3>(imu::kGyroAxes);
+  out.acc_gain = k.segment<3>(imu::kAccGain);
+  return out;
 }
 
 }  // namespace vir::window

@@ -27,9 +27,10 @@ struct Folder {
   std::string accelerometer_file;  ///< empty: it is in `imu_file`, else that is the gyro's
   std::string imu_yaml;            ///< empty: none
   std::vector<RangeFiles> ranges;
-  std::string truth_file;   ///< empty: none
-  std::string truth_yaml;   ///< empty: none
-  std::string calibration;  ///< found beside the tables; empty: none
+  std::string truth_file;           ///< empty: none
+  std::string truth_yaml;           ///< empty: none
+  std::string calibration;          ///< found beside the tables; empty: none
+  std::vector<std::string> unread;  ///< tables that are called after what is not there otherwise
   std::vector<std::string> notes;
 };
 

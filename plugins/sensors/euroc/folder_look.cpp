@@ -8,6 +8,7 @@
 #include "table_folder.h"
 #include "video_frames.h"
 #include "vir/core/parse_number.h"
+#include "vir/core/text_file.h"
 #include "vir/tables/layout.h"
 
 namespace vir::euroc {
@@ -71,6 +72,10 @@ Found lookAround(const std::string& source) {
   std::sort(found.yamls.begin(), found.yamls.end(), deeperOrLater);
   if (files.size() > kMostTables) files.resize(kMostTables);
   for (const std::string& file : files) {
+    if (!whyNoText(file).empty()) {
+      found.no_text.push_back(file);
+      continue;
+    }
     const TableKind kind = kindOfTable(file, fs::path(file).lexically_relative(source).string());
     if (kind != TableKind::none) {
       found.tables[kind].push_back(file);
@@ -79,6 +84,30 @@ Found lookAround(const std::string& source) {
     }
   }
   return found;
+}
+
+bool isTableFolder(const std::string& source) {
+  std::error_code ec;
+  const fs::path root(source);
+  if (fs::is_regular_file(root, ec)) return isVideoFile(source);
+  if (!fs::is_directory(root, ec) || isFolder(source)) return false;
+  // Folders of ours and of ROS hold tables too.
+  for (const char* other : {"used.ini", "metadata.yaml"}) {
+    if (fs::exists(root / other, ec)) return false;
+  }
+  const Found found = lookAround(fs::absolute(root).lexically_normal().string());
+  if (!found.videos.empty() && !found.tables.empty()) return true;
+  // It says why they cannot be read.
+  const auto named = [&](const std::string& file) {
+    return kindByName(fs::path(file).filename().string()) != TableKind::none;
+  };
+  if (found.tables.empty() && std::any_of(found.no_text.begin(), found.no_text.end(), named)) {
+    return true;
+  }
+  return std::any_of(found.tables.begin(), found.tables.end(), [](const auto& kind) {
+    return kind.first == TableKind::imu || kind.first == TableKind::gyro ||
+           kind.first == TableKind::range;
+  });
 }
 
 std::string listTables(const std::string& source) {
@@ -111,6 +140,7 @@ std::string listTables(const std::string& source) {
     }
   }
   for (const std::string& yaml : found.yamls) add(yaml, "calibration or settings");
+  for (const std::string& file : found.no_text) add(file, whyNoText(file));
   for (const std::string& file : found.unused) add(file, "a table of nothing that is imported");
   return out.empty() ? "no tables, no images\n" : out;
 }

@@ -51,6 +51,9 @@ Recording::Recording(Folder folder, const EurocOptions& o, ProblemLog* log)
     : log_(log), folder_(std::move(folder)), section_(o.section), units_(unitsOf(o)) {
   validate(o);
   for (const std::string& note : folder_.notes) log_->note(note);
+  if (!folder_.unread.empty()) {
+    log_->count("table_not_read", static_cast<long>(folder_.unread.size()));
+  }
   openCalibration(o);
   openStreams(o);
 }

@@ -13,6 +13,7 @@
 #include "table_kind.h"
 #include "video_frames.h"
 #include "vir/core/text.h"
+#include "vir/core/text_file.h"
 #include "vir/formats/calibration_file.h"
 #include "vir/rawlog/labels.h"
 #include "vir/tables/layout.h"
@@ -40,9 +41,14 @@ class Finder {
     findCalibration();
     sayUnused();
     if (folder_.imu_file.empty() && folder_.ranges.empty() && folder_.cameras.empty()) {
+      std::string why;
+      for (const std::string& file : found_.no_text) {
+        why += "; " + shortName(file) + " " + whyNoText(file);
+      }
       throw InputError(root_.string() +
                        ": holds no table of an IMU, of ranges or of images that could be told as "
-                       "such; name them: --topic imu=FILE --topic camera=LIST --topic range=FILE");
+                       "such; name them: --topic imu=FILE --topic camera=LIST --topic range=FILE" +
+                       why);
     }
     return std::move(folder_);
   }
@@ -69,6 +75,8 @@ class Finder {
     if (!fs::exists(path)) {
       throw InputError("[csv] topics: " + word + ": there is no " + path.string());
     }
+    const std::string why = whyNoText(path.string());
+    if (!why.empty()) throw InputError("[csv] topics: " + word + ": " + path.string() + " " + why);
     wishes_[role].push_back(path.lexically_normal().string());
   }
 
@@ -323,15 +331,31 @@ class Finder {
     }
   }
 
+  /// A table that is called after what an estimator needs, where no other one has it.
+  void countUnread(const std::string& file) {
+    const TableKind kind = kindByName(shortName(file));
+    const bool missing = (kind == TableKind::range && folder_.ranges.empty()) ||
+                         (kind == TableKind::imu && folder_.imu_file.empty());
+    if (missing) folder_.unread.push_back(file);
+  }
+
   void sayUnused() {
+    for (const std::string& file : found_.no_text) {
+      folder_.notes.push_back(shortName(file) + " " + whyNoText(file) + "; not read");
+      countUnread(file);
+    }
     for (const std::string& file : found_.unused) {
       const bool named = std::any_of(wishes_.begin(), wishes_.end(), [&](const auto& w) {
         return std::count(w.second.begin(), w.second.end(), file) > 0;
       });
       if (named) continue;
+      const std::string why = whyNotOfKind(file, kindByName(shortName(file)));
       folder_.notes.push_back(shortName(file) +
                               ": not read, it is no table of an IMU, ranges, images or poses as "
-                              "far as can be told; --topic ROLE=FILE takes it");
+                              "far as can be told" +
+                              (why.empty() ? "" : " (" + why + ")") +
+                              "; --topic ROLE=FILE takes it");
+      countUnread(file);
     }
   }
 
@@ -347,23 +371,6 @@ class Finder {
 std::string folderOfSource(const std::string& source) {
   const fs::path whole = fs::absolute(source).lexically_normal();
   return (isVideoFile(source) ? whole.parent_path() : whole).string();
-}
-
-bool isTableFolder(const std::string& source) {
-  std::error_code ec;
-  const fs::path root(source);
-  if (fs::is_regular_file(root, ec)) return isVideoFile(source);
-  if (!fs::is_directory(root, ec) || isFolder(source)) return false;
-  // Folders of ours and of ROS hold tables too.
-  for (const char* other : {"used.ini", "metadata.yaml"}) {
-    if (fs::exists(root / other, ec)) return false;
-  }
-  const Found found = lookAround(fs::absolute(root).lexically_normal().string());
-  if (!found.videos.empty() && !found.tables.empty()) return true;
-  return std::any_of(found.tables.begin(), found.tables.end(), [](const auto& kind) {
-    return kind.first == TableKind::imu || kind.first == TableKind::gyro ||
-           kind.first == TableKind::range;
-  });
 }
 
 Folder findTables(const EurocOptions& options) { return Finder(options).find(); }

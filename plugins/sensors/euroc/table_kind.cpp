@@ -148,6 +148,19 @@ const char* name(TableKind kind) {
   return "-";
 }
 
+TableKind kindByName(const std::string& relative) {
+  const std::string name = lowerCase(fs::path(relative).stem().string());
+  if (holdsAny(name, {"imu"})) return TableKind::imu;
+  if (isRangeName(name)) return TableKind::range;
+  return isPoseName(name) ? TableKind::poses : TableKind::none;
+}
+
+std::string whyNotOfKind(const std::string& path, TableKind kind) {
+  if (kind == TableKind::range) return tables::whyNoRanges(tables::layoutOf(path));
+  if (kind == TableKind::poses) return tables::whyNoPoses(tables::layoutOf(path));
+  return {};
+}
+
 bool mayBeTable(const std::string& path) {
   const std::string ending = lowerCase(fs::path(path).extension().string());
   return ending == ".csv" || ending == ".txt" || ending == ".tum" || ending == ".tsv" ||

@@ -15,4 +15,9 @@ TableKind kindOfTable(const std::string& path, const std::string& relative);
 /// Do ending and name say that `path` may be a table?
 bool mayBeTable(const std::string& path);
 
+/// What a file is called after: an IMU, ranges or poses; else none.
+TableKind kindByName(const std::string& relative);
+/// Why a table holds nothing of a kind that its name stands for; may be empty.
+std::string whyNotOfKind(const std::string& path, TableKind kind);
+
 }  // namespace vir::euroc

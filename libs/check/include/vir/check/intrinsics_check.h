@@ -14,4 +14,8 @@ namespace vir::check {
 std::optional<Finding> intrinsicsFinding(const CameraCalibration& camera,
                                          const std::string& camera_label);
 
+/// `camera_pose_far` (unusable) where the camera's pose is `lever_m` [m] from an IMU that is fixed
+/// to it, and no camera is: above 3 m.
+std::optional<Finding> mountingFinding(double lever_m, const std::string& camera_label);
+
 }  // namespace vir::check

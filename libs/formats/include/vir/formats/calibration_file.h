@@ -64,8 +64,17 @@ std::vector<std::string> settingsOf(const CalibrationFile& file);
 /// Reads Kalibr (camchain, camchain-imucam, imu.yaml), OpenVINS, VINS-Mono and VINS-Fusion,
 /// ORB-SLAM2 and 3, ROS camera_info, OpenCV's calibration samples, a `sensor.yaml` of EuRoC, and
 /// the `calibration.yaml` of a run. Keys that are not known are left alone. Files that a file names
-/// (VINS, OpenVINS) are read from its folder. Throws CalibrationError.
+/// (VINS, OpenVINS) are read from its folder. Of several paths (calibrationPaths()) each gives what
+/// the others lack; two that hold the same part are refused. Throws CalibrationError.
 CalibrationFile readCalibrationFile(const std::string& path);
+
+/// Between the paths of files that are used as one.
+inline constexpr char kPathSeparator = ':';
+/// Takes them apart; relative ones are below `folder` (empty: the working folder). A name that
+/// holds a colon itself is known by its file.
+std::vector<std::string> calibrationPaths(const std::string& paths, const std::string& folder = "");
+/// Adds what another file holds. Throws CalibrationError where both hold the same part.
+void takeFrom(const CalibrationFile& other, CalibrationFile* file);
 
 /// Gives a camera whose size the file does not name that of its images [px]. Throws
 /// CalibrationError where the principal point says that they are others.
