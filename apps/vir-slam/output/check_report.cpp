@@ -104,6 +104,12 @@ void addFindings(const SourceReport& source, const std::vector<check::StreamSumm
                 : std::to_string(n) + " lines or messages are no readings and are left out",
          counter + " " + std::to_string(n), "see the notes above"});
   }
+  if (source.too_late >= kManyUnreadable) {
+    findings->push_back(
+        {check::Severity::doubtful, "not_in_order", "file",
+         "rows that come after later ones are left out: " + std::to_string(source.too_late), "",
+         "sort the tables by their stamps"});
+  }
   if (const auto repeated = repeatedReadings(source.imu_repeated, streams)) {
     findings->push_back(*repeated);
   }

@@ -38,6 +38,7 @@ SourceReport reportOf(const roles::RecordedSource& source) {
     if (name == "table_not_read") out.not_read = n;
     if (name == roles::kUselessCounter) out.useless = n;
     if (name == "imu_repeated") out.imu_repeated = n;
+    if (names(name, "_too_late")) out.too_late += n;
     if (names(name, "_malformed") || names(name, "undecodable")) {
       out.unreadable.push_back({name, n});
     }

@@ -29,6 +29,7 @@ struct SourceReport {
   long by_position = 0;  ///< tables whose columns were taken by their place, names unknown
   long not_read = 0;     ///< tables that are called after a stream which no other table has
   long useless = 0;      ///< streams whose data are there, and none could be used
+  long too_late = 0;     ///< rows that came after later ones, by more than can be put in order
   /// Lines and messages that are no readings: name of the counter and how many, none with 0.
   std::vector<std::pair<std::string, long>> unreadable;
   long imu_repeated = 0;  ///< readings left out because another one has their stamp

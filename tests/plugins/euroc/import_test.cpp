@@ -4,9 +4,11 @@
 #include <mrpt/obs/CObservation.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "vir/ranging/survey_table.h"
 #include "vir_test_data.h"
@@ -227,6 +229,24 @@ TEST(Check, UndecodableImagesAreDoubtfulFromOnePercentOn) {
     // 100 are left of 101, so that one is a hundredth of them.
     EXPECT_EQ(severity, images == 101 ? "doubtful " : "note ") << report["findings"];
   }
+}
+
+/// Newest first, as a logger's export may be: most rows come too late to be used.
+TEST(Check, ATableInReverseOrderIsNamed) {
+  test::EurocFolderOptions o;
+  o.images = 101;
+  const test::EurocFolder folder(o);
+  std::istringstream in(folder.read("imu0/data.csv"));
+  std::string header, reversed;
+  std::getline(in, header);
+  for (std::string line; std::getline(in, line);) reversed = line + "\n" + reversed;
+  folder.write("imu0/data.csv", header + "\n" + reversed);
+  const fs::path json = folder.temp() / "check.json";
+  virSlam("check " + folder.root().string() + " --json " + json.string());
+  const auto report = nlohmann::json::parse(test::readText(json));
+  EXPECT_TRUE(std::any_of(report["findings"].begin(), report["findings"].end(), [](const auto& f) {
+    return f["kind"] == "not_in_order" && f["severity"] == "doubtful";
+  })) << report["findings"];
 }
 
 }  // namespace
