@@ -1,7 +1,9 @@
 #include "recordings/trajectory_file.h"
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <system_error>
 
 #include "commands/commands.h"
 #include "output/console.h"
@@ -11,6 +13,12 @@ namespace vir::app {
 
 Trajectory readTrajectoryFile(const std::string& path, const std::string& what,
                               evaluation::ReadReport* report) {
+  // A run that was lost leaves one without a pose; others are evaluated all the same.
+  std::error_code error;
+  if (std::filesystem::is_regular_file(path, error) && std::filesystem::is_empty(path, error)) {
+    std::fprintf(stderr, "%s: is empty\n", path.c_str());
+    return {};
+  }
   requireFile(path, what);
   std::ifstream in(path, std::ios::binary);
   if (!in) throw UsageError("cannot read the " + what + " " + path);
