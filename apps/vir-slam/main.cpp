@@ -103,10 +103,8 @@ void requireFile(const std::string& path, const std::string& what) {
   }
   const std::string other = notAFile(path);
   if (!other.empty()) throw UsageError("not a " + what + " but " + other + ": " + path);
-  if (std::filesystem::is_regular_file(path, error) &&
-      std::filesystem::file_size(path, error) == 0) {
-    throw UsageError("the " + what + " is empty: " + path);
-  }
+  const std::string why = whyNoText(path);
+  if (!why.empty()) throw UsageError("the " + what + " " + why + ": " + path);
 }
 
 }  // namespace vir::app

@@ -171,7 +171,8 @@ class Desk {
   }
   void make(const std::string& arguments) {
     const test::Outcome o = inFolder(arguments);
-    if (!(o.code == 0)) throw std::runtime_error("cannot make " + arguments + ": " + o.text);
+    const bool made = o.code == 0;
+    if (!made) throw std::runtime_error("cannot make " + arguments + ": " + o.text);
   }
   /// The recording, table or ini of this name, if it is one that commands read.
   void provide(const std::string& name);

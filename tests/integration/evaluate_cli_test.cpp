@@ -160,6 +160,7 @@ TEST_F(EvaluateCli, OneBadEstimateDoesNotHideTheOthers) {
   const Outcome o = call("--reference " + path("ref.tum") + " " + path("empty.tum") + " " +
                          path("late.tum") + " " + path("est.tum") + " --json " + path("o.json"));
   EXPECT_EQ(o.code, 1);
+  EXPECT_NE(o.text.find("empty.tum: is empty"), std::string::npos) << o.text;
   EXPECT_NE(o.text.find("the estimate holds no pose"), std::string::npos) << o.text;
   EXPECT_NE(o.text.find("0 of 1 poses"), std::string::npos) << o.text;
   EXPECT_NE(o.text.find("line 2"), std::string::npos) << o.text;

@@ -143,6 +143,13 @@ TEST_F(Tables, WhatIsNotThereOrEmptyIsSaidFirst) {
   }
   expect(virSlam("check " + source() + " --calibration " + quoted(file("e.yaml"))), 2,
          "the calibration is empty: ");
+  test::writeText(file("a.tum"), "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 1 1 0 0 0 0 1\n");
+  test::writeText(file("u.tum"), std::string("\xFF\xFE"
+                                             "1\0 \0"
+                                             "0\0\n\0",
+                                             10));
+  expect(virSlam("evaluate --reference " + quoted(file("u.tum")) + " " + quoted(file("a.tum"))), 2,
+         "the reference trajectory is text in UTF-16: save it as UTF-8");
 }
 
 }  // namespace

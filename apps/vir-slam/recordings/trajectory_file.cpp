@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <system_error>
 
 #include "commands/commands.h"
 #include "output/console.h"
@@ -28,6 +29,12 @@ Trajectory readTrajectoryFile(const std::string& given, const std::string& what,
   // Of a run's folder its poses are meant.
   const std::filesystem::path inside = std::filesystem::path(given) / "trajectory.tum";
   const std::string path = std::filesystem::is_regular_file(inside) ? inside.string() : given;
+  // A run that was lost leaves one without a pose; others are evaluated all the same.
+  std::error_code error;
+  if (std::filesystem::is_regular_file(path, error) && std::filesystem::is_empty(path, error)) {
+    std::fprintf(stderr, "%s: is empty\n", path.c_str());
+    return {};
+  }
   requireFile(path, what);
   std::ifstream in(path, std::ios::binary);
   if (!in) throw UsageError("cannot read the " + what + " " + path);

@@ -5,6 +5,7 @@
 #include "readers.h"
 #include "row_values.h"
 #include "vir/core/text.h"
+#include "vir/core/text_file.h"
 #include "vir/tables/ranges.h"
 #include "vir/tables/unknown_units.h"
 
@@ -150,6 +151,8 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
   }
   for (const std::string& remark : c.remarks) log->note(path + ": " + remark);
   const std::string why_not = tables::whyNoRanges(layout);
+  const std::string no_text = whyNoText(path);
+  if (!no_text.empty()) log->note(path + " " + no_text);
   if (!why_not.empty()) log->note(path + ": " + why_not);
   if (why_not.empty() && !wide && !c.named) {
     sayByPosition(path, layout, {{c.stamp, "stamp"}, {c.anchor, "anchor"}, {c.range, "range"}},

@@ -7,6 +7,7 @@
 
 #include "imu_units.h"
 #include "row_values.h"
+#include "vir/core/text_file.h"
 #include "vir/core/time_bounds.h"
 #include "vir/tables/unknown_units.h"
 
@@ -221,6 +222,8 @@ std::unique_ptr<RowStream<PoseRow>> openGroundTruth(const std::string& path, Pro
   const tables::PoseColumns c = tables::poseColumns(layout);
   const Stamps stamps = stampsOf(path, layout, c.stamp, kPoseStep, layout.separator == ' ', log);
   const std::string why_not = tables::whyNoPoses(layout);
+  const std::string no_text = whyNoText(path);
+  if (!no_text.empty()) log->note(path + " " + no_text);
   const std::string order = tables::assumedOrder(layout, c);
   if (!c.hasAttitude() && why_not.empty()) log->note(path + ": holds positions only, no attitude");
   if (!c.remark.empty() && why_not.empty()) log->note(path + ": " + c.remark);

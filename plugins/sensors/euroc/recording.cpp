@@ -11,6 +11,7 @@
 #include "lever_arms.h"
 #include "range_streams.h"
 #include "stream_setup.h"
+#include "vir/core/text_file.h"
 #include "vir/rawlog/labels.h"
 
 namespace vir::euroc {
@@ -28,6 +29,8 @@ bool isIdentity(const Pose& T) {
 template <typename Row>
 void requireRows(const RowStream<Row>& c, const ProblemLog& log) {
   if (c.peek()) return;
+  const std::string no_text = whyNoText(c.path());
+  if (!no_text.empty()) throw InputError(c.path() + " " + no_text);
   std::string why;
   for (const char* kind : {"malformed", "before_zero", "not_finite", "implausible", "cut_line",
                            "too_late", "repeated"}) {

@@ -23,6 +23,31 @@ TEST(TextFile, LinesAsGetlineReadsThem) {
   }
 }
 
+TEST(TextFile, WhyThereIsNoText) {
+  const test::TempFolder folder;
+  const auto why = [&](const std::string& text) {
+    test::writeText(folder / "t.csv", text);
+    return whyNoText((folder / "t.csv").string());
+  };
+  EXPECT_EQ(why(""), "is empty");
+  EXPECT_EQ(why(std::string("\xFF\xFE"
+                            "1\0",
+                            4)),
+            "is text in UTF-16: save it as UTF-8 (iconv -f UTF-16 -t UTF-8 OLD > NEW)");
+  EXPECT_EQ(why(std::string("\xFE\xFF\0"
+                            "1",
+                            4)),
+            why(std::string("\xFF\xFE"
+                            "1\0",
+                            4)));
+  for (const char* text : {"1", "\n", "1,2\n",
+                           "\xEF\xBB\xBF"
+                           "1,2\n"})
+    EXPECT_EQ(why(text), "");
+  EXPECT_EQ(whyNoText((folder / "nothere").string()), "");
+  EXPECT_EQ(whyNoText(folder.path().string()), "");
+}
+
 TEST(TextFile, ALineWithoutEndIsCut) {
   std::istringstream in(std::string(3 * kLongestLine, 'x') + "\nnext\n");
   std::string line;
