@@ -55,6 +55,7 @@ const std::map<std::string, std::string> kNotRun{
 const std::map<std::string, int> kCodes{
     // No display: it says so.
     {"view results/my", 1},
+    {"run my.rawlog --view", 1},
     {"view results/flight", 1},
     {"view flight.rawlog --speed 4", 1},
 };
