@@ -134,6 +134,13 @@ TEST(Layout, AnIndexInFrontIsPassedOver) {
   EXPECT_EQ(stampColumn(layoutOfText("0 1 7\n1 2 7\n2 3 7\n")), 0);
 }
 
+TEST(Layout, ATemperatureIsNoTimeWhereThereIsOne) {
+  const Layout log =
+      layoutOfText("TimeUS,I,GyrX,GyrY,GyrZ,T\n1000,0,0.1,0,0,40.2\n3500,0,0.1,0,0,40.3\n");
+  EXPECT_EQ(stampColumn(log), 0);
+  EXPECT_EQ(stampColumn(layoutOfText("x,y,z,t\n1,2,3,0.1\n1,2,3,0.2\n")), 3);
+}
+
 TEST(Layout, SecondsAndTheirNanoseconds) {
   const Layout ros = layoutOfText("header.stamp.secs,header.stamp.nsecs,x\n0,5,1\n0,50000,1\n");
   EXPECT_EQ(stampColumn(ros), 0);
