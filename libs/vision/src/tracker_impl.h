@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "vir/vision/corner_detector.h"
 #include "image_pyramid.h"
 #include "patch.h"
+#include "vir/vision/corner_detector.h"
 #include "vir/vision/feature_tracker.h"
 
 namespace vir::vision {

@@ -79,7 +79,9 @@ TEST_F(PyfgImport, WrongUseAndWrongFiles) {
   EXPECT_TRUE(contains(unnamed.text, "A, B")) << unnamed.text;
   EXPECT_EQ(importText(test::twoRobots(4), "--set pyfg.robot=Z").code, 2);
   EXPECT_EQ(importText(test::twoRobots(4), "--set pyfg.rob=A").code, 2);
-  EXPECT_EQ(importText("").code, 1);
+  const auto empty = importText("");
+  EXPECT_EQ(empty.code, 2);
+  EXPECT_TRUE(contains(empty.text, "is empty")) << empty.text;
   EXPECT_EQ(importText("no graph\n").code, 1);
   EXPECT_EQ(import(folder / "none").code, 2);
   EXPECT_EQ(import(folder.path()).code, 1);

@@ -1,8 +1,8 @@
 #pragma once
 /// How two keyframes of the mission's graph lie to one another, roll and pitch being known from
 /// gravity. Block of a keyframe [4]: p_M_B [m], yaw of W in M there [rad]; W is the world of the
-/// estimator that the keyframe's axes were given in, M the corrected one. Both have z up. A block may
-/// also be W itself: where its origin is in M.
+/// estimator that the keyframe's axes were given in, M the corrected one. Both have z up. A block
+/// may also be W itself: where its origin is in M.
 #include <ceres/sized_cost_function.h>
 
 #include "vir/geometry/pose.h"
