@@ -100,6 +100,14 @@ class Overwriting : public ::testing::Test {
   test::TempFolder folder_;
 };
 
+TEST_F(Overwriting, AFolderWithSomebodysFilesIsLeftAlone) {
+  test::writeRecording((folder_ / "r.rawlog").string(), 5);
+  own("work/summary.json");
+  expectLeft("work/summary.json", "run " + path("r.rawlog") + " --out " + path("work"));
+  own("copy/recording.rawlog");
+  expectLeft("copy/recording.rawlog", "run " + path("r.rawlog") + " --out " + path("copy"));
+}
+
 TEST_F(Overwriting, AFileThatIsNotOursIsLeftAlone) {
   own("a.rawlog");
   own("calibration.yaml");

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 #include "vir/core/host_clock.h"
@@ -51,6 +52,15 @@ void pointLatestTo(const fs::path& folder) {
   fs::create_directory_symlink(folder.filename(), link, ignored);
 }
 
+/// Other programs write a summary.json as well.
+bool isOurSummary(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string begin(1 << 16, '\0');
+  in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  begin.resize(static_cast<std::size_t>(in.gcount()));
+  return begin.find("\"verdict\"") != begin.npos;
+}
+
 }  // namespace
 
 OutputFile::OutputFile(const std::string& path, Named named) : path_(path) {
@@ -92,14 +102,17 @@ void writeTextFile(const std::string& path, const std::string& text) {
 
 std::string foreignFileIn(const std::string& folder) {
   std::error_code ignored;
-  for (const char* name : {"used.ini", "run.log", "summary.json"}) {
+  for (const char* name : {"used.ini", "run.log"}) {
     if (fs::exists(fs::path(folder) / name, ignored)) return {};
   }
+  if (isOurSummary(fs::path(folder) / "summary.json")) return {};
   for (const char* name : kOurFiles) {
     const fs::path file = fs::path(folder) / name;
     if (fs::exists(file, ignored)) return file.string();
   }
-  return {};
+  // What `run` imports goes there.
+  const fs::path imported = fs::path(folder) / "recording.rawlog";
+  return fs::exists(imported, ignored) ? imported.string() : std::string();
 }
 
 ResultsFolder::ResultsFolder(const std::string& out) {
