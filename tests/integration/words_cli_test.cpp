@@ -108,6 +108,16 @@ TEST_F(Overwriting, AFolderWithSomebodysFilesIsLeftAlone) {
   expectLeft("copy/recording.rawlog", "run " + path("r.rawlog") + " --out " + path("copy"));
 }
 
+TEST_F(Overwriting, TablesOfAnExportAreWrittenOverOurOwnOnly) {
+  test::writeRecording((folder_ / "r.rawlog").string(), 5);
+  own("tables/IMU0.csv");
+  const std::string command =
+      "export " + path("r.rawlog") + " --format csv --out " + path("tables");
+  expectLeft("tables/IMU0.csv", command);
+  EXPECT_EQ(virSlam(command + " --force").code, 0);
+  EXPECT_EQ(virSlam(command).code, 0) << "what it left there itself";
+}
+
 TEST_F(Overwriting, AFileThatIsNotOursIsLeftAlone) {
   own("a.rawlog");
   own("calibration.yaml");

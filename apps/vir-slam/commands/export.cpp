@@ -35,9 +35,9 @@ struct Arguments {
   std::string rawlog, format, out;
 };
 
-std::unique_ptr<Exporter> makeExporter(const Arguments& a) {
-  if (a.format == "tum") return makeTumExporter(a.out);
-  if (a.format == "csv") return makeCsvExporter(a.out);
+std::unique_ptr<Exporter> makeExporter(const Arguments& a, bool force) {
+  if (a.format == "tum") return makeTumExporter(a.out, force);
+  if (a.format == "csv") return makeCsvExporter(a.out, force);
   if (a.format == "mcap") return makeMcapExporter(a.out);
   return makeEurocExporter(a.out, companionOf(a.rawlog));
 }
@@ -60,7 +60,7 @@ void makeFolderOf(const std::string& file) {
 }
 
 /// Returns false if not all is there that should be.
-bool convert(const Arguments& a) {
+bool convert(const Arguments& a, bool force) {
   rawlog::OrderedReader input(a.rawlog);
   if (a.format != "mcap") {
     fs::create_directories(a.out);
@@ -68,7 +68,7 @@ bool convert(const Arguments& a) {
     makeFolderOf(a.out);
   }
   const results::OutputLock lock(a.out);
-  const auto exporter = makeExporter(a);
+  const auto exporter = makeExporter(a, force);
   std::map<std::string, Count> counts;
   long unusable = 0;
   ProgressBar bar;
@@ -131,7 +131,7 @@ void addExport(CLI::App& app, Common& common) {
     }
     requireFile(arguments->rawlog, "rawlog");
     catchInterrupt();
-    if (!convert(*arguments)) common.exit_code = kRunFailed;
+    if (!convert(*arguments, common.force)) common.exit_code = kRunFailed;
   });
 }
 

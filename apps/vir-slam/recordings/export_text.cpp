@@ -9,7 +9,10 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 
+#include "commands/commands.h"
 #include "recordings/exporter.h"
 #include "vir/core/ini_writer.h"
 #include "vir/evaluation/trajectory.h"
@@ -26,7 +29,7 @@ constexpr const char* kPart = ".part";
 
 class TumExporter : public Exporter {
  public:
-  explicit TumExporter(const std::string& folder) : files_(folder) {}
+  TumExporter(const std::string& folder, bool force) : files_(folder, force) {}
   Added add(CObservation& o) override {
     const auto* pose = dynamic_cast<const CObservationRobotPose*>(&o);
     if (pose == nullptr) return Added::no_place;
@@ -43,7 +46,7 @@ class TumExporter : public Exporter {
 
 class CsvExporter : public Exporter {
  public:
-  explicit CsvExporter(const std::string& folder) : files_(folder) {}
+  CsvExporter(const std::string& folder, bool force) : files_(folder, force) {}
   Added add(CObservation& o) override {
     const std::string t = std::to_string(rawlog::fromMrptTime(o.timestamp));
     if (const auto* imu = dynamic_cast<const CObservationIMU*>(&o)) {
@@ -95,6 +98,18 @@ class CsvExporter : public Exporter {
   FileSet files_;
 };
 
+/// Our header, or without one (TUM) eight numbers; nothing at all as well.
+bool beginsAsOurs(const fs::path& path, const std::string& header) {
+  std::ifstream in(path, std::ios::binary);
+  std::string line;
+  if (!std::getline(in, line)) return true;
+  if (!header.empty()) return line == header;
+  std::istringstream numbers(line);
+  int n = 0;
+  for (double v = 0; numbers >> v;) ++n;
+  return n == 8 && numbers.eof();
+}
+
 }  // namespace
 
 results::OutputFile& FileSet::at(const std::string& name, const std::string& header) {
@@ -102,6 +117,11 @@ results::OutputFile& FileSet::at(const std::string& name, const std::string& hea
   if (!file) {
     const fs::path path = fs::path(folder_) / name;
     std::error_code error;
+    if (!force_ && fs::exists(path, error) && !beginsAsOurs(path, header)) {
+      throw UsageError(path.string() +
+                       " exists already, is not what this command writes and is not "
+                       "overwritten: give another folder, or --force to write over it");
+    }
     fs::create_directories(path.parent_path(), error);
     file = std::make_unique<results::OutputFile>(path.string() + kPart,
                                                  results::OutputFile::Named::at_once);
@@ -156,12 +176,12 @@ std::string exact(float v) {
   return {text, result.ptr};
 }
 
-std::unique_ptr<Exporter> makeTumExporter(const std::string& folder) {
-  return std::make_unique<TumExporter>(folder);
+std::unique_ptr<Exporter> makeTumExporter(const std::string& folder, bool force) {
+  return std::make_unique<TumExporter>(folder, force);
 }
 
-std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder) {
-  return std::make_unique<CsvExporter>(folder);
+std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder, bool force) {
+  return std::make_unique<CsvExporter>(folder, force);
 }
 
 }  // namespace vir::app

@@ -24,10 +24,10 @@ class Exporter {
 };
 
 /// `<label>.tum` per label of poses.
-std::unique_ptr<Exporter> makeTumExporter(const std::string& folder);
+std::unique_ptr<Exporter> makeTumExporter(const std::string& folder, bool force);
 
 /// `<label>.csv` per label, nanoseconds in the first column; images as a list only.
-std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder);
+std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder, bool force);
 
 /// EuRoC's folder `mav0`, which `import euroc` reads back. `companion`: the ini that import left
 /// beside the rawlog (noise densities), may be empty.
@@ -42,7 +42,10 @@ void exportRunToMcap(const std::string& run_folder, const std::string& file);
 /// Text files by name, created when first written to; `NAME.part` until close().
 class FileSet {
  public:
-  explicit FileSet(std::string folder) : folder_(std::move(folder)) {}
+  /// A file that is there already and begins otherwise than ours is left alone but with `force`:
+  /// at() throws UsageError.
+  explicit FileSet(std::string folder, bool force = true)
+      : folder_(std::move(folder)), force_(force) {}
   ~FileSet();
   FileSet(const FileSet&) = delete;
   FileSet& operator=(const FileSet&) = delete;
@@ -52,6 +55,7 @@ class FileSet {
 
  private:
   std::string folder_;
+  bool force_;
   std::map<std::string, std::unique_ptr<results::OutputFile>> files_;
 };
 
