@@ -148,7 +148,8 @@ TEST_F(CalibrationCycle, AFileThatIsNoneIsWrongUse) {
     EXPECT_FALSE(std::filesystem::exists(path("out")));
   }
   test::writeText(folder_ / "out/calibration.yaml", whole);
-  test::writeText(folder_ / "out/summary.json", "{}");  // a former run's folder
+  test::writeText(folder_ / "out/summary.json",
+                  "{\"verdict\": \"good\"}");  // a former run's folder
   const Outcome own =
       virSlam("run " + ini + rest + " --calibration " + quoted(path("out/calibration.yaml")));
   EXPECT_EQ(own.code, 2) << own.text;
