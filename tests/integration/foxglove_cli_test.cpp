@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "vir/core/little_endian.h"
+#include "vir_test_free_port.h"
 #include "vir_test_paths.h"
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
@@ -22,18 +23,6 @@ namespace {
 using Json = nlohmann::json;
 using test::contains;
 using test::quoted;
-
-int freePort() {
-  const int handle = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof at;
-  EXPECT_EQ(::bind(handle, reinterpret_cast<sockaddr*>(&at), size), 0);
-  EXPECT_EQ(::getsockname(handle, reinterpret_cast<sockaddr*>(&at), &size), 0);
-  ::close(handle);
-  return ntohs(at.sin_port);
-}
 
 /// Asks for everything and keeps the last message of each topic until the connection ends.
 class Viewer {
@@ -79,7 +68,7 @@ class Viewer {
 
 TEST(FoxgloveCli, ARunIsSeenWhileItGoesOn) {
   const test::TempFolder folder;
-  const int port = freePort();
+  const int port = test::freePort();
   Viewer viewer(port);
   const test::Outcome outcome = test::virSlam(
       "run " + quoted(test::sourceDir() + "/rawlog/two_A.rawlog") + " --out " +
@@ -117,7 +106,7 @@ TEST(FoxgloveCli, TheAuthorsOfTheProtocolReadOurs) {
                     "@foxglove/rosmsg2-serialization and ws is not here (npm install, NODE_PATH)";
   }
   const test::TempFolder folder;
-  const std::string port = std::to_string(freePort()), log = (folder / "log").string();
+  const std::string port = std::to_string(test::freePort()), log = (folder / "log").string();
   const test::Outcome outcome =
       test::shell("node " + quoted(test::sourceDir() + "/tests/fixtures/foxglove/look.cjs") +
                   " ws://127.0.0.1:" + port + " & " + quoted(test::buildDir() + "/bin/vir-slam") +
@@ -139,7 +128,7 @@ TEST(FoxgloveCli, TheAuthorsOfTheProtocolReadOurs) {
 
 TEST(FoxgloveCli, APortThatIsTakenIsSaid) {
   const test::TempFolder folder;
-  const int port = freePort();
+  const int port = test::freePort();
   const int other = ::socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in at{};
   at.sin_family = AF_INET;

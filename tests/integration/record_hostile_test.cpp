@@ -17,6 +17,7 @@
 #include "vir/rawlog/rawlog_reader.h"
 #include "vir/rawlog/rawlog_writer.h"
 #include "vir_test_clock.h"
+#include "vir_test_free_port.h"
 #include "vir_test_process.h"
 #include "vir_test_rawlog.h"
 #include "vir_test_shell.h"
@@ -155,18 +156,6 @@ TEST_F(RecordOfDevices, AClockThatIsSetAndAMachineThatSleepsMoveNoStamp) {
   }
 }
 
-int freePort() {
-  const int handle = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof at;
-  EXPECT_EQ(bind(handle, reinterpret_cast<sockaddr*>(&at), size), 0);
-  EXPECT_EQ(getsockname(handle, reinterpret_cast<sockaddr*>(&at), &size), 0);
-  close(handle);
-  return ntohs(at.sin_port);
-}
-
 /// -1 if nobody listens.
 int connectTo(int port) {
   const int handle = socket(AF_INET, SOCK_STREAM, 0);
@@ -184,7 +173,7 @@ int connectTo(int port) {
 TEST(RecordStream, ACrowdOfIdleClientsCostsTheRecordingNothing) {
   const test::TempFolder folder;
   const std::string source = test::sourceDir() + "/rawlog/two_A.rawlog";
-  const int port = freePort();
+  const int port = test::freePort();
   std::string call =
       "ulimit -n 80; " + quoted(test::buildDir() + "/bin/vir-slam") + " record " +
       quoted(test::sourceDir() + "/ini/live_replay.ini") + " --out " +

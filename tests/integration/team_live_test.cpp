@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "robot_truth.h"
+#include "vir_test_free_port.h"
 #include "vir_test_paths.h"
 #include "vir_test_process.h"
 
@@ -39,18 +40,6 @@ double now() {
 /// Tests of other checkouts may run at the same time.
 std::string domain() { return std::to_string(1 + getpid() % 100); }
 std::string team(const std::string& name) { return name + std::to_string(getpid()); }
-
-int freePort() {
-  const int handle = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof at;
-  EXPECT_EQ(bind(handle, reinterpret_cast<sockaddr*>(&at), size), 0);
-  EXPECT_EQ(getsockname(handle, reinterpret_cast<sockaddr*>(&at), &size), 0);
-  close(handle);
-  return ntohs(at.sin_port);
-}
 
 /// The lines of `Recording.stream_port`.
 class Stream {
@@ -216,7 +205,7 @@ class TeamLive : public testing::Test {
 };
 
 TEST_F(TeamLive, TheyMeetWithinTwentySeconds) {
-  const Robot a{"A", 0, 1, freePort(), team("t")}, b{"B", 1, 0, freePort(), team("t")};
+  const Robot a{"A", 0, 1, test::freePort(), team("t")}, b{"B", 1, 0, test::freePort(), team("t")};
   plugInRadio(a);
   plugInRadio(b);
   const auto first = start(a, "a"), second = start(b, "b");
@@ -249,7 +238,7 @@ TEST_F(TeamLive, TheyMeetWithinTwentySeconds) {
 }
 
 TEST_F(TeamLive, ARobotThatIsKilledAndStartedAgainIsFoundAgain) {
-  const Robot a{"A", 0, 1, freePort(), team("t")}, b{"B", 1, 0, freePort(), team("t")};
+  const Robot a{"A", 0, 1, test::freePort(), team("t")}, b{"B", 1, 0, test::freePort(), team("t")};
   plugInRadio(a);
   plugInRadio(b);
   const auto first = start(a, "a");
@@ -275,7 +264,7 @@ TEST_F(TeamLive, ARobotThatIsKilledAndStartedAgainIsFoundAgain) {
 }
 
 TEST_F(TeamLive, OverABadNetwork) {
-  const Robot a{"A", 0, 1, freePort(), team("a")}, b{"B", 1, 0, freePort(), team("b")};
+  const Robot a{"A", 0, 1, test::freePort(), team("a")}, b{"B", 1, 0, test::freePort(), team("b")};
   startRelay(a.team, b.team, "0.3", "1", "0.2");
   plugInRadio(a);
   plugInRadio(b);

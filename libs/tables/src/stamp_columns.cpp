@@ -106,9 +106,9 @@ int namedStampColumn(const Layout& layout) {
   };
   int column = find(true, false);
   // `TimeUS,I,GyrX,...,T`: there T is a temperature.
-  const bool other_t = column > 0 && layout.names[static_cast<std::size_t>(column)] == "t";
-  if (other_t && find(false, false) >= 0) column = find(false, false);
-  if (column < 0) column = find(false, false);
+  const bool perhaps = column > 0 && layout.names[static_cast<std::size_t>(column)] == "t";
+  const int with_unit = column < 0 || perhaps ? find(false, false) : -1;
+  if (with_unit >= 0) column = with_unit;
   if (column < 0) column = layout.find({"secs", "sec", "seconds", "seconds_elapsed"});
   if (column < 0) column = find(false, true);
   return column >= 0 ? column : layout.find({"nsec"});
