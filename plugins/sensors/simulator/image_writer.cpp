@@ -8,7 +8,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "input_error.h"
-#include "vir/rawlog/labels.h"
 
 namespace vir::simulator {
 namespace fs = std::filesystem;
@@ -16,7 +15,8 @@ namespace fs = std::filesystem;
 ImageWriter::ImageWriter(std::string folder, std::string format, int jpeg_quality)
     : folder_(std::move(folder)), format_(std::move(format)), jpeg_quality_(jpeg_quality) {}
 
-std::string ImageWriter::write(TimeNs t, const rendering::GrayImage& image) {
+std::string ImageWriter::write(const std::string& label, TimeNs t,
+                               const rendering::GrayImage& image) {
   if (!folder_ready_) {
     std::error_code ec;
     fs::create_directories(folder_, ec);
@@ -29,7 +29,7 @@ std::string ImageWriter::write(TimeNs t, const rendering::GrayImage& image) {
   const std::vector<int> parameters{jpeg ? cv::IMWRITE_JPEG_QUALITY : cv::IMWRITE_PNG_COMPRESSION,
                                     jpeg ? jpeg_quality_ : 1};
   cv::imencode("." + format_, pixels, bytes_, parameters);
-  const std::string name = rawlog::kCameraLabel + ("_" + std::to_string(t)) + "." + format_;
+  const std::string name = label + "_" + std::to_string(t) + "." + format_;
   std::ofstream out(folder_ + "/" + name, std::ios::binary);
   out.write(reinterpret_cast<const char*>(bytes_.data()),
             static_cast<std::streamsize>(bytes_.size()));

@@ -7,13 +7,13 @@
 
 namespace vir::simulator {
 
-/// Writes images to a folder as CAM0_<time in ns>.jpg or .png.
+/// Writes images to a folder as <label>_<time in ns>.jpg or .png.
 class ImageWriter {
  public:
   /// `format` is "jpg" or "png". The folder is created with the first image.
   ImageWriter(std::string folder, std::string format, int jpeg_quality);
   /// Returns the file's name in the folder. Throws InputError if it cannot be written.
-  std::string write(TimeNs t, const rendering::GrayImage& image);
+  std::string write(const std::string& label, TimeNs t, const rendering::GrayImage& image);
 
  private:
   std::string folder_, format_;

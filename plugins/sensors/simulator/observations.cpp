@@ -27,10 +27,12 @@ CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told
   return rawlog::toObservation(broadcast, rawlog::kPeerLabel);
 }
 
-CObservationImage::Ptr emptyImage(const CameraCalibration& calibration, const Pose& T_B_C) {
+CObservationImage::Ptr emptyImage(int camera, const CameraCalibration& calibration,
+                                  const Pose& T_B_C) {
+  const std::string number = std::to_string(camera);
   auto obs = std::make_shared<CObservationImage>();
-  obs->sensorLabel = rawlog::kCameraLabel;
-  obs->cameraParams = rawlog::toMrptCamera(calibration, "cam0");
+  obs->sensorLabel = rawlog::furtherLabel(rawlog::kCameraLabel, number);
+  obs->cameraParams = rawlog::toMrptCamera(calibration, "cam" + number);
   obs->cameraPose = rawlog::toMrptPose(T_B_C);
   return obs;
 }

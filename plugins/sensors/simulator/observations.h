@@ -17,8 +17,8 @@ mrpt::obs::CObservation::Ptr rangeObservation(const char* label,
 /// What robot `peer` tells with a range: label PEER:<id>, and PEER:<id>:ANCHOR:<a> per anchor. Each
 /// holds a position with its covariance and no attitude.
 mrpt::obs::CObservation::Ptr toldObservation(int peer, const simulation::ToldPosition& told);
-/// Label CAM0, all but the pixels.
-mrpt::obs::CObservationImage::Ptr emptyImage(const CameraCalibration& calibration,
+/// Of camera 0, 1, ...: label CAM0, CAM1, ..., all but the pixels.
+mrpt::obs::CObservationImage::Ptr emptyImage(int camera, const CameraCalibration& calibration,
                                              const Pose& T_B_C);
 /// Label TRACKS0: the features seen by the camera as its left images' features; the right camera is
 /// the same one again.

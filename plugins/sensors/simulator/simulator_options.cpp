@@ -19,8 +19,19 @@ constexpr Bounds<double> kPixels{1.0, 20000.0};
   throw SettingsError(SettingOrigin(), "simulator", key, problem);
 }
 
-void describeCamera(OptionVisitor& v, CameraOptions& o) {
-  v.section("Camera", "The camera all robots carry");
+/// Further cameras stand beside the first, to its right [m].
+constexpr double kBaseline_m = 0.11;
+
+void describeFaults(OptionVisitor& v, CameraOptions& o) {
+  v.value("black_s", o.black_s, 0, "from to, from to ...: its images are black");
+  v.value("frozen_s", o.frozen_s, 0, "from to ...: the last image comes again and again");
+  v.value("missing_s", o.missing_s, 0, "from to ...: no images");
+  v.value("half_rate_s", o.half_rate_s, 0, "from to ...: only every second image");
+}
+
+void describeCamera(OptionVisitor& v, const std::string& section, const char* about,
+                    CameraOptions& o) {
+  v.section(section, about);
   v.value("rate_hz", o.rate_hz, {0.1, 1000.0}, "images per second (of tracks: [SimulatedTracks])");
   v.value("phase_s", o.phase_s, kNotNegative, "of the first image after the first IMU reading");
   v.value("time_offset_s", o.time_offset_s, {-1.0, 1.0},
@@ -35,15 +46,33 @@ void describeCamera(OptionVisitor& v, CameraOptions& o) {
   v.value("cy_px", o.cy_px, {0.0, 10000.0}, "principal point");
   v.choice("distortion", o.distortion, {"none", "radtan", "equidistant"}, "model of the lens");
   v.value("dist", o.dist, 5, "radtan: k1 k2 p1 p2 k3; equidistant: k1 k2 k3 k4 0");
-  v.choice("mount", o.mount, {"forward", "down", "euroc"},
-           "looks along the body's x, down, or along z with the body's x up");
-  v.value("tilt_deg", o.tilt_deg, {-90.0, 90.0}, "downwards, if it looks forward");
+  v.choice(
+      "mount", o.mount, {"forward", "backward", "left", "right", "down", "euroc"},
+      "looks along the body's x, against it, to a side, down, or along z with the body's x up");
+  v.value("tilt_deg", o.tilt_deg, {-90.0, 90.0}, "downwards, if it looks to the horizon");
   v.value("position_m", o.position_m, 3, "in the body");
   v.value("focal_error", o.focal_error, {0.0, 0.2},
           "the focal length is off by this share of what the recording says (standard deviation)");
   v.value("center_error_px", o.center_error_px, {0.0, 100.0},
           "the same of the principal point, per axis");
   v.value("mount_error_deg", o.mount_error_deg, {0.0, 45.0}, "the same of its attitude, per axis");
+  v.value("mount_error_m", o.mount_error_m, {0.0, 1.0}, "the same of its place, per axis");
+  v.value("clock_error_s", o.clock_error_s, {-1.0, 1.0},
+          "its time offset is this much more than time_offset_s says");
+  describeFaults(v, o);
+}
+
+/// Where not said otherwise, a further camera is the first one again, beside it.
+void describeFurtherCameras(OptionVisitor& v, SimulatorOptions& o) {
+  o.further_cameras.clear();
+  for (int k = 1; k < o.cameras; ++k) {
+    CameraOptions c = o.camera;
+    const Vec3 beside = mountOf(o.camera) * Vec3(k * kBaseline_m, 0, 0);
+    c.position_m = {beside.x(), beside.y(), beside.z()};
+    for (auto* fault : {&c.black_s, &c.frozen_s, &c.missing_s, &c.half_rate_s}) fault->clear();
+    describeCamera(v, "Camera" + std::to_string(k), "A further camera; by default as [Camera]", c);
+    o.further_cameras.push_back(c);
+  }
 }
 
 void describeRobot(OptionVisitor& v, char letter, RobotOptions& o) {
@@ -66,6 +95,8 @@ void describeSensor(OptionVisitor& v, SimulatorOptions& o) {
            "images beside the rawlog, inside it, or none");
   v.choice("image_format", o.image_format, {"jpg", "png"}, "of external images");
   v.value("jpeg_quality", o.jpeg_quality, {1, 100}, "of external images");
+  v.value("cameras", o.cameras, {1, 8},
+          "cameras of each robot (CAM0, CAM1, ...): [Camera], [Camera1] ...");
   v.value("tracks", o.tracks, "feature tracks (label TRACKS0) instead of images");
   v.value("ranges", o.ranges, "ranges to anchors and, with several robots, between them");
   v.value("odometry", o.odometry, "poses of a device with odometry of its own (label ODOM)");
@@ -81,7 +112,8 @@ void describe(OptionVisitor& v, SimulatorOptions& o) {
   describeSensor(v, o);
   for (const char letter : lettersOf(o)) describeRobot(v, letter, o.robot_options[letter]);
   describe(v, o.flight);
-  describeCamera(v, o.camera);
+  describeCamera(v, "Camera", "The camera all robots carry", o.camera);
+  describeFurtherCameras(v, o);
   describe(v, o.scene);
   describe(v, o.camera_effects);
   describe(v, o.imu);
@@ -141,6 +173,9 @@ Pose mountOf(const CameraOptions& o) {
   euroc << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   const Quat tilt = expQuat(Vec3(-o.tilt_deg * kPi / 180, 0, 0));
   Quat q = Quat(forward) * tilt;
+  if (o.mount == "backward") q = Quat(rotZ(kPi)) * q;
+  if (o.mount == "left") q = Quat(rotZ(kPi / 2)) * q;
+  if (o.mount == "right") q = Quat(rotZ(-kPi / 2)) * q;
   if (o.mount == "down") q = Quat(down);
   if (o.mount == "euroc") q = Quat(euroc);
   return {q.normalized(), Vec3(o.position_m[0], o.position_m[1], o.position_m[2])};
@@ -156,6 +191,8 @@ TrueCamera trueCamera(const CameraOptions& o, int seed) {
   c.calibration.cy += o.center_error_px * random.normal();
   const double x = random.normal(), y = random.normal(), z = random.normal();
   c.T_B_C.q = (c.T_B_C.q * expQuat(o.mount_error_deg * kPi / 180 * Vec3(x, y, z))).normalized();
+  const double u = random.normal(), n = random.normal(), w = random.normal();
+  c.T_B_C.p += o.mount_error_m * Vec3(u, n, w);
   return c;
 }
 

@@ -25,7 +25,7 @@ struct RobotOptions {
   double start_heading_deg = 0;
 };
 
-/// The camera all robots carry: section [Camera].
+/// A camera that all robots carry: section [Camera], and [Camera1], ... of further ones.
 struct CameraOptions {
   double rate_hz = 20;
   double phase_s = 0.0023;   ///< of the first image after the first IMU reading
@@ -37,13 +37,23 @@ struct CameraOptions {
   double fx_px = 458.654, fy_px = 457.296, cx_px = 367.215, cy_px = 248.375;
   std::string distortion = "radtan";
   std::vector<double> dist{-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0};
-  std::string mount = "forward";                      ///< forward, down, euroc
-  double tilt_deg = 0;                                ///< downwards, of `forward`
+  std::string mount = "forward";  ///< forward, backward, left, right, down, euroc
+  double tilt_deg = 0;            ///< downwards, of `forward`
   std::vector<double> position_m{0.05, 0.02, -0.01};  ///< in the body
   // What the recording says of the camera is not quite what it is, as with every calibration.
   double focal_error = 0.0005;    ///< standard deviation, share of the focal length
   double center_error_px = 0.3;   ///< standard deviation per axis
   double mount_error_deg = 0.05;  ///< standard deviation per axis of its attitude
+  double mount_error_m = 0;       ///< standard deviation per axis of its place
+  double clock_error_s = 0;       ///< its offset is this much more than `time_offset_s` says
+  // Faults, from to, from to ... since the recording's begin [s].
+  std::vector<double> black_s;      ///< images without any light
+  std::vector<double> frozen_s;     ///< the image before it, again and again
+  std::vector<double> missing_s;    ///< no images
+  std::vector<double> half_rate_s;  ///< every second image only
+
+  /// Stamp of an image + this = time on the IMU's clock, as it is.
+  double trueOffset() const { return time_offset_s + clock_error_s; }
 };
 
 /// Everything about a simulated world; section [simulator] and those of its parts.
@@ -62,7 +72,9 @@ struct SimulatorOptions {
   double gt_rate_hz = 100;
   double start_time_s = 1600000000;
   int seed = 0;  ///< added to all seeds
+  int cameras = 1;
   CameraOptions camera;
+  std::vector<CameraOptions> further_cameras;  ///< `cameras` less one
   simulation::FlightOptions flight;
   std::map<char, RobotOptions> robot_options;
   rendering::SceneOptions scene;
@@ -74,7 +86,7 @@ struct SimulatorOptions {
   simulation::OdometrySimulationOptions odometry_errors;
 };
 
-/// `robots` is read first: it says which sections [Robot_?] there are.
+/// `robots` and `cameras` are read first: they say which sections [Robot_?], [Camera?] there are.
 void describe(OptionVisitor& v, SimulatorOptions& o);
 
 /// The letters of `robots`. Throws SettingsError for anything but single letters, each once.

@@ -78,7 +78,10 @@ void SimulatorSensor::initialize() {
           m_path_for_external_images, options_.image_format, options_.jpeg_quality);
     }
   }
-  image_template_ = simulator::emptyImage(world_->calibration(), world_->T_B_C());
+  image_templates_.clear();
+  for (int k = 0; k < world_->cameras(); ++k) {
+    image_templates_.push_back(simulator::emptyImage(k, world_->calibration(k), world_->T_B_C(k)));
+  }
   m_state = ssWorking;
 }
 
@@ -119,7 +122,7 @@ void SimulatorSensor::emit(const Event& event) {
       give(event.t, nullptr, simulator::toldObservation(peer->range.anchor, told));
     }
   } else if (const auto* image = std::get_if<simulator::ImageDue>(&event.what)) {
-    emitImage(event, image->number);
+    emitImage(event, image->camera);
   } else {
     give(event.t, "track_sets",
          simulator::tracksObservation(world_->tracks(event), world_->calibration(),
@@ -127,11 +130,12 @@ void SimulatorSensor::emit(const Event& event) {
   }
 }
 
-void SimulatorSensor::emitImage(const Event& event, std::uint64_t number) {
-  const rendering::GrayImage& image = world_->image(event, number);
-  auto obs = std::make_shared<mrpt::obs::CObservationImage>(*image_template_);
+void SimulatorSensor::emitImage(const Event& event, int camera) {
+  const rendering::GrayImage& image = world_->image(event);
+  const auto& all_but_pixels = *image_templates_[static_cast<std::size_t>(camera)];
+  auto obs = std::make_shared<mrpt::obs::CObservationImage>(all_but_pixels);
   if (writer_) {
-    obs->image.setExternalStorage(writer_->write(event.t, image));
+    obs->image.setExternalStorage(writer_->write(obs->sensorLabel, event.t, image));
   } else {
     const cv::Mat pixels(image.height, image.width, CV_8UC1,
                          const_cast<std::uint8_t*>(image.pixels.data()));

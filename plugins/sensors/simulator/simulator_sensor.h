@@ -49,13 +49,14 @@ class SimulatorSensor : public mrpt::hwdrivers::CGenericSensor, public roles::Re
 
  private:
   void emit(const simulator::Event& event);
-  void emitImage(const simulator::Event& event, std::uint64_t number);
+  void emitImage(const simulator::Event& event, int camera);
   void give(TimeNs t, const char* counter, const std::shared_ptr<mrpt::obs::CObservation>& obs);
 
   simulator::SimulatorOptions options_;
   std::unique_ptr<simulator::World> world_;
   std::unique_ptr<simulator::ImageWriter> writer_;
-  std::shared_ptr<const mrpt::obs::CObservationImage> image_template_;
+  std::vector<std::shared_ptr<const mrpt::obs::CObservationImage>>
+      image_templates_;                ///< per camera
   std::size_t at_ = 0;                 ///< next event
   std::map<std::string, long> given_;  ///< observations handed out, by counter name
   std::vector<std::string> warnings_;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 
 #include "input_error.h"
+#include "rig.h"
 #include "vir/core/angles.h"
 #include "vir/evaluation/trajectory.h"
 
@@ -54,15 +56,9 @@ simulation::Motion begunAt(const simulation::Motion& motion, TimeNs begin, doubl
 }  // namespace
 
 struct World::Impl {
-  explicit Impl(const SimulatorOptions& o)
-      : options(o),
-        calibration(calibrationOf(o.camera)),
-        T_B_C(mountOf(o.camera)),
-        letter(recordedRobot(o)) {
+  explicit Impl(const SimulatorOptions& o) : options(o), letter(recordedRobot(o)) {
     addSeed();
-    const TrueCamera truth = trueCamera(o.camera, options.camera_effects.seed);
-    camera = camera::makeCamera(truth.calibration);
-    true_T_B_C = truth.T_B_C;
+    rig.emplace(options);
     makeMotions();
     makeScene();
     record();
@@ -79,17 +75,13 @@ struct World::Impl {
   void recordImages();
 
   SimulatorOptions options;
-  CameraCalibration calibration;  ///< as the recording says
-  Pose T_B_C;                     ///< the same
-  std::shared_ptr<const camera::CameraModel> camera;
-  Pose true_T_B_C;
+  std::optional<Rig> rig;  ///< made from the options with their seeds
   char letter;
   int index = 0;  ///< of the recorded robot among the robots
   std::vector<simulation::TeamRobot> robots;
   std::shared_ptr<const simulation::Motion> motion;
   std::shared_ptr<const rendering::Scene> scene;
   std::vector<Event> events;
-  std::unique_ptr<rendering::CameraSimulator> images;
   std::unique_ptr<simulation::TrackSimulator> tracks;
   std::vector<std::string> notes;
 };
@@ -194,22 +186,21 @@ void World::Impl::recordRanges() {
 }
 
 void World::Impl::recordImages() {
-  const TimeNs offset = fromSeconds(options.camera.time_offset_s);
-  options.track_errors.readout_s = options.camera_effects.readout_s = options.camera.readout_s;
   if (options.tracks) {
-    tracks = std::make_unique<simulation::TrackSimulator>(options.track_errors, motion, camera,
-                                                          true_T_B_C, scene);
+    const TimeNs offset = fromSeconds(options.camera.trueOffset());
+    options.track_errors.readout_s = options.camera.readout_s;
+    tracks = std::make_unique<simulation::TrackSimulator>(options.track_errors, motion,
+                                                          rig->model(0), rig->trueT_B_C(0), scene);
     for (const TimeNs t : tracks->times()) events.push_back({t - offset, TracksDue{}});
+    if (rig->size() > 1) notes.push_back("tracks are those of the first camera alone");
     return;
   }
   if (options.images == "none") return;
-  images = std::make_unique<rendering::CameraSimulator>(options.camera_effects, scene, camera,
-                                                        options.scene.seed);
-  for (std::uint64_t k = 0;; ++k) {
-    const TimeNs t = motion->begin() + fromSeconds(options.camera.phase_s +
-                                                   static_cast<double>(k) / options.camera.rate_hz);
-    if (t > motion->end()) return;
-    events.push_back({t - offset, ImageDue{k}});
+  rig->look(scene, motion);
+  for (int camera = 0; camera < rig->size(); ++camera) {
+    for (const auto& [t, number] : rig->stamps(camera)) {
+      events.push_back({t, ImageDue{number, camera}});
+    }
   }
 }
 
@@ -237,26 +228,23 @@ World::~World() = default;
 
 const std::vector<Event>& World::events() const { return impl_->events; }
 
-const rendering::GrayImage& World::image(const Event& event, std::uint64_t number) {
-  Impl& s = *impl_;
-  const TimeNs t = event.t + fromSeconds(s.options.camera.time_offset_s);
-  // The exposure may reach beyond the motion's ends.
-  const auto pose = [&s, t](double dt) {
-    const TimeNs at = std::clamp(t + fromSeconds(dt), s.motion->begin(), s.motion->end());
-    return s.motion->poseAt(at) * s.true_T_B_C;
-  };
-  return s.images->take(toSeconds(t - s.motion->begin()), number, pose);
+const rendering::GrayImage& World::image(const Event& event) {
+  const ImageDue& due = std::get<ImageDue>(event.what);
+  return impl_->rig->image(due.camera, event.t, due.number);
 }
 
 vision::TrackedFrame World::tracks(const Event& event) {
   vision::TrackedFrame frame =
-      impl_->tracks->at(event.t + fromSeconds(impl_->options.camera.time_offset_s));
+      impl_->tracks->at(event.t + fromSeconds(impl_->options.camera.trueOffset()));
   frame.t = event.t;
   return frame;
 }
 
-const CameraCalibration& World::calibration() const { return impl_->calibration; }
-const Pose& World::T_B_C() const { return impl_->T_B_C; }
+int World::cameras() const { return impl_->rig->size(); }
+const CameraCalibration& World::calibration(int camera) const {
+  return impl_->rig->calibration(camera);
+}
+const Pose& World::T_B_C(int camera) const { return impl_->rig->T_B_C(camera); }
 Vec3 World::antenna() const {
   const std::vector<double>& l = impl_->options.range_errors.lever_arm_m;
   return {l[0], l[1], l[2]};

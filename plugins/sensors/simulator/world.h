@@ -24,6 +24,7 @@ struct AnchorRange {
 };
 struct ImageDue {
   std::uint64_t number = 0;
+  int camera = 0;
 };
 struct TracksDue {};
 
@@ -46,12 +47,14 @@ class World {
   /// In time order; at one time truth, odometry, IMU, ranges, image.
   const std::vector<Event>& events() const;
   /// The image of an event, with noise of its own. Holds until the next call.
-  const rendering::GrayImage& image(const Event& event, std::uint64_t number);
+  const rendering::GrayImage& image(const Event& event);
   /// The tracks of an event; events must come in order.
   vision::TrackedFrame tracks(const Event& event);
 
-  const CameraCalibration& calibration() const;
-  const Pose& T_B_C() const;
+  int cameras() const;
+  /// As the recording says.
+  const CameraCalibration& calibration(int camera = 0) const;
+  const Pose& T_B_C(int camera = 0) const;
   Vec3 antenna() const;
   const rendering::Scene& scene() const;
   const simulation::Motion& motion() const;  ///< of the recorded robot
