@@ -39,8 +39,7 @@ struct RecordingCheck::Camera {
   CameraCalibration calibration;
   bool calibrated = false;
   std::optional<check::Finding> intrinsics;  ///< what is wrong with them
-  Mat3 R_B_C = Mat3::Identity();
-  double lever_m = 0;
+  Pose T_B_C;
   std::unique_ptr<check::ImageTurning> turning;
   long count = 0;
 };
@@ -89,9 +88,7 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
   if (!camera) {
     camera = std::make_unique<Camera>(image.sensorLabel);
     camera->calibration = rawlog::fromMrptCamera(image.cameraParams);
-    const Pose T_B_C = rawlog::fromMrptPose(image.cameraPose);
-    camera->R_B_C = T_B_C.R();
-    camera->lever_m = T_B_C.p.norm();
+    camera->T_B_C = rawlog::fromMrptPose(image.cameraPose);
     camera->calibrated = camera->calibration.fx > 0 && camera->calibration.cx > 0;
     // The first by its label is held against the gyro, whichever came first.
     const bool first = cameras_.begin()->first == image.sensorLabel;
@@ -106,7 +103,8 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
   }
   if (depth_ == Depth::brief) return;
   const bool follow = camera->turning && camera->count < kFollowed;
-  if (camera->count++ % kLookEvery != 0 && !follow) return;
+  const bool paired = wantedForRig(image.sensorLabel, t);
+  if (camera->count++ % kLookEvery != 0 && !follow && !paired) return;
   cv::Mat gray;
   try {
     image.load();
@@ -117,6 +115,7 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     return;
   }
   camera->images.add(t, gray);
+  if (paired) addToRigs(image.sensorLabel, t, gray);
   if (follow) {
     const auto turn = camera->turning->add(t, gray);
     camera->images.addCorners(camera->turning->corners());
@@ -126,6 +125,42 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     }
   }
   if (image.image.isExternallyStored()) image.image.unload();
+}
+
+check::RigCheck* RecordingCheck::rigOf(const std::string& label) {
+  const auto& [first_label, first] = *cameras_.begin();
+  const auto of = cameras_.find(label);
+  if (label == first_label || of == cameras_.end()) return nullptr;
+  const auto sound = [](const Camera& c) { return c.calibrated && !c.intrinsics; };
+  if (!sound(*first) || !sound(*of->second)) return nullptr;
+  const auto known = rigs_.find(label);
+  if (known != rigs_.end()) return &known->second;
+  const Camera& second = *of->second;
+  return &rigs_
+              .try_emplace(label, check::RigCamera{first_label, first->calibration, first->T_B_C},
+                           check::RigCamera{label, second.calibration, second.T_B_C})
+              .first->second;
+}
+
+bool RecordingCheck::wantedForRig(const std::string& label, TimeNs t) {
+  for (const auto& [other, camera] : cameras_) {
+    const bool concerned = label == other || label == cameras_.begin()->first;
+    const check::RigCheck* rig = concerned ? rigOf(other) : nullptr;
+    if (rig != nullptr && rig->wants(t)) return true;
+  }
+  return false;
+}
+
+void RecordingCheck::addToRigs(const std::string& label, TimeNs t, const cv::Mat& gray) {
+  const CameraCalibration& c = cameras_[label]->calibration;
+  if (gray.cols != c.width || gray.rows != c.height) return;
+  for (auto& [other, rig] : rigs_) {
+    if (label == cameras_.begin()->first) {
+      rig.add(0, t, gray);
+    } else if (label == other) {
+      rig.add(1, t, gray);
+    }
+  }
 }
 
 std::vector<check::StreamSummary> RecordingCheck::streams() const {
@@ -141,14 +176,14 @@ std::optional<check::Mounting> RecordingCheck::mountingOf(const check::TurningVe
   const auto& [label, camera] = *cameras_.begin();
   const bool ours = imu == imus_.begin()->first;
   if (ours && turning.R_B_C) {
-    const bool given = turning.R_B_C->isApprox(camera->R_B_C, 1e-9);
+    const bool given = turning.R_B_C->isApprox(camera->T_B_C.R(), 1e-9);
     return check::Mounting{*turning.R_B_C, label, turning.force, given};
   }
   // What turning speaks against says nothing of up. The identity is what is there when nobody has
   // said where the camera sits.
   const bool doubted = check::worst(turning.findings) == check::Severity::unusable;
-  if (doubted || camera->R_B_C.isIdentity(1e-9)) return std::nullopt;
-  return check::Mounting{camera->R_B_C, label, {}};
+  if (doubted || camera->T_B_C.R().isIdentity(1e-9)) return std::nullopt;
+  return check::Mounting{camera->T_B_C.R(), label, {}};
 }
 
 namespace {
@@ -201,7 +236,8 @@ void RecordingCheck::takeImages(std::vector<check::Finding>* out) const {
   for (const auto& [label, camera] : cameras_) {
     const CameraCalibration& c = camera->calibration;
     if (camera->calibrated && camera->intrinsics) out->push_back(*camera->intrinsics);
-    if (const auto far = check::mountingFinding(camera->lever_m, label)) out->push_back(*far);
+    if (const auto far = check::mountingFinding(camera->T_B_C.p.norm(), label))
+      out->push_back(*far);
     if (depth_ == Depth::brief) continue;
     take(camera->images.findings(camera->calibrated ? c.width : 0, c.height, moves), out);
     if (!camera->calibrated) {
@@ -218,7 +254,7 @@ std::vector<check::Finding> RecordingCheck::findings() const {
   const bool stamps = check::worst(out) != check::Severity::unusable;
   check::TurningVerdict turning;
   if (turning_ && first != nullptr && first->turning && stamps) {
-    turning = turning_->verdict(first->R_B_C, time_offset_s_);
+    turning = turning_->verdict(first->T_B_C.R(), time_offset_s_);
   }
   for (const auto& [label, imu] : imus_) {
     if (!stamps) continue;
@@ -235,6 +271,7 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     }
   }
   takeImages(&out);
+  for (const auto& [label, rig] : rigs_) take(rig.findings(), &out);
   const bool gyro = std::none_of(out.begin(), out.end(), [](const check::Finding& f) {
     return f.kind == "imu_columns_swapped";
   });

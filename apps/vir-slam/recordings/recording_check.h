@@ -13,6 +13,7 @@
 #include "vir/check/imu_check.h"
 #include "vir/check/range_bias.h"
 #include "vir/check/range_check.h"
+#include "vir/check/rig_check.h"
 #include "vir/check/stream_check.h"
 #include "vir/check/turning_check.h"
 
@@ -51,6 +52,10 @@ class RecordingCheck {
   void takeImages(std::vector<check::Finding>* out) const;
   void addRanges(const mrpt::obs::CObservation& observation);
   void addImage(const mrpt::obs::CObservationImage& image, TimeNs t);
+  /// The first camera and this one, if both have a calibration; nullptr for the first.
+  check::RigCheck* rigOf(const std::string& label);
+  bool wantedForRig(const std::string& label, TimeNs t);
+  void addToRigs(const std::string& label, TimeNs t, const cv::Mat& gray);
 
   Depth depth_;
   std::string driver_;
@@ -61,6 +66,7 @@ class RecordingCheck {
   std::map<std::string, check::RangeCheck> ranges_;
   std::map<std::string, check::RangeBiasCheck> biases_;  ///< full only
   std::map<std::string, std::unique_ptr<Camera>> cameras_;
+  std::map<std::string, check::RigCheck> rigs_;   ///< of the first camera and this one; full only
   std::unique_ptr<check::TurningCheck> turning_;  ///< of the first camera and the first IMU
 };
 
