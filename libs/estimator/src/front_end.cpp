@@ -1,6 +1,7 @@
 #include "front_end.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "vir/core/stage_timer.h"
@@ -34,9 +35,23 @@ void FrontEnd::setCamera(const CameraCalibration& calibration, const Pose& T_B_C
       std::make_unique<vision::FeatureTracker>(config_.tracker, camera::makeCamera(calibration));
 }
 
+int FrontEnd::addCamera(const CameraMount& mount) {
+  if (any_image_ || !waiting_.empty()) {
+    throw std::logic_error("VisualInertialEstimator: addCamera after the first image");
+  }
+  camera::makeCamera(mount.camera);  // throws for one that cannot be
+  further_.push_back(mount);
+  counters_.further.emplace_back();
+  return static_cast<int>(further_.size());
+}
+
 TimeNs FrontEnd::onImuClock(TimeNs stamp) const { return stamp + fromSeconds(time_offset_s_); }
 
 void FrontEnd::addImage(WaitingImage image) {
+  if (image.camera > 0) {
+    ++counters_.further[static_cast<std::size_t>(image.camera) - 1].images;
+    return;
+  }
   ++counters_.images;
   const TimeNs t = onImuClock(image.t);
   const bool after_waiting = waiting_.empty() || image.t > waiting_.back().t;

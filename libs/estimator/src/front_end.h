@@ -14,7 +14,8 @@ namespace vir::estimator {
 
 /// An image, or the tracks found in one, that waits for the readings up to its time.
 struct WaitingImage {
-  TimeNs t = 0;  ///< its own clock
+  TimeNs t = 0;    ///< its own clock
+  int camera = 0;  ///< of the rig
   cv::Mat gray;
   std::unique_ptr<vision::TrackedFrame> tracks;  ///< instead of an image
 };
@@ -27,7 +28,10 @@ class FrontEnd {
            std::function<void(Packet)> send);
 
   void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
+  /// See VisualInertialEstimator::addCamera().
+  int addCamera(const CameraMount& mount);
   bool hasCamera() const { return tracker_ != nullptr; }
+  int cameras() const { return 1 + static_cast<int>(further_.size()); }
   void addImu(const ImuSample& sample);
   /// Pixels are copied if the image has to wait.
   void addImage(WaitingImage image);
@@ -60,6 +64,7 @@ class FrontEnd {
   std::function<void(Packet)> send_;
   std::unique_ptr<vision::FeatureTracker> tracker_;
   Pose T_B_C_;
+  std::vector<CameraMount> further_;
   imu::SpikeFilter spikes_;
   imu::ImuBuffer imu_;  // only for the rotation between images
   std::deque<WaitingImage> waiting_;

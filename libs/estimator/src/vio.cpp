@@ -32,6 +32,13 @@ Vio::Vio(const Calibration& calibration, const EstimatorConfig& config, LogSink 
       estimator_(std::make_unique<VisualInertialEstimator>(withCalibration(config, calibration),
                                                            std::move(log))) {
   estimator_->setCamera(calibration.camera, calibration.T_B_C);
+  for (const CameraMount& mount : calibration.further) estimator_->addCamera(mount);
+}
+
+int Vio::addCamera(const CameraMount& mount) {
+  const int number = estimator_->addCamera(mount);
+  given_.further.push_back(mount);
+  return number;
 }
 
 Vio::~Vio() = default;
@@ -53,17 +60,24 @@ void Vio::add(const ImuSample& sample) {
 
 void Vio::add(const Image& image) {
   if (image.pixels == nullptr) throw std::invalid_argument("vir::Vio: an image without pixels");
-  if (image.width != given_.camera.width || image.height != given_.camera.height) {
+  if (image.camera < 0 || image.camera > static_cast<int>(given_.further.size())) {
+    throw std::invalid_argument("vir::Vio: an image of camera " + std::to_string(image.camera) +
+                                ", which was not added");
+  }
+  const CameraCalibration& camera =
+      image.camera == 0 ? given_.camera
+                        : given_.further[static_cast<std::size_t>(image.camera) - 1].camera;
+  if (image.width != camera.width || image.height != camera.height) {
     throw std::invalid_argument("vir::Vio: an image of " + std::to_string(image.width) + " x " +
                                 std::to_string(image.height) + " pixels, the calibration is for " +
-                                std::to_string(given_.camera.width) + " x " +
-                                std::to_string(given_.camera.height));
+                                std::to_string(camera.width) + " x " +
+                                std::to_string(camera.height));
   }
   const std::size_t row = static_cast<std::size_t>(image.width);
   // OpenCV has no view of constant pixels; nothing writes to them.
   const cv::Mat gray(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels),
                      image.stride == 0 ? row : image.stride);
-  estimator_->addImage(image.t, gray);
+  estimator_->addImage(image.t, gray, image.camera);
   tell();
 }
 

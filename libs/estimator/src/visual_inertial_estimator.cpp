@@ -90,19 +90,33 @@ void VisualInertialEstimator::setCamera(const CameraCalibration& calibration, co
   impl_->front_end.setCamera(calibration, T_B_C);
   impl_->back_end.setCamera(calibration, T_B_C);
 }
+int VisualInertialEstimator::addCamera(const CameraMount& mount) {
+  if (!hasCamera()) {
+    throw std::logic_error("VisualInertialEstimator: setCamera must come before addCamera");
+  }
+  impl_->hand_over.drain();
+  const int number = impl_->front_end.addCamera(mount);
+  impl_->back_end.addCamera(mount);
+  return number;
+}
 bool VisualInertialEstimator::hasCamera() const { return impl_->front_end.hasCamera(); }
 
 void VisualInertialEstimator::addImu(const ImuSample& sample) {
   if (impl_->hasStamp(sample.t)) impl_->front_end.addImu(sample);
 }
 
-void VisualInertialEstimator::addImage(TimeNs t, const cv::Mat& gray) {
+void VisualInertialEstimator::addImage(TimeNs t, const cv::Mat& gray, int camera) {
   if (!hasCamera()) {
     throw std::logic_error("VisualInertialEstimator: setCamera must come before the first image");
+  }
+  if (camera < 0 || camera >= impl_->front_end.cameras()) {
+    throw std::invalid_argument("VisualInertialEstimator: an image of camera " +
+                                std::to_string(camera) + ", which was not added");
   }
   if (!impl_->hasStamp(t)) return;
   WaitingImage image;
   image.t = t;
+  image.camera = camera;
   image.gray = gray;
   impl_->front_end.addImage(std::move(image));
 }
@@ -188,7 +202,13 @@ const imu::ImuBufferCounters& VisualInertialEstimator::imuCounters() const {
 }
 Calibration VisualInertialEstimator::calibration() const {
   const BackEnd& back = impl_->back_end;
-  if (!back.window) return {{}, back.T_B_C, back.time_offset_s, 0};
+  if (!back.window) {
+    Calibration out;
+    out.T_B_C = back.T_B_C;
+    out.time_offset_s = back.time_offset_s;
+    out.further = back.given.further;
+    return out;
+  }
   return back.window->calibration();
 }
 Calibration VisualInertialEstimator::givenCalibration() const { return impl_->back_end.given; }

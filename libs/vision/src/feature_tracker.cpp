@@ -93,10 +93,12 @@ void FeatureTracker::Impl::detect(TrackedFrame* frame) {
 }
 
 FeatureTracker::FeatureTracker(const TrackerOptions& options,
-                               std::shared_ptr<const camera::CameraModel> camera) {
+                               std::shared_ptr<const camera::CameraModel> camera, int number) {
   if (!camera) throw std::invalid_argument("FeatureTracker: no camera model given");
   options.validate();
   impl_ = std::make_unique<Impl>(options, std::move(camera));
+  impl_->number = number;
+  impl_->next_id = static_cast<std::uint64_t>(number) << kIdBits;
 }
 
 FeatureTracker::~FeatureTracker() = default;

@@ -19,6 +19,9 @@ inline cv::Point2f toPoint(const Vec2& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y())};
 }
 
+/// Of an id: what comes above them is the number of the camera that saw it first.
+constexpr int kIdBits = 48;
+
 /// Of all grey levels of an image.
 struct Brightness {
   double mean = 0.0, deviation = 0.0;
@@ -83,6 +86,7 @@ struct FeatureTracker::Impl {
 
   std::vector<Track> tracks;       ///< in the last usable image, ordered by id
   std::vector<Followed> followed;  ///< those of them found in the new image, in the same order
+  int number = 0;                  ///< of the camera
   std::uint64_t next_id = 0;
   TimeNs last_t = 0;
   Vec3 turning = Vec3::Zero();  ///< of the camera before the last usable image [rad/s]

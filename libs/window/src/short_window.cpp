@@ -348,7 +348,11 @@ void ShortWindow::setStampSigma(double sigma_s) { impl_->stamp_sigma_s = sigma_s
 
 Calibration ShortWindow::calibration() const {
   const factors::CameraVector c = impl_->cameraVector();
-  Calibration out = {impl_->camera, impl_->T_B_C(), c[factors::kTimeOffset], c[factors::kReadout]};
+  Calibration out;
+  out.camera = impl_->camera;
+  out.T_B_C = impl_->T_B_C();
+  out.time_offset_s = c[factors::kTimeOffset];
+  out.readout_s = c[factors::kReadout];
   out.camera.fx *= 1 + c[factors::kFocal] + c[factors::kAspect];
   out.camera.fy *= 1 + c[factors::kFocal] - c[factors::kAspect];
   out.camera.cx += c[factors::kCx];

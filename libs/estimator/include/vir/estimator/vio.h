@@ -30,6 +30,7 @@ class Vio {
  public:
   /// Throws std::invalid_argument that names what cannot be: a calibration without size or focal
   /// length, settings that contradict each other.
+  /// Cameras of `calibration.further` are added.
   explicit Vio(const Calibration& calibration, const EstimatorConfig& config = {},
                LogSink log = {});
   ~Vio();
@@ -41,6 +42,9 @@ class Vio {
   void onState(std::function<void(const StateEstimate&)> listener);
   /// Called likewise, once per range.
   void onRange(std::function<void(const RangeRecord&)> listener);
+
+  /// Another camera of the rig, before the first image; its number: 1, 2, ...
+  int addCamera(const CameraMount& mount);
 
   void add(const ImuSample& sample);
   /// The pixels are copied where they have to wait. Throws std::invalid_argument for an image of

@@ -56,6 +56,15 @@ struct EstimatorConfig {
 /// All sections.
 void describe(OptionVisitor& v, EstimatorConfig& o);
 
+/// Images of a camera beside the first.
+struct FurtherCameraCounters {
+  long images = 0;           ///< came
+  long taken = 0;            ///< used together with others of that time, or alone
+  long without_partner = 0;  ///< of `taken`: the first camera had none of that time
+  long unusable = 0;         ///< black, blank, another size
+  long out_of_order = 0;     ///< left out
+};
+
 struct EstimatorCounters {
   long images = 0, images_unusable = 0, images_out_of_order = 0, images_without_imu = 0;
   long imu_gaps = 0, image_gaps = 0, clock_steps = 0;
@@ -64,6 +73,8 @@ struct EstimatorCounters {
   long bad_features = 0;  ///< of addTracks(), left out: numbers that no image can show
   long images_misstamped = 0;  ///< left out: they show where the readings were at another time
   long imu_contradicted = 0;   ///< images whose readings were left out: they put the sights far off
+  long images_alone = 0;       ///< of the first camera, without one of any other of the rig
+  std::vector<FurtherCameraCounters> further;  ///< of camera 1, 2, ...
 };
 
 /// Landmarks as a keyframe saw them when it was the newest image.
@@ -91,12 +102,19 @@ class VisualInertialEstimator {
   void workBehind(std::function<void()> on_estimates);
   /// Must be called before the first image. `T_B_C`: camera in body (= IMU) frame.
   void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
+  /// Another camera of the rig: after setCamera(), before the first image. Returns its number: 1,
+  /// 2, ... Throws std::invalid_argument for a calibration that cannot be, and std::logic_error if
+  /// it comes too early or too late.
+  int addCamera(const CameraMount& mount);
   bool hasCamera() const;
   void addImu(const ImuSample& sample);
   /// Images in time order; copied if it has to wait for readings. Readings up to its time make it
-  /// processed; else it waits.
-  void addImage(TimeNs t, const cv::Mat& gray);
-  /// Tracks found by someone else instead of an image: the same for all that follows.
+  /// processed; else it waits. `t` is on the clock of that camera. Images of several cameras are
+  /// worked on together where they were taken within half the time between images; each camera's
+  /// come in order of time. Throws std::invalid_argument for a camera that was not added.
+  void addImage(TimeNs t, const cv::Mat& gray, int camera = 0);
+  /// Tracks found by someone else instead of an image: the same for all that follows. Sights of
+  /// several cameras (their `camera`) are taken to be of that time.
   void addTracks(const vision::TrackedFrame& tracks);
   /// Ranges in any order; each is used with the first image at or after its time.
   void addRange(const Range& range);

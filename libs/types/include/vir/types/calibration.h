@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <vector>
 
 #include "vir/geometry/pose.h"
 
@@ -22,6 +23,14 @@ struct CameraCalibration {
   std::array<double, 8> dist{};
 };
 
+/// A camera beside the first one of a rig, and how it and the IMU belong together.
+struct CameraMount {
+  CameraCalibration camera;
+  Pose T_B_C;                ///< camera in the body (= IMU)
+  double time_offset_s = 0;  ///< as of Calibration
+  double readout_s = 0;      ///< as of Calibration
+};
+
 /// A camera, and how it and the IMU belong together.
 struct Calibration {
   CameraCalibration camera;
@@ -32,9 +41,10 @@ struct Calibration {
   double readout_s = 0;
   /// Of the IMU, beside its biases; rate = (I + diag(gyro_gain) + [gyro_axes]x) (reading - bias),
   /// acceleration = (I + diag(acc_gain)) (reading - bias).
-  Vec3 gyro_gain = Vec3::Zero();      ///< relative, per axis
-  Vec3 gyro_axes_rad = Vec3::Zero();  ///< turn of the gyro's axes against the accelerometer's
-  Vec3 acc_gain = Vec3::Zero();       ///< relative, per axis
+  Vec3 gyro_gain = Vec3::Zero();          ///< relative, per axis
+  Vec3 gyro_axes_rad = Vec3::Zero();      ///< turn of the gyro's axes against the accelerometer's
+  Vec3 acc_gain = Vec3::Zero();           ///< relative, per axis
+  std::vector<CameraMount> further = {};  ///< cameras beside the first: number 1, 2, ...
 };
 
 /// How far that may be off: standard deviations, of the worst axis where there are several.

@@ -13,6 +13,7 @@ struct Image {
   int width = 0, height = 0;
   const std::uint8_t* pixels = nullptr;
   std::size_t stride = 0;  ///< bytes from one row to the next; 0 = width
+  int camera = 0;          ///< of a rig
 };
 
 }  // namespace types

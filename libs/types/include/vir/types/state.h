@@ -55,6 +55,7 @@ struct StateEstimate {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   int segment = 0;  ///< counts up when the estimator had to start anew
   bool keyframe = false;
+  int cameras = 1;  ///< of a rig: whose images it is of
   int tracks = 0;
   int landmarks = 0;
   double reprojection_rms = 0;  ///< in sigma_px

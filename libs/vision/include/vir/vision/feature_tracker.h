@@ -40,13 +40,17 @@ struct FeatureObservation {
   Vec3 bearing = Vec3::UnitZ();        ///< unit, camera frame
   Mat23 dpx_dbearing = Mat23::Zero();  ///< projection Jacobian at `bearing` [px]
   Vec3 bearing_rate = Vec3::Zero();    ///< d bearing / dt [1/s], zero for a new track
+  int camera = 0;                      ///< of the rig
 };
 
 /// What the tracker says of one image.
 struct TrackedFrame {
   TimeNs t = 0;
-  std::vector<FeatureObservation> features;  ///< ordered by id
-  int continued = 0;                         ///< tracks carried over from the previous image
+  std::vector<FeatureObservation> features;  ///< of the first camera, ordered by id
+  /// Of the other cameras of a rig, as seen at `t`, ordered by id and camera; what two cameras see
+  /// of one point has one id.
+  std::vector<FeatureObservation> further;
+  int continued = 0;              ///< tracks carried over from the previous image
   int lost_flow = 0;              ///< not found again, looks different, or left the image
   int lost_backward = 0;          ///< forward-backward check failed
   int lost_outlier = 0;           ///< contradicts the common motion
@@ -62,8 +66,10 @@ struct TrackedFrame {
 
 class FeatureTracker {
  public:
-  /// Throws std::invalid_argument without a camera or for an option that is not allowed.
-  FeatureTracker(const TrackerOptions& options, std::shared_ptr<const camera::CameraModel> camera);
+  /// Throws std::invalid_argument without a camera or for an option that is not allowed. `number`:
+  /// of the camera in a rig; no two have ids in common.
+  FeatureTracker(const TrackerOptions& options, std::shared_ptr<const camera::CameraModel> camera,
+                 int number = 0);
   ~FeatureTracker();
   /// Follows the features into `gray` (CV_8UC1; not kept, not modified). `R_C0_C1` takes
   /// coordinates in this camera frame to the camera frame of the last *usable* image, from the
@@ -81,6 +87,7 @@ class FeatureTracker {
   void reset();
 
  private:
+  friend class RigTracker;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
