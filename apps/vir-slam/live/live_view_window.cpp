@@ -246,7 +246,9 @@ void LiveViewWindow::setRevision(const Revision& revision) {
 void LiveViewWindow::setObservation(const mrpt::obs::CObservation::Ptr& observation) {
   const std::lock_guard<std::mutex> lock(scene_.mutex);
   if (auto image = std::dynamic_pointer_cast<const mrpt::obs::CObservationImage>(observation)) {
-    scene_.image = image;
+    // Of a rig's cameras the first.
+    const bool further = scene_.image && image->sensorLabel > scene_.image->sensorLabel;
+    if (!further) scene_.image = image;
   } else if (auto range = std::dynamic_pointer_cast<const mrpt::obs::CObservationBeaconRanges>(
                  observation)) {
     if (range->sensorLabel == rawlog::kPeerLabel) return;

@@ -79,7 +79,8 @@ class VideoView final : public LiveView {
   void setRevision(const Revision&) override {}
   void setObservation(const mrpt::obs::CObservation::Ptr& observation) override {
     if (auto image = std::dynamic_pointer_cast<mrpt::obs::CObservationImage>(observation)) {
-      image_ = image;
+      // Of a rig's cameras the first.
+      if (!image_ || image->sensorLabel <= image_->sensorLabel) image_ = image;
     } else if (auto ranges =
                    std::dynamic_pointer_cast<mrpt::obs::CObservationBeaconRanges>(observation)) {
       if (ranges->sensorLabel == rawlog::kPeerLabel) return;

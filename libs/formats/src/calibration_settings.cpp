@@ -9,6 +9,11 @@ namespace {
 
 class Assignments {
  public:
+  void add(const std::string& key, const std::vector<double>& values) {
+    std::string text;
+    for (const double v : values) text += (text.empty() ? "" : " ") + numberText(v);
+    if (!values.empty()) lines.push_back(key + "=" + text);
+  }
   void add(const std::string& key, double value) { lines.push_back(key + "=" + numberText(value)); }
   void add(const std::string& key, const std::optional<double>& value) {
     if (value) add(key, *value);
@@ -55,7 +60,21 @@ std::vector<std::string> settingsOf(const CalibrationFile& file) {
     out.add("Window.acc_gain_sigma", c.acc_gain_sigma);
   }
   if (!file.cameras.empty()) addCamera(file.cameras.front(), &out);
+  std::vector<std::optional<double>> offsets;
+  for (const CalibratedCamera& c : file.cameras) offsets.push_back(c.time_offset_s);
+  out.add("Camera.other_time_offsets_s", otherTimeOffsets(offsets));
   return out.lines;
+}
+
+std::vector<double> otherTimeOffsets(const std::vector<std::optional<double>>& of_cameras) {
+  std::vector<double> out;
+  bool known = false;
+  if (of_cameras.empty()) return out;
+  for (std::size_t k = 1; k < of_cameras.size(); ++k) {
+    known = known || of_cameras[k];
+    out.push_back(of_cameras[k].value_or(of_cameras[0].value_or(0)));
+  }
+  return known ? out : std::vector<double>();
 }
 
 }  // namespace vir::formats

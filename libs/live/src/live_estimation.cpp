@@ -124,7 +124,8 @@ void LiveEstimation::handle(const Arrival& arrival) {
     for (results::RunObserver* o : hooks_.observers) o->onObservation(observation);
   }
   if (!roles::takes(inputs_, observation)) return;
-  if (rawlog::isImage(observation) || observation.sensorLabel == rawlog::kOdometryLabel) {
+  if ((rawlog::isImage(observation) || observation.sensorLabel == rawlog::kOdometryLabel) &&
+      roles::isOfNeeded(inputs_, observation)) {
     if (!first_frame_) first_frame_ = t;
     last_frame_ = t;
     ++summary_.frames;

@@ -58,4 +58,12 @@ bool takes(const std::vector<EstimatorInput>& inputs, const mrpt::obs::CObservat
                      [&](const EstimatorInput& input) { return matches(input, observation); });
 }
 
+bool isOfNeeded(const std::vector<EstimatorInput>& inputs,
+                const mrpt::obs::CObservation& observation) {
+  return inputs.empty() ||
+         std::any_of(inputs.begin(), inputs.end(), [&](const EstimatorInput& input) {
+           return input.group > 0 && matches(input, observation);
+         });
+}
+
 }  // namespace vir::roles

@@ -46,13 +46,19 @@ class Survey {
   InputLabels result() const {
     InputLabels out;
     noteOtherRanges(&out);
+    bool images_told = false;
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
       const roles::EstimatorInput& input = inputs_[k];
       if (others_[k].empty() || seen_.count(k) > 0) continue;
       const std::string what = name(input.kind), wanted = what + " under the label " + input.label;
       std::string labels;
       for (const std::string& l : others_[k]) labels += (labels.empty() ? "" : ", ") + l;
-      if (input.group == 0) {
+      if (input.group == 0 && input.kind == roles::InputKind::image) {
+        if (images_told) continue;
+        images_told = true;
+        out.notes.push_back("images under " + labels +
+                            " are not used; further cameras are named by other_cameras");
+      } else if (input.group == 0) {
         out.notes.push_back("no " + wanted + ": those under " + labels +
                             " are not used; the label is a setting of the estimator");
       } else if (missing_.count(input.group) == 0) {

@@ -160,9 +160,12 @@ class OfflineRun {
     if (next.loading && !decoded(*next.loading)) return;
     const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
     if (hooks_.prepare) hooks_.prepare(observation.get());
-    if (rawlog::isImage(*observation)) images_.add(t);
+    // States are of the first camera's images, and pictures show them.
+    const bool seen = rawlog::isImage(*observation);
+    const bool further = seen && !roles::isOfNeeded(options_.inputs, *observation);
+    if (seen && !further) images_.add(t);
     if (!image && observation->sensorLabel == rawlog::kOdometryLabel) odometry_.add(t);
-    recorder_.onObservation(*observation);
+    if (!further) recorder_.onObservation(*observation);
     for (results::RunObserver* o : hooks_.observers) o->onObservation(*observation);
     timed([&] { estimator_.add(*observation); });
     if (image) image->image.unload();

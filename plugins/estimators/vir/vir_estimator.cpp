@@ -14,17 +14,18 @@
 #include "bias_model_file.h"
 #include "vir/rawlog/anchor_ranges.h"
 #include "vir/rawlog/convert.h"
-#include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/range_labels.h"
 
 namespace vir {
-
 void VirSettings::describe(OptionVisitor& v) {
   v.section("Estimator", "The estimator and which sensors of the recording it reads");
   v.value("camera_label", camera_label, "sensor label of the images");
+  v.value("other_cameras", other_cameras,
+          "sensor labels of further cameras of the robot, with blanks between; auto: CAM1 to CAM7, "
+          "where there are any; none");
   v.value("tracks_label", tracks_label,
           "sensor label of feature tracks, for a recording without images");
   v.value("imu_label", imu_label, "sensor label of the IMU");
@@ -38,6 +39,10 @@ void VirSettings::describe(OptionVisitor& v) {
   window::describeMode(v, config.long_window);
   window::describeCalibrate(v, config.window);
   estimator::describe(v, config);
+  v.section("Camera", "What the recording does not say about the camera");
+  v.value("other_time_offsets_s", other_time_offsets_s, 0,
+          "time_offset_s of the further cameras, in their order; of those not given: as of the "
+          "first");
   vir::describe(v, loops);
 }
 
@@ -46,6 +51,7 @@ std::vector<roles::EstimatorInput> VirSettings::inputs() const {
   std::vector<roles::EstimatorInput> out{{InputKind::image, camera_label, 1},
                                          {InputKind::tracks, tracks_label, 1},
                                          {InputKind::imu, imu_label, 2}};
+  for (const std::string& label : otherCameraLabels()) out.push_back({InputKind::image, label, 0});
   roles::addRangeInputs(range_label, &out);
   return out;
 }
@@ -68,6 +74,11 @@ VirEstimator::VirEstimator(VirSettings settings, const LogSink& log,
       std::make_unique<estimator::VisualInertialEstimator>(withFiles(settings_.config), log);
   if (settings_.loops.use) loops_ = std::make_unique<LoopRun>(settings_.loops, log);
   if (on_estimates) estimator_->workBehind(std::move(on_estimates));
+  cameras_.push_back({settings_.camera_label, true, false, {}, 0, 0, 0});
+  for (const std::string& label : settings_.otherCameraLabels()) {
+    cameras_.push_back({label, false, false, {}, 0, 0, 0});
+  }
+  rig_started_ = cameras_.size() == 1;
 }
 
 void VirEstimator::warnOnce(const std::string& key, const std::string& text) {
@@ -78,9 +89,9 @@ void VirEstimator::warnOnce(const std::string& key, const std::string& text) {
 }
 
 void VirEstimator::add(const mrpt::obs::CObservation& observation) {
-  if (observation.sensorLabel == settings_.camera_label) {
+  if (Camera* camera = cameraOf(observation.sensorLabel)) {
     if (const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation)) {
-      addImage(*image);
+      addImage(*image, camera);
     }
   } else if (observation.sensorLabel == settings_.tracks_label) {
     using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
@@ -90,12 +101,14 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
       addImu(*imu);
     }
   } else if (roles::isAmong(observation.sensorLabel, settings_.range_label)) {
-    for (const Range& r : rawlog::rangesOf(observation)) estimator_->addRange(r);
+    for (const Range& r : rawlog::rangesOf(observation)) {
+      inTurn([this, r] { estimator_->addRange(r); });
+    }
   } else if (const auto anchor = rawlog::deployedAnchorOf(observation)) {
-    estimator_->anchorDeployed(anchor->id, anchor->p_B, anchor->sigma_m);
+    inTurn([this, a = *anchor] { estimator_->anchorDeployed(a.id, a.p_B, a.sigma_m); });
   } else {
     for (const AnchorRange& r : rawlog::anchorRangesOf(observation)) {
-      estimator_->addAnchorRange(r);
+      inTurn([this, r] { estimator_->addAnchorRange(r); });
     }
   }
 }
@@ -103,7 +116,7 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
 void VirEstimator::addImu(const mrpt::obs::CObservationIMU& o) {
   if (const auto sample = rawlog::imuSampleOf(o)) {
     imu_saturation_.add(*sample);
-    estimator_->addImu(*sample);
+    inTurn([this, s = *sample] { estimator_->addImu(s); });
     return;
   }
   ++imu_incomplete_;
@@ -129,18 +142,7 @@ bool VirEstimator::knowsCamera(const mrpt::img::TCamera& camera,
   return true;
 }
 
-void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
-  const TimeNs t = rawlog::fromMrptTime(o.timestamp);
-  if (!knowsCamera(o.cameraParams, o.cameraPose)) return;
-  any_image_ = true;
-  cv::Mat gray;
-  try {
-    gray = rawlog::grayOf(o);
-  } catch (const std::exception& e) {
-    ++images_undecodable_;
-    warnOnce("decode", "images that cannot be decoded are skipped; first at " + std::to_string(t) +
-                           " ns: " + std::string(e.what()).substr(0, 200));
-  }
+void VirEstimator::addFirstImage(TimeNs t, const cv::Mat& gray) {
   if (loops_ && behind_) loops_->keep(t, gray);
   estimator_->addImage(t, gray);
   if (!loops_ || behind_) return;
@@ -161,11 +163,13 @@ void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& 
     warnOnce("loops", "places are found by images: with feature tracks alone there are no loops");
   }
   if (!knowsCamera(o.cameraLeft, mrpt::poses::CPose3D(o.cameraPoseOnRobot))) return;
+  startRig();
   if (!camera_) camera_ = camera::makeCamera(calibration_);
   estimator_->addTracks(track_reader_.read(o, *camera_));
 }
 
 void VirEstimator::finish() {
+  startRig();
   estimator_->finish();
   if (!loops_) return;
   pump(0, nullptr);
@@ -230,7 +234,7 @@ roles::EstimatorReport VirEstimator::report() const {
   roles::EstimatorReport r;
   r.counters = {{"images", c.images},
                 {"images_unusable", c.images_unusable},
-                {"images_undecodable", images_undecodable_},
+                {"images_undecodable", cameras_.front().undecodable},
                 {"images_without_calibration", images_without_calibration_},
                 {"features_unusable", track_reader_.unusable()},
                 {"images_out_of_order", c.images_out_of_order},
@@ -248,6 +252,7 @@ roles::EstimatorReport VirEstimator::report() const {
                 {"imu_incomplete", imu_incomplete_},
                 {"imu_gaps", c.imu_gaps},
                 {"clock_steps", c.clock_steps}};
+  reportRig(c, &r);
   for (const auto& counter : estimator_->rangeCounters()) r.counters.push_back(counter);
   r.warnings = warnings_;
   if (loops_) loops_->report(&r);

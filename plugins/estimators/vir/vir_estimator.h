@@ -1,5 +1,11 @@
 #pragma once
 /// Estimator plugin `vir`: MRPT observations to the visual-inertial estimator and back.
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "loop_run.h"
 #include "tracks_of.h"
 #include "vir/estimator/visual_inertial_estimator.h"
@@ -32,10 +38,15 @@ class VirSettings final : public roles::EstimatorSettings {
 
   estimator::EstimatorConfig config;
   LoopSettings loops;
+  /// Of the cameras beside the first, in the order of their numbers in the rig.
+  std::vector<std::string> otherCameraLabels() const;
+
   std::string camera_label = rawlog::kCameraLabel;
+  std::string other_cameras = "auto";
   std::string tracks_label = rawlog::kTracksLabel;
   std::string imu_label = rawlog::kImuLabel;
   std::string range_label = rawlog::kRangeLabel;
+  std::vector<double> other_time_offsets_s;
 };
 
 class VirEstimator final : public roles::Estimator {
@@ -56,12 +67,37 @@ class VirEstimator final : public roles::Estimator {
   roles::EstimatorReport report() const override;
 
  private:
-  void addImage(const mrpt::obs::CObservationImage& image);
+  /// One of the rig, the first of which is [Estimator] camera_label.
+  struct Camera {
+    std::string label;
+    bool first = false;
+    bool refused = false;
+    std::optional<CameraMount> mount;  ///< as its first image says; of others than the first
+    int number = 0;                    ///< in the estimator; 0: the first, or not used
+    long images = 0, undecodable = 0;
+  };
+  Camera* cameraOf(const std::string& label);
+  void addImage(const mrpt::obs::CObservationImage& image, Camera* of);
+  void addFirstImage(TimeNs t, const cv::Mat& gray);
+  /// Cameras must be known before the first image is worked on.
+  bool knowsOther(const mrpt::obs::CObservationImage& image, Camera* camera);
+  void startRig();
+  /// Now, or when the cameras are known.
+  template <typename Action>
+  void inTurn(Action&& action) {
+    if (rig_started_) {
+      action();
+    } else {
+      held_.emplace_back(std::forward<Action>(action));
+    }
+  }
   void addTracks(const mrpt::obs::CObservationStereoImagesFeatures& tracks);
   bool knowsCamera(const mrpt::img::TCamera& camera, const mrpt::poses::CPose3D& T_B_C);
   void addImu(const mrpt::obs::CObservationIMU& imu);
   /// What the estimator has by now, of which `gray` (may be null) is the image of `t`.
   void pump(TimeNs t, const cv::Mat* gray);
+  /// Counters of the cameras beside the first.
+  void reportRig(const estimator::EstimatorCounters& counters, roles::EstimatorReport* r) const;
   void warnOnce(const std::string& key, const std::string& text);
 
   VirSettings settings_;
@@ -74,10 +110,13 @@ class VirEstimator final : public roles::Estimator {
   std::shared_ptr<const camera::CameraModel> camera_;  ///< for tracks
   TrackReader track_reader_;
   bool any_image_ = false;
+  std::vector<Camera> cameras_;
+  bool rig_started_ = false;
+  std::vector<std::function<void()>> held_;  ///< until then, in order
   std::vector<std::string> warned_;
   std::vector<std::string> warnings_;
   imu::SaturationCounter imu_saturation_;
-  long images_undecodable_ = 0, images_without_calibration_ = 0, imu_incomplete_ = 0;
+  long images_without_calibration_ = 0, imu_incomplete_ = 0;
 };
 
 }  // namespace vir

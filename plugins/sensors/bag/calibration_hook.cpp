@@ -28,6 +28,7 @@ CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<Came
   if (file.imu_noise) {
     extras.ini += "// Noise of the IMU, taken from " + path + "\n" + imuSection(*file.imu_noise);
   }
+  std::vector<std::optional<double>> offsets(cameras->size());
   for (CameraSetup& c : *cameras) {
     const auto place = static_cast<std::size_t>(&c - cameras->data());
     const CalibratedCamera* found = cameraFor(file, c.topic, place);
@@ -39,8 +40,10 @@ CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<Came
     c.intrinsics = found->camera;
     c.has_intrinsics = true;
     if (found->T_B_C) c.T_B_C = *found->T_B_C, c.has_place = true;
-    // Estimators use the first camera.
-    if (found->time_offset_s && place == 0) extras.ini += cameraSection(*found->time_offset_s);
+    offsets[place] = found->time_offset_s;
+  }
+  if (!offsets.empty()) {
+    extras.ini += cameraSection(offsets[0], formats::otherTimeOffsets(offsets));
   }
   return extras;
 }

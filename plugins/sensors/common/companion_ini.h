@@ -1,7 +1,9 @@
 #pragma once
 /// Pieces of the ini that goes beside a rawlog.
 #include <cstdio>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace vir {
 
@@ -29,11 +31,23 @@ std::string anchorRemarks(const Mapped& mapped) {
   return text;
 }
 
-/// Section [Camera]: stamp of an image + this = its time on the IMU's clock.
-inline std::string cameraSection(double time_offset_s) {
+/// Section [Camera]: stamp of an image + this = its time on the IMU's clock, of the first camera
+/// and of those beside it. Empty where nothing is known.
+inline std::string cameraSection(const std::optional<double>& first_s,
+                                 const std::vector<double>& others_s) {
+  std::string out;
   char text[64];
-  std::snprintf(text, sizeof text, "[Camera]\ntime_offset_s = %.9g\n", time_offset_s);
-  return text;
+  if (first_s) {
+    std::snprintf(text, sizeof text, "time_offset_s = %.9g\n", *first_s);
+    out += text;
+  }
+  if (!others_s.empty()) out += "other_time_offsets_s =";
+  for (const double offset : others_s) {
+    std::snprintf(text, sizeof text, " %.9g", offset);
+    out += text;
+  }
+  if (!others_s.empty()) out += "\n";
+  return out.empty() ? out : "[Camera]\n" + out;
 }
 
 }  // namespace vir

@@ -205,7 +205,9 @@ std::string FolderSource::companionIni() const {
                                  : "the calibration";
     out = "// Noise of the IMU, taken from " + from + "\n" + imuSection(imu);
   }
-  if (const auto offset = recording_->timeOffset()) out += cameraSection(*offset);
+  if (!recording_->cameras().empty()) {
+    out += cameraSection(recording_->cameras()[0].time_offset_s, recording_->otherTimeOffsets());
+  }
   return out + anchorRemarks(recording_->anchorNames().mapped());
 }
 

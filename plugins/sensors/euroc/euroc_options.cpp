@@ -31,8 +31,7 @@ void describe(OptionVisitor& v, EurocOptions& o) {
     v.section("euroc", "Recording in the EuRoC (ASL) folder layout, TUM-VI included");
     v.value("source", o.source, "folder that contains mav0, or mav0 itself");
     v.value("camera", o.camera, "camera folder below mav0, or none");
-    v.value("other_cameras", o.other_cameras,
-            "take over the other cameras too, as CAM1, ...; no estimator of ours reads them");
+    v.value("other_cameras", o.other_cameras, "take over the other cameras too, as CAM1, ...");
   }
   v.value("calibration", o.calibration,
           "file that goes before the recording's sensor.yaml (Kalibr, OpenCV, ROS, VINS, ...)");

@@ -12,6 +12,7 @@
 #include "range_streams.h"
 #include "stream_setup.h"
 #include "vir/core/text_file.h"
+#include "vir/formats/calibration_file.h"
 #include "vir/rawlog/labels.h"
 
 namespace vir::euroc {
@@ -98,6 +99,12 @@ void Recording::openCalibration(const EurocOptions& o) {
   }
 }
 
+std::vector<double> Recording::otherTimeOffsets() const {
+  std::vector<std::optional<double>> offsets;
+  for (const CameraStream& c : cameras_) offsets.push_back(c.time_offset_s);
+  return formats::otherTimeOffsets(offsets);
+}
+
 void Recording::openCamera(const EurocOptions& o, CameraStream* camera, bool first) {
   const std::string& yaml = camera->files.yaml;
   const std::string file = o.calibration.empty() ? folder_.calibration : o.calibration;
@@ -127,8 +134,8 @@ void Recording::openCamera(const EurocOptions& o, CameraStream* camera, bool fir
     calibration.T_B_C = *given.T_B_C, take("its pose on the IMU");
     calibration.has_pose = true;
   }
-  if (first && given.time_offset_s) {
-    time_offset_s_ = given.time_offset_s, take("its time offset");
+  if (given.time_offset_s) {
+    camera->time_offset_s = given.time_offset_s, take("its time offset");
   }
   if (first && given.imu) {
     const Pose T_B_I = imu_calibration_.T_B_I;

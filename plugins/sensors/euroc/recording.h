@@ -29,7 +29,9 @@ struct Event {
 struct CameraStream {
   CameraFiles files;
   std::string label;
-  CameraYaml calibration;               ///< `T_B_C` is from our body (the IMU) here
+  CameraYaml calibration;  ///< `T_B_C` is from our body (the IMU) here
+  /// Stamp of an image + this = its time on the IMU's clock [s]; empty: not known.
+  std::optional<double> time_offset_s;
   Stretch stretch;                      ///< how pixels of 16 bits become 8
   int file_width = 0, file_height = 0;  ///< of the images before they are resized
   std::unique_ptr<RowStream<ImageRow>> rows;
@@ -64,9 +66,8 @@ class Recording {
   const std::vector<RangeStream>& rangeStreams() const { return ranges_; }
   const tables::AnchorNames& anchorNames() const { return anchor_names_; }
   const ImuYaml& imu() const { return imu_calibration_; }
-  /// Stamp of an image of the first camera + this = its time on the IMU's clock [s]; empty: not
-  /// known.
-  std::optional<double> timeOffset() const { return time_offset_s_; }
+  /// Of the cameras beside the first, see formats::otherTimeOffsets().
+  std::vector<double> otherTimeOffsets() const;
   /// Of drawn ranges, and of files that do not say.
   Vec3 antennaInBody() const { return antenna_; }  ///< [m]
   /// Where the anchors of the ranges truly are: drawn ones by the settings, others by
@@ -97,7 +98,6 @@ class Recording {
   std::string section_;
   Units units_;
   ImuYaml imu_calibration_;
-  std::optional<double> time_offset_s_;
   tables::AnchorNames anchor_names_;
   AnchorPlaces anchor_places_;
   bool said_truth_lever_ = false;

@@ -345,7 +345,7 @@ TEST(AnyLayout, ACalibrationFromElsewhereGoesBefore) {
   const Recording recording(o, &log);
   EXPECT_EQ(recording.cameras()[0].calibration.camera.fx, 41);
   EXPECT_LT((recording.cameras()[0].calibration.T_B_C.p - Vec3(0.5, 0, 0)).norm(), 1e-12);
-  EXPECT_EQ(recording.timeOffset(), 0.004);
+  EXPECT_EQ(recording.cameras()[0].time_offset_s, 0.004);
   EXPECT_TRUE(recording.imu().has_noise);  // still the recording's own
   EXPECT_TRUE(contains(log.messages().at(0), "intrinsics, its pose on the IMU, its time offset"))
       << log.messages()[0];

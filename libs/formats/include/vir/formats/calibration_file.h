@@ -57,8 +57,12 @@ class CalibrationError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Time offsets of the cameras beside the first, as the setting Camera.other_time_offsets_s takes
+/// them: one that is not known is that of the first. Empty where none of them is known.
+std::vector<double> otherTimeOffsets(const std::vector<std::optional<double>>& of_cameras);
+
 /// What of the file a run takes as settings, `Section.key=value` each with all digits: noise, gains
-/// and axes of the IMU; time offset and readout of the first camera; how sure all of it is.
+/// and axes of the IMU; time offsets of the cameras, readout of the first; how sure all of it is.
 std::vector<std::string> settingsOf(const CalibrationFile& file);
 
 /// Reads Kalibr (camchain, camchain-imucam, imu.yaml), OpenVINS, VINS-Mono and VINS-Fusion,
