@@ -8,6 +8,7 @@
 
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
+#include "vir_test_utf16.h"
 
 namespace vir {
 namespace {
@@ -87,8 +88,6 @@ TEST_F(Tables, WhatIsThereAndOfNoUseIsDoubtful) {
          "its header names no anchor");
   test::writeText(root() / "uwb.csv", "");
   expect(virSlam("check " + source()), 3, "note: uwb.csv is empty; not read");
-  test::writeText(root() / "uwb.csv", std::string("\xFF\xFEt\0,\0r\0\n\0", 10));
-  expect(virSlam("check " + source()), 3, "uwb.csv is text in UTF-16: save it as UTF-8");
 }
 
 TEST_F(Tables, ATableOfNoPosesIsNamedWithTheReason) {
@@ -143,13 +142,36 @@ TEST_F(Tables, WhatIsNotThereOrEmptyIsSaidFirst) {
   }
   expect(virSlam("check " + source() + " --calibration " + quoted(file("e.yaml"))), 2,
          "the calibration is empty: ");
+}
+
+TEST_F(Tables, TextInUtf16IsRead) {
+  const auto rewrite = [](const fs::path& path, bool little) {
+    test::writeText(path, test::utf16(test::readText(path), little));
+  };
+  const auto imported = [&](const std::string& name) {
+    const Outcome o = virSlam("import " + source() + " --out " + quoted(file(name)));
+    EXPECT_EQ(o.code, 0) << o.text;
+    return test::readText(file(name));
+  };
+  const std::string as_it_was = imported("a.rawlog");
+  for (const bool little : {true, false}) {
+    rewrite(root() / "imu.csv", little);
+    rewrite(root() / "uwb.csv", little);
+    EXPECT_EQ(imported("b.rawlog") == as_it_was, true) << little;
+    SetUp();
+    fs::remove(file("b.rawlog"));
+  }
   test::writeText(file("a.tum"), "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 1 1 0 0 0 0 1\n");
-  test::writeText(file("u.tum"), std::string("\xFF\xFE"
-                                             "1\0 \0"
-                                             "0\0\n\0",
-                                             10));
-  expect(virSlam("evaluate --reference " + quoted(file("u.tum")) + " " + quoted(file("a.tum"))), 2,
-         "the reference trajectory is text in UTF-16: save it as UTF-8");
+  test::writeText(file("u.tum"), test::utf16(test::readText(file("a.tum"))));
+  expect(virSlam("evaluate --reference " + quoted(file("u.tum")) + " " + quoted(file("a.tum"))), 0,
+         "3");
+  // Settings and calibrations.
+  test::writeText(file("u.ini"), test::utf16("[Estimator]\nnonsense = 1\n"));
+  expect(virSlam("run " + quoted(file("u.ini")) + " --rawlog " + quoted(file("a.rawlog"))), 2,
+         "u.ini:2: [Estimator] nonsense: unknown key");
+  test::writeText(file("u.yaml"), test::utf16("cam0:\n  intrinsics: [1, 2]\n"));
+  expect(virSlam("check " + source() + " --calibration " + quoted(file("u.yaml"))), 2,
+         "intrinsics");
 }
 
 }  // namespace

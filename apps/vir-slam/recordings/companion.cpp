@@ -6,6 +6,8 @@
 #include "vir/core/parse_number.h"
 #include "vir/core/text.h"
 #include "vir/core/text_file.h"
+#include "vir/core/text_stream.h"
+#include "vir/ranging/survey_table.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -57,7 +59,7 @@ std::string anchorNamesOf(const std::string& rawlog) {
 AnchorTable anchorsTruthOf(const std::string& rawlog) {
   AnchorTable table;
   const std::string path = stemOfRawlog(rawlog) + "_anchors_truth.csv";
-  std::ifstream in(path);
+  TextStream in(path);
   if (!in) return table;
   table.path = path;
   for (std::string line; readLine(in, &line);) {
@@ -69,6 +71,17 @@ AnchorTable anchorsTruthOf(const std::string& rawlog) {
     if (!good) ++table.bad_lines;
   }
   return table;
+}
+
+std::vector<SurveyedAnchor> surveyOf(const std::string& rawlog) {
+  const std::string path = stemOfRawlog(rawlog) + "_anchors.csv";
+  if (!fs::is_regular_file(path)) return {};
+  try {
+    return ranging::surveyFromText(readTextFile(path, std::size_t{16} << 20), path,
+                                   ranging::anchorNumbers(anchorNamesOf(rawlog)));
+  } catch (const std::runtime_error&) {
+    return {};
+  }
 }
 
 }  // namespace vir::app

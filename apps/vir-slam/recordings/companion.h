@@ -2,8 +2,10 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "vir/geometry/so3.h"
+#include "vir/types/survey.h"
 
 namespace vir::app {
 
@@ -27,5 +29,10 @@ struct AnchorTable {
 
 /// The table beside a rawlog (`x.rawlog` -> `x_anchors_truth.csv`), written by `import` or by hand.
 AnchorTable anchorsTruthOf(const std::string& rawlog);
+
+/// Where the recording says that its anchors are, in a frame of their own, by the table that
+/// `import` left beside a rawlog (`x.rawlog` -> `x_anchors.csv`); empty where there is none, or
+/// none that can be read: who holds a run to it (`--anchors`) is told why.
+std::vector<SurveyedAnchor> surveyOf(const std::string& rawlog);
 
 }  // namespace vir::app

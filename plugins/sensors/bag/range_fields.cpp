@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "input_error.h"
+#include "vir/core/length_units.h"
 
 namespace vir::bag {
 namespace {
@@ -254,11 +255,11 @@ void applyOption(const std::string& topic, const std::string& option, RangeField
     f->antenna = value;
   } else if (key == "place") {
     f->place = value;
-  } else if (key == "unit" && (value == "m" || value == "cm" || value == "mm")) {
-    f->unit_m = value == "m" ? 1.0 : value == "cm" ? 0.01 : 0.001;
+  } else if (key == "unit" && lengthUnitOf(value)) {
+    f->unit_m = *lengthUnitOf(value);
   } else {
-    throw InputError(topic + ": `" + option +
-                     "` is not known; unit=m|cm|mm, stamp=FIELD, sigma=FIELD, valid=FIELD, "
+    throw InputError(topic + ": `" + option + "` is not known; unit=" + kLengthUnitNames +
+                     ", stamp=FIELD, sigma=FIELD, valid=FIELD, "
                      "tag=FIELD, antenna=FIELD and place=FIELD are");
   }
 }
