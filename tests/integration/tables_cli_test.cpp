@@ -144,6 +144,41 @@ TEST_F(Tables, WhatIsNotThereOrEmptyIsSaidFirst) {
          "the calibration is empty: ");
 }
 
+TEST_F(Tables, NamesOfAnchorsGoThroughExportAndBack) {
+  const char* ids[] = {"9412036502", "0x84", "200A", "0x1122334455667788", "18446744073709551615"};
+  std::string text = "timestamp,anchor_id,range\n";
+  for (int i = 0; i < 300; ++i) {
+    char line[80];
+    std::snprintf(line, sizeof line, "%lld,%s,%.4f\n", kStart + i * 9'000'000LL, ids[i % 5],
+                  2 + i % 5 + 0.05 * std::sin(0.1 * i));
+    text += line;
+  }
+  test::writeText(root() / "uwb.csv", text);
+  const auto remarks = [](const std::string& ini) { return ini.substr(ini.find('\n')); };
+  ASSERT_EQ(virSlam("import " + source() + " --out " + quoted(file("a.rawlog"))).code, 0);
+  const std::string names = remarks(test::readText(file("a.ini")));
+  EXPECT_EQ(names,
+            "\n// anchor 1000002 is '0x1122334455667788'\n"
+            "// anchor 1000003 is '18446744073709551615'\n"
+            "// anchor 1000001 is '200A'\n// anchor 1000000 is '9412036502'\n");
+  for (const char* format : {"mcap", "csv"}) {
+    const std::string out = file(std::string("e.") + format);
+    ASSERT_EQ(virSlam("export " + quoted(file("a.rawlog")) + " --format " + format + " --out " +
+                      quoted(out))
+                  .code,
+              0);
+    const Outcome back = virSlam("import " + quoted(out) + " --out " + quoted(file("b.rawlog")));
+    ASSERT_EQ(back.code, 0) << back.text;
+    EXPECT_EQ(remarks(test::readText(file("b.ini"))), names) << format;
+    // In findings they are called as in the recording, those that fit by their number.
+    const Outcome checked = virSlam("check " + quoted(file("b.rawlog")));
+    for (const char* id : {"9412036502", "132", "200A", "0x1122334455667788"}) {
+      EXPECT_TRUE(contains(checked.text, std::string("anchor ") + id + ": noise")) << checked.text;
+    }
+    fs::remove(file("b.rawlog"));
+  }
+}
+
 TEST_F(Tables, TextInUtf16IsRead) {
   const auto rewrite = [](const fs::path& path, bool little) {
     test::writeText(path, test::utf16(test::readText(path), little));

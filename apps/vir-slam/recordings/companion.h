@@ -20,6 +20,17 @@ std::string companionOf(const std::string& rawlog);
 /// rawlog: `name=number`, blanks between; empty where there are none.
 std::string anchorNamesOf(const std::string& rawlog);
 
+/// The same by number: what anchors were called in the recording. Empty where all were numbers that
+/// fit.
+using AnchorTexts = std::map<std::uint64_t, std::string>;
+AnchorTexts anchorTextsOf(const std::string& rawlog);
+/// From remarks as they are in that ini.
+AnchorTexts anchorTextsIn(const std::string& ini);
+/// Numbers of these in a text for people become what they were called.
+void callAnchors(const AnchorTexts& texts, std::string* text);
+/// What this one was called, else its number.
+std::string anchorText(const AnchorTexts& texts, std::uint64_t id);
+
 /// Where anchors truly are, by id.
 struct AnchorTable {
   std::string path;  ///< empty if there is no such file

@@ -27,6 +27,7 @@ SourceReport checkAll(const SourceToRead& what, GivenCalibration* calibration,
     if (progress) progress(part);
   });
   check->setAnchors(report.anchors);
+  check->setAnchorTexts(report.anchor_texts);
   return report;
 }
 

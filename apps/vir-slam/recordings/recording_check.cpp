@@ -244,7 +244,10 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     return f.kind == "imu_columns_swapped";
   });
   if (gyro) take(turning.findings, &out);
-  for (check::Finding& f : out) nameDriver(driver_, &f);
+  for (check::Finding& f : out) {
+    nameDriver(driver_, &f);
+    for (std::string* text : {&f.what, &f.evidence, &f.remedy}) callAnchors(anchor_texts_, text);
+  }
   std::stable_sort(out.begin(), out.end(), [](const check::Finding& a, const check::Finding& b) {
     return a.severity > b.severity;
   });

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "recordings/companion.h"
 #include "vir/check/finding.h"
 #include "vir/check/image_check.h"
 #include "vir/check/imu_check.h"
@@ -39,6 +40,8 @@ class RecordingCheck {
   void setDriver(const std::string& driver) { driver_ = driver; }
   /// Where anchors are, as far as somebody says so.
   void setAnchors(check::GivenAnchors anchors) { anchors_ = std::move(anchors); }
+  /// What anchors are called that have no number of their own: said instead of it.
+  void setAnchorTexts(AnchorTexts texts) { anchor_texts_ = std::move(texts); }
   /// Loads an external image if need be (full), and lets go of it again.
   void add(const mrpt::obs::CObservation& observation);
 
@@ -66,6 +69,7 @@ class RecordingCheck {
   std::map<std::string, check::RangePathCheck> along_path_;  ///< full only
   check::KnownPath truth_, odometry_;                        ///< full only
   check::GivenAnchors anchors_;
+  AnchorTexts anchor_texts_;
   std::map<std::string, std::unique_ptr<Camera>> cameras_;
   std::unique_ptr<check::TurningCheck> turning_;  ///< of the first camera and the first IMU
 };

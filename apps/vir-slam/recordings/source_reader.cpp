@@ -23,6 +23,7 @@ SourceReport readRawlog(const std::string& path, const Visit& visit) {
   out.damaged = !reader.damage().empty();
   out.anchors.truth = anchorsTruthOf(path).anchors;
   out.anchors.survey = surveyOf(path);
+  out.anchor_texts = anchorTextsOf(path);
   return out;
 }
 
@@ -33,6 +34,7 @@ SourceReport reportOf(const roles::RecordedSource& source) {
   out.notes = source.warnings();
   for (const roles::TrueAnchor& a : source.trueAnchors()) out.anchors.truth[a.id] = a.p_W;
   out.anchors.survey = source.surveyedAnchors();
+  out.anchor_texts = anchorTextsIn(source.companionIni());
   const auto names = [](const std::string& counter, const std::string& part) {
     return counter.find(part) != std::string::npos;
   };

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "recordings/companion.h"
 #include "vir/check/range_path.h"
 #include "vir/roles/recorded_source.h"
 
@@ -34,6 +35,7 @@ struct SourceReport {
   /// Lines and messages that are no readings: name of the counter and how many, none with 0.
   std::vector<std::pair<std::string, long>> unreadable;
   long imu_repeated = 0;        ///< readings left out because another one has their stamp
+  AnchorTexts anchor_texts;     ///< what those of a name are called
   check::GivenAnchors anchors;  ///< where they are, as the source or the files beside it say
 };
 

@@ -15,6 +15,8 @@ using bags::MessageView;
 
 constexpr std::size_t kMostRanges = 1000;
 
+constexpr const char* kOwnType = "vir_slam/Range";
+
 struct Known {
   const char* type;
   const char *list, *anchor, *distance, *sigma;
@@ -40,7 +42,7 @@ constexpr Known kKnown[] = {
     {"gtec_msgs/Ranging", "", "anchorId", "range", "", false, "", "", 0.001},
     {"gtec_msgs/PozyxRanging", "", "destinationId", "range", "", false, "", "", 0.001},
     // What `export --format mcap` writes
-    {"vir_slam/Range", "", "anchor", "range_m", "sigma_m", false, "antenna", "", 1},
+    {kOwnType, "", "anchor", "range_m", "sigma_m", false, "antenna", "", 1},
     {"sensor_msgs/Range", "", "", "range", "", false, "", "", 1},
 };
 
@@ -133,6 +135,7 @@ void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>*
   }
   ReadRange r;
   r.anchor = f.fixed_anchor ? *f.fixed_anchor : anchorText(m, f.anchor);
+  if (!f.name.empty() && m.has(f.name) && !m.text(f.name).empty()) r.anchor = m.text(f.name);
   r.range_m = m.number(f.distance) * f.unit_m;
   addCommon(m, f, &r);
   out->push_back(r);
@@ -277,6 +280,7 @@ std::optional<RangeFields> knownRangeFields(const std::string& type) {
     f.sigma_squared = k.sigma_squared;
     f.antenna = k.antenna;
     f.place = k.place;
+    if (type == kOwnType) f.name = "anchor_name";
     f.unit_m = k.unit_m;
     return f;
   }
