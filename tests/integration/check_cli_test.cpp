@@ -4,129 +4,26 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
-#include <iomanip>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "vir_test_data.h"
 #include "vir_test_shell.h"
-#include "vir_test_temp_folder.h"
+#include "vir_test_variant.h"
 
 namespace {
 
 namespace fs = std::filesystem;
+using vir::test::check;
+using vir::test::Checked;
+using vir::test::has;
 using vir::test::quoted;
+using vir::test::Row;
+using vir::test::Variant;
 using vir::test::virSlam;
 
 // Of a recording, from its first image on: for what images have a say in, and for the rest.
 constexpr double kSeconds = 15, kFewSeconds = 6;
-
-struct Row {
-  long long t = 0;
-  std::vector<double> v;  ///< numbers behind the stamp
-  std::string rest;       ///< the line behind the stamp, comma included
-};
-
-/// The beginning of a recording, its tables rewritten; images are links.
-class Variant {
- public:
-  explicit Variant(const fs::path& source, double seconds = kSeconds) : source_(source / "mav0") {
-    fs::create_directories(mav0());
-    for (const auto& item : fs::directory_iterator(source_)) {
-      const fs::path folder = mav0() / item.path().filename();
-      fs::create_directories(folder);
-      for (const auto& file : fs::directory_iterator(item.path())) {
-        fs::create_symlink(fs::canonical(file.path()), folder / file.path().filename());
-      }
-    }
-    end_ = rows("cam0").front().t + static_cast<long long>(1e9 * seconds);
-    for (const char* name : {"cam0", "imu0", "uwb0"}) {
-      if (fs::exists(source_ / name))
-        rewrite(name, "#t", [](const Row& r) { return line(r.t, r.rest); });
-    }
-  }
-
-  fs::path mav0() const { return temp_ / "r/mav0"; }
-  std::string folder() const { return quoted((temp_ / "r").string()); }
-  std::string out(const std::string& name) const { return (temp_ / name).string(); }
-
-  static std::string line(long long t, const std::string& rest) { return std::to_string(t) + rest; }
-  static std::string line(long long t, const std::vector<double>& v) {
-    std::ostringstream s;
-    s << t << std::setprecision(9);
-    for (const double x : v) s << "," << x;
-    return s.str();
-  }
-
-  void rewrite(const std::string& sensor, const std::string& header,
-               const std::function<std::string(const Row&)>& write) const {
-    std::string text = header + "\n";
-    for (const Row& row : rows(sensor)) {
-      if (row.t <= end_) text += write(row) + "\n";
-    }
-    const fs::path file = mav0() / sensor / "data.csv";
-    fs::remove(file);
-    vir::test::writeText(file, text);
-  }
-  void imu(const std::function<void(std::vector<double>*)>& change,
-           const std::string& header = "#t,wx,wy,wz,ax,ay,az") const {
-    rewrite("imu0", header, [&](const Row& r) {
-      std::vector<double> v = r.v;
-      change(&v);
-      return line(r.t, v);
-    });
-  }
-
- private:
-  std::vector<Row> rows(const std::string& sensor) const {
-    std::ifstream in(source_ / sensor / "data.csv");
-    std::vector<Row> out;
-    for (std::string text; std::getline(in, text);) {
-      if (text.empty() || text[0] == '#') continue;
-      if (text.back() == '\r') text.pop_back();
-      Row r;
-      const std::size_t comma = text.find(',');
-      r.t = std::stoll(text);
-      r.rest = text.substr(comma);
-      std::istringstream fields(text.substr(comma + 1));
-      for (std::string f; std::getline(fields, f, ',');) {
-        try {
-          r.v.push_back(std::stod(f));
-        } catch (const std::exception&) {
-        }
-      }
-      out.push_back(r);
-    }
-    return out;
-  }
-
-  vir::test::TempFolder temp_;
-  fs::path source_;
-  long long end_ = 0;
-};
-
-/// What check says of a variant.
-struct Checked {
-  int code = -1;
-  std::string text;
-  std::vector<std::string> kinds;  ///< more than notes, the worst first
-};
-
-Checked check(const Variant& v, const std::string& more = "") {
-  const auto o = virSlam("check " + v.folder() + " --json " + quoted(v.out("c.json")) + " " + more);
-  Checked c{o.code, o.text, {}};
-  std::ifstream in(v.out("c.json"));
-  const auto json = nlohmann::json::parse(in, nullptr, false);
-  if (json.is_discarded()) return c;
-  for (const auto& f : json["findings"]) {
-    if (f["severity"] != "note") c.kinds.push_back(f["kind"]);
-  }
-  return c;
-}
-
-bool has(const Checked& c, const std::string& kind) {
-  return std::find(c.kinds.begin(), c.kinds.end(), kind) != c.kinds.end();
-}
 
 constexpr const char* kFlight = "euroc_MH01_clip30s";
 constexpr const char* kRoom = "rendered_V102_32s";

@@ -8,6 +8,7 @@
 
 #include "vir_test_shell.h"
 #include "vir_test_temp_folder.h"
+#include "vir_test_utf16.h"
 
 namespace vir {
 namespace {
@@ -87,8 +88,6 @@ TEST_F(Tables, WhatIsThereAndOfNoUseIsDoubtful) {
          "its header names no anchor");
   test::writeText(root() / "uwb.csv", "");
   expect(virSlam("check " + source()), 3, "note: uwb.csv is empty; not read");
-  test::writeText(root() / "uwb.csv", std::string("\xFF\xFEt\0,\0r\0\n\0", 10));
-  expect(virSlam("check " + source()), 3, "uwb.csv is text in UTF-16: save it as UTF-8");
 }
 
 TEST_F(Tables, ATableOfNoPosesIsNamedWithTheReason) {
@@ -143,13 +142,71 @@ TEST_F(Tables, WhatIsNotThereOrEmptyIsSaidFirst) {
   }
   expect(virSlam("check " + source() + " --calibration " + quoted(file("e.yaml"))), 2,
          "the calibration is empty: ");
+}
+
+TEST_F(Tables, NamesOfAnchorsGoThroughExportAndBack) {
+  const char* ids[] = {"9412036502", "0x84", "200A", "0x1122334455667788", "18446744073709551615"};
+  std::string text = "timestamp,anchor_id,range\n";
+  for (int i = 0; i < 300; ++i) {
+    char line[80];
+    std::snprintf(line, sizeof line, "%lld,%s,%.4f\n", kStart + i * 9'000'000LL, ids[i % 5],
+                  2 + i % 5 + 0.05 * std::sin(0.1 * i));
+    text += line;
+  }
+  test::writeText(root() / "uwb.csv", text);
+  const auto remarks = [](const std::string& ini) { return ini.substr(ini.find('\n')); };
+  ASSERT_EQ(virSlam("import " + source() + " --out " + quoted(file("a.rawlog"))).code, 0);
+  const std::string names = remarks(test::readText(file("a.ini")));
+  EXPECT_EQ(names,
+            "\n// anchor 1000002 is '0x1122334455667788'\n"
+            "// anchor 1000003 is '18446744073709551615'\n"
+            "// anchor 1000001 is '200A'\n// anchor 1000000 is '9412036502'\n");
+  for (const char* format : {"mcap", "csv"}) {
+    const std::string out = file(std::string("e.") + format);
+    ASSERT_EQ(virSlam("export " + quoted(file("a.rawlog")) + " --format " + format + " --out " +
+                      quoted(out))
+                  .code,
+              0);
+    const Outcome back = virSlam("import " + quoted(out) + " --out " + quoted(file("b.rawlog")));
+    ASSERT_EQ(back.code, 0) << back.text;
+    EXPECT_EQ(remarks(test::readText(file("b.ini"))), names) << format;
+    // In findings they are called as in the recording, those that fit by their number.
+    const Outcome checked = virSlam("check " + quoted(file("b.rawlog")));
+    for (const char* id : {"9412036502", "132", "200A", "0x1122334455667788"}) {
+      EXPECT_TRUE(contains(checked.text, std::string("anchor ") + id + ": noise")) << checked.text;
+    }
+    fs::remove(file("b.rawlog"));
+  }
+}
+
+TEST_F(Tables, TextInUtf16IsRead) {
+  const auto rewrite = [](const fs::path& path, bool little) {
+    test::writeText(path, test::utf16(test::readText(path), little));
+  };
+  const auto imported = [&](const std::string& name) {
+    const Outcome o = virSlam("import " + source() + " --out " + quoted(file(name)));
+    EXPECT_EQ(o.code, 0) << o.text;
+    return test::readText(file(name));
+  };
+  const std::string as_it_was = imported("a.rawlog");
+  for (const bool little : {true, false}) {
+    rewrite(root() / "imu.csv", little);
+    rewrite(root() / "uwb.csv", little);
+    EXPECT_EQ(imported("b.rawlog") == as_it_was, true) << little;
+    SetUp();
+    fs::remove(file("b.rawlog"));
+  }
   test::writeText(file("a.tum"), "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 1 1 0 0 0 0 1\n");
-  test::writeText(file("u.tum"), std::string("\xFF\xFE"
-                                             "1\0 \0"
-                                             "0\0\n\0",
-                                             10));
-  expect(virSlam("evaluate --reference " + quoted(file("u.tum")) + " " + quoted(file("a.tum"))), 2,
-         "the reference trajectory is text in UTF-16: save it as UTF-8");
+  test::writeText(file("u.tum"), test::utf16(test::readText(file("a.tum"))));
+  expect(virSlam("evaluate --reference " + quoted(file("u.tum")) + " " + quoted(file("a.tum"))), 0,
+         "3");
+  // Settings and calibrations.
+  test::writeText(file("u.ini"), test::utf16("[Estimator]\nnonsense = 1\n"));
+  expect(virSlam("run " + quoted(file("u.ini")) + " --rawlog " + quoted(file("a.rawlog"))), 2,
+         "u.ini:2: [Estimator] nonsense: unknown key");
+  test::writeText(file("u.yaml"), test::utf16("cam0:\n  intrinsics: [1, 2]\n"));
+  expect(virSlam("check " + source() + " --calibration " + quoted(file("u.yaml"))), 2,
+         "intrinsics");
 }
 
 }  // namespace

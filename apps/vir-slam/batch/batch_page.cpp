@@ -1,6 +1,9 @@
 /// table.html: names, links and the error of every run.
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <sstream>
 
@@ -149,21 +152,37 @@ std::string runs(const std::vector<BatchResult>& results, const std::string& fol
   return out + "</table></div>\n";
 }
 
+/// When the last of the runs ended: not now, for the page may be made again.
+std::string lastRun(const std::vector<BatchResult>& results) {
+  std::time_t last = 0;
+  for (const BatchResult& r : results) {
+    struct stat entry {};
+    const std::string summary = r.run + "/summary.json";
+    if (!r.run.empty() && stat(summary.c_str(), &entry) == 0) last = std::max(last, entry.st_mtime);
+  }
+  if (last == 0) return "";
+  return "<p class=\"small\">The last of the runs ended at " +
+         results::dateText(fromSeconds(static_cast<double>(last))) + ".</p>\n";
+}
+
 }  // namespace
 
 std::string batchHtml(const BatchPlan& plan, const std::vector<BatchRow>& rows,
-                      const std::vector<BatchResult>& results, const std::string& folder) {
+                      const std::vector<BatchResult>& results, const std::string& folder,
+                      const std::string& command) {
   std::string content = "<h1>Benchmark " + escapedMarkup(plan.file) + "</h1>\n";
   content +=
       "<p class=\"small\">Errors of the causal trajectory, aligned in position and yaw. Medians "
       "over the seeds; a dot per run, on a logarithmic axis, red where its verdict is not good: it "
       "leads to the run's own page.</p>\n";
+  content += lastRun(results);
   content += table(plan, rows, results, folder);
   for (const BatchRow& row : rows) {
     if (row.note.empty()) continue;
     content += "<p>" + escapedMarkup(row.name) + ": " + escapedMarkup(row.note) + "</p>\n";
   }
-  return results::plainPage("vir-slam: benchmark " + plan.file, content + runs(results, folder));
+  return results::plainPage("vir-slam: benchmark " + plan.file, content + runs(results, folder),
+                            command);
 }
 
 }  // namespace vir::app

@@ -50,8 +50,9 @@ std::string batchText(const BatchPlan& plan, const std::vector<BatchRow>& rows);
 /// A line per run.
 std::string batchCsv(const std::vector<BatchResult>& results);
 /// The table as a page: a dot for the error of every run, with a link to its report. `folder` is
-/// where the page will be.
+/// where the page will be; `command` makes it.
 std::string batchHtml(const BatchPlan& plan, const std::vector<BatchRow>& rows,
-                      const std::vector<BatchResult>& results, const std::string& folder);
+                      const std::vector<BatchResult>& results, const std::string& folder,
+                      const std::string& command);
 
 }  // namespace vir::app

@@ -51,7 +51,8 @@ Shard readShard(const std::string& text) {
 
 /// Prints the table and writes it to the folder as table.md, table.csv (a line per run) and
 /// table.html.
-void writeTable(const BatchPlan& plan, const Arguments& a, const std::string& out) {
+void writeTable(const BatchPlan& plan, const Arguments& a, const std::string& out,
+                const std::string& command) {
   std::vector<std::string> folders{out};
   folders.insert(folders.end(), a.from.begin(), a.from.end());
   const std::vector<BatchResult> results = readBatchResults(plan, folders);
@@ -59,7 +60,7 @@ void writeTable(const BatchPlan& plan, const Arguments& a, const std::string& ou
   fs::create_directories(out);
   results::writeTextFile(out + "/table.md", batchMarkdown(plan, rows));
   results::writeTextFile(out + "/table.csv", batchCsv(results));
-  results::writeTextFile(out + "/table.html", batchHtml(plan, rows, results, out));
+  results::writeTextFile(out + "/table.html", batchHtml(plan, rows, results, out, command));
   std::printf("\n%s\nAll columns in %s: table.html, table.md, table.csv\n",
               batchText(plan, rows).c_str(), out.c_str());
 }
@@ -73,7 +74,7 @@ void run(const Arguments& a, Common& common) {
     if (!fs::is_directory(folder)) throw UsageError("--from: there is no folder " + folder);
   }
   if (a.merge) {
-    writeTable(plan, a, out);
+    writeTable(plan, a, out, common.command);
     return;
   }
   BatchRunOptions options;
@@ -99,7 +100,7 @@ void run(const Arguments& a, Common& common) {
   }
   std::printf("%zu runs done, %zu were done before, %zu failed%s\n", counts.done, counts.found_done,
               counts.failed, counts.interrupted ? "; interrupted: the same command goes on" : "");
-  writeTable(plan, a, out);
+  writeTable(plan, a, out, common.command);
   if (counts.failed > 0 || counts.interrupted) common.exit_code = kRunFailed;
 }
 

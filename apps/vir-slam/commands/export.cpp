@@ -37,9 +37,9 @@ struct Arguments {
 
 std::unique_ptr<Exporter> makeExporter(const Arguments& a, bool force) {
   if (a.format == "tum") return makeTumExporter(a.out, force);
-  if (a.format == "csv") return makeCsvExporter(a.out, force);
-  if (a.format == "mcap") return makeMcapExporter(a.out);
-  return makeEurocExporter(a.out, companionOf(a.rawlog));
+  if (a.format == "csv") return makeCsvExporter(a.out, force, anchorTextsOf(a.rawlog));
+  if (a.format == "mcap") return makeMcapExporter(a.out, anchorTextsOf(a.rawlog));
+  return makeEurocExporter(a.out, companionOf(a.rawlog), anchorTextsOf(a.rawlog));
 }
 
 struct Count {

@@ -63,8 +63,11 @@ void run(const Arguments& arguments, Common& common) {
   results::writeTextFile(folder.file("used.ini"), prepared.used_ini);
   results::OutputFile log_file(folder.file("run.log"), results::OutputFile::Named::at_once);
   ProgressBar bar;
+  MeetingOrigin origin{common.command, {}, {}};
   const Log log = [&](LogLevel level, const std::string& text) {
     log_file.line(std::string(levelName(level)) + ": " + text);
+    if (level == LogLevel::warning) origin.warnings.push_back(text);
+    if (level == LogLevel::error) origin.errors.push_back(text);
     if (level != LogLevel::warning && level != LogLevel::error && !arguments.verbose) return;
     bar.clear();
     std::fprintf(stderr, "%s: %s\n", levelName(level), text.c_str());
@@ -73,7 +76,6 @@ void run(const Arguments& arguments, Common& common) {
   const auto create_solver = [&](const Log& sink) { return prepared.createSolver(sink); };
   const team::Meeting meeting =
       team::meet(runAll(prepared, folder, log, &bar), meetingOptions(prepared), create_solver, log);
-  const std::vector<TableRow> rows = writeMeeting(folder, meeting);
   if (interrupted()) common.exit_code = kRunFailed;
   for (const team::RobotRecord& r : meeting.robots) {
     if (r.damaged) {
@@ -85,6 +87,7 @@ void run(const Arguments& arguments, Common& common) {
         "robot " + r.name + " cannot be placed in the world of " + meeting.map.root);
     common.exit_code = kRunFailed;
   }
+  const std::vector<TableRow> rows = writeMeeting(folder, meeting, origin);
   log_file.close();
   printTable(rows);
   std::printf("Results in %s\n", folder.path().c_str());

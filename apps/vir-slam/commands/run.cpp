@@ -79,6 +79,7 @@ void run(const RunArguments& arguments, Common& common) {
   runs::OfflineRunOptions options = offlineOptions(prepared.options, prepared.inputs, hooks.log);
   const AnchorTable truth = anchorsTruthOf(options.rawlog);
   options.true_anchors = truth.anchors;
+  options.anchor_texts = anchorTextsOf(options.rawlog);
   options.command = common.command;
   if (truth.bad_lines > 0) {
     hooks.log(LogLevel::warning, std::to_string(truth.bad_lines) + " lines of " + truth.path +

@@ -7,6 +7,7 @@
 #include "vir/core/angles.h"
 #include "vir/evaluation/evaluate.h"
 #include "vir/evaluation/figure_parts.h"
+#include "vir/results/meeting_page.h"
 #include "vir/results/scene_file.h"
 
 namespace vir::app {
@@ -99,7 +100,7 @@ void writeMergedLandmarks(const results::ResultsFolder& folder, const team::Merg
   for (std::size_t i = 0; i < robots.size(); ++i) {
     const auto T = map.T_root.find(robots[i].name);
     if (T == map.T_root.end()) continue;
-    const evaluation::Color c = evaluation::figureColor(i);
+    const evaluation::Color c = evaluation::figureColor(results::robotColor(i));
     for (const Landmark& l : robots[i].landmarks) {
       if (!l.p_W.allFinite()) continue;
       const Vec3 p = T->second * l.p_W;
@@ -163,13 +164,13 @@ void addPath(const Trajectory& path, evaluation::Color color, evaluation::Panel*
 }
 
 void addAnchors(const team::RobotRecord& robot, const team::WorldTransform& T,
-                evaluation::Color color, evaluation::Panel* panel) {
+                evaluation::Panel* panel) {
   if (robot.anchors.empty()) return;
   for (const Anchor& a : robot.anchors.back().anchors) {
     if (!a.has_position || !a.p_W.allFinite()) continue;
     const Vec3 p = T * a.p_W;
     panel->marks.push_back({{p.x(), p.y()},
-                            color,
+                            evaluation::figureColor(results::kAnchorColor),
                             5,
                             evaluation::Mark::Shape::ring,
                             "anchor " + std::to_string(a.id)});
@@ -197,8 +198,12 @@ void writeRendezvousScene(const results::ResultsFolder& folder, const team::Merg
     const auto T = map.T_root.find(robot.name);
     const auto path = map.trajectories.find(robot.name);
     if (T == map.T_root.end() || path == map.trajectories.end() || path->second.empty()) continue;
-    results::SceneRobot merged{
-        "robot " + robot.name, evaluation::figureColor(i), T->second.pose(), {}, {}, {}};
+    results::SceneRobot merged{"robot " + robot.name,
+                               evaluation::figureColor(results::robotColor(i)),
+                               T->second.pose(),
+                               {},
+                               {},
+                               {}};
     // The path is in the common world already.
     const Pose back = merged.T.inverse();
     for (const StampedPose& p : path->second) merged.path.push_back({p.t, back * p.T_W_B});
@@ -211,7 +216,7 @@ void writeRendezvousScene(const results::ResultsFolder& folder, const team::Merg
   for (std::size_t i = 0; i < robots.size(); ++i) {
     const team::RobotRecord& robot = robots[i];
     results::SceneRobot own{robot.name + " in its own world",
-                            evaluation::figureColor(i),
+                            evaluation::figureColor(results::robotColor(i)),
                             Pose(),
                             trajectoryOf(robot),
                             {},
@@ -243,7 +248,7 @@ evaluation::Figure rendezvousFigure(const team::MergedMap& map,
   const double gap = 90, width = (1200.0 - 40) / static_cast<double>(n) - gap;
   std::vector<evaluation::Panel> own;
   for (std::size_t i = 0; i < n; ++i) {
-    const evaluation::Color color = evaluation::figureColor(i);
+    const evaluation::Color color = evaluation::figureColor(results::robotColor(i));
     figure.entries.push_back({"robot " + robots[i].name, color});
     evaluation::Panel panel;
     panel.title = "Robot " + robots[i].name + " in its own world";
@@ -251,13 +256,13 @@ evaluation::Figure rendezvousFigure(const team::MergedMap& map,
     panel.x_label = "x [m]";
     panel.y_label = "y [m]";
     addPath(trajectoryOf(robots[i]), color, &panel);
-    addAnchors(robots[i], {}, color, &panel);
+    addAnchors(robots[i], {}, &panel);
     own.push_back(panel);
     const auto T = map.T_root.find(robots[i].name);
     const auto path = map.trajectories.find(robots[i].name);
     if (T == map.T_root.end() || path == map.trajectories.end()) continue;
     addPath(path->second, color, &merged);
-    addAnchors(robots[i], T->second, color, &merged);
+    addAnchors(robots[i], T->second, &merged);
   }
   const double top = 64 + 20 * static_cast<double>(n) + 40;
   merged.corner = {80, top};

@@ -73,7 +73,7 @@ std::vector<TableRow> rowsOf(const team::TransformLoop& loop) {
 }  // namespace
 
 std::vector<TableRow> writeMeeting(const results::ResultsFolder& folder,
-                                   const team::Meeting& meeting) {
+                                   const team::Meeting& meeting, const MeetingOrigin& origin) {
   const team::MergedMap& map = meeting.map;
   std::vector<team::PairTransform> transforms;
   nlohmann::ordered_json summary;
@@ -99,13 +99,18 @@ std::vector<TableRow> writeMeeting(const results::ResultsFolder& folder,
   if (meeting.robots.size() > 2) rows.push_back({"common world", "that of " + map.root, ""});
   results::writeTextFile(folder.file("transforms.json"),
                          results::transformsJson(transforms, meeting.loops, map.root));
+  summary["command"] = origin.command;
+  summary["warnings"] = origin.warnings;
+  summary["errors"] = origin.errors;
   results::writeTextFile(folder.file("summary.json"), summary.dump(2) + "\n");
   writeHistory(folder, meeting.pairs);
   writeMergedTrajectories(folder, map);
   writeMergedLandmarks(folder, map, meeting.robots);
   const evaluation::Figure figure = rendezvousFigure(map, meeting.robots);
   results::writeTextFile(folder.file("rendezvous.svg"), evaluation::toSvg(figure));
-  results::MeetingPage page{meeting, {}, evaluation::toSvgElement(figure)};
+  results::MeetingPage page{
+      meeting,         {},           evaluation::toSvgElement(figure), origin.command,
+      origin.warnings, origin.errors};
   for (const team::RobotRecord& r : meeting.robots) {
     const std::string own = r.name + "/report.html";
     page.reports.push_back(std::filesystem::exists(folder.file(own)) ? own : "");

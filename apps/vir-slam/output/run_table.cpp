@@ -14,7 +14,7 @@ namespace {
 /// One row with the position, one with the error where the truth is known.
 void addAnchorRows(const results::AnchorResult& anchor, std::vector<TableRow>* rows) {
   const Anchor& a = anchor.estimate;
-  const std::string title = "anchor " + std::to_string(a.id);
+  const std::string title = "anchor " + anchor.title();
   if (!a.has_position) {
     rows->push_back({title + " (" + name(a.state) + ")", "-", "m"});
     return;
@@ -87,8 +87,7 @@ void printRunTable(const results::RunSummary& s, const std::string& folder) {
   for (const std::string& doubt : s.doubts) std::printf("doubt: %s\n", doubt.c_str());
   for (const results::AnchorResult& a : s.anchors) {
     if (a.estimate.advice.empty()) continue;
-    std::printf("anchor %llu: %s\n", static_cast<unsigned long long>(a.estimate.id),
-                a.estimate.advice.c_str());
+    std::printf("anchor %s: %s\n", a.title().c_str(), a.estimate.advice.c_str());
   }
   std::printf("Results in %s\n", folder.c_str());
 }

@@ -81,11 +81,12 @@ std::string imuNoise(const std::string& companion) {
 
 class EurocExporter : public Exporter {
  public:
-  EurocExporter(const std::string& folder, std::string companion)
+  EurocExporter(const std::string& folder, std::string companion, AnchorTexts anchors)
       : target_((fs::path(folder) / "mav0").string()),
         mav0_(target_ + ".part"),
         companion_(std::move(companion)),
-        files_(mav0_) {
+        files_(mav0_),
+        anchors_(std::move(anchors)) {
     if (fs::exists(target_)) {
       throw std::runtime_error(target_ + " exists already; remove it or name another folder");
     }
@@ -208,7 +209,8 @@ class EurocExporter : public Exporter {
       calibration(sensor(o), "sensor_type: uwb\n" + extrinsics(T_B_S) +
                                  "range_noise_sigma: " + exact(o.stdError) + "\n");
       files_.at(sensor(o) + "/data.csv", "#timestamp [ns],anchor_id,range [m]")
-          .line(std::to_string(t) + "," + std::to_string(m.beaconID) + "," +
+          .line(std::to_string(t) + "," +
+                anchorText(anchors_, static_cast<std::uint32_t>(m.beaconID)) + "," +
                 exact(m.sensedDistance));
     }
   }
@@ -216,13 +218,14 @@ class EurocExporter : public Exporter {
   std::string target_, mav0_, companion_;
   FileSet files_;
   std::set<std::string> calibrated_;
+  AnchorTexts anchors_;
 };
 
 }  // namespace
 
-std::unique_ptr<Exporter> makeEurocExporter(const std::string& folder,
-                                            const std::string& companion) {
-  return std::make_unique<EurocExporter>(folder, companion);
+std::unique_ptr<Exporter> makeEurocExporter(const std::string& folder, const std::string& companion,
+                                            AnchorTexts anchors) {
+  return std::make_unique<EurocExporter>(folder, companion, std::move(anchors));
 }
 
 }  // namespace vir::app

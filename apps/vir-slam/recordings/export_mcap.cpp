@@ -44,7 +44,8 @@ std::string contentOf(const std::string& path) {
 
 class McapExporter : public Exporter {
  public:
-  explicit McapExporter(const std::string& file) : file_(file) {}
+  McapExporter(const std::string& file, AnchorTexts anchors)
+      : file_(file), anchors_(std::move(anchors)) {}
 
   Added add(CObservation& o) override {
     const std::string topic = "/" + topicWord(o.sensorLabel);
@@ -55,7 +56,10 @@ class McapExporter : public Exporter {
     if (const auto sample = rawlog::imuSampleOf(o)) {
       out_.imu(topic, kBody, *sample);
     } else if (const auto ranges = rawlog::rangesOf(o); !ranges.empty()) {
-      for (const Range& r : ranges) out_.range(topic, kBody, r);
+      for (const Range& r : ranges) {
+        const auto named = anchors_.find(r.anchor);
+        out_.range(topic, kBody, r, named == anchors_.end() ? std::string() : named->second);
+      }
     } else if (const auto pose = rawlog::poseOf(o)) {
       if (o.sensorLabel == rawlog::kOdometryLabel) {
         out_.odometry(topic, "odom", kBody, *pose);
@@ -101,6 +105,7 @@ class McapExporter : public Exporter {
   }
 
   bags::McapWriter file_;
+  AnchorTexts anchors_;
   RosMessages out_{&file_};
   std::set<std::string> seen_;
 };
@@ -147,8 +152,8 @@ std::vector<Eigen::Vector3f> pointsOf(const std::string& file) {
 
 }  // namespace
 
-std::unique_ptr<Exporter> makeMcapExporter(const std::string& file) {
-  return std::make_unique<McapExporter>(file);
+std::unique_ptr<Exporter> makeMcapExporter(const std::string& file, AnchorTexts anchors) {
+  return std::make_unique<McapExporter>(file, std::move(anchors));
 }
 
 void exportRunToMcap(const std::string& run_folder, const std::string& file) {

@@ -46,7 +46,8 @@ class TumExporter : public Exporter {
 
 class CsvExporter : public Exporter {
  public:
-  CsvExporter(const std::string& folder, bool force) : files_(folder, force) {}
+  CsvExporter(const std::string& folder, bool force, AnchorTexts anchors)
+      : files_(folder, force), anchors_(std::move(anchors)) {}
   Added add(CObservation& o) override {
     const std::string t = std::to_string(rawlog::fromMrptTime(o.timestamp));
     if (const auto* imu = dynamic_cast<const CObservationIMU*>(&o)) {
@@ -89,13 +90,14 @@ class CsvExporter : public Exporter {
     for (const auto& m : ranges.sensedData) {
       const auto& antenna = m.sensorLocationOnRobot;
       file(ranges, "t_ns,beacon_id,range_m,std_m,antenna_x_m,antenna_y_m,antenna_z_m")
-          .line(t + "," + std::to_string(m.beaconID) + "," + exact(m.sensedDistance) + "," +
-                exact(ranges.stdError) + "," + exact(antenna.x()) + "," + exact(antenna.y()) + "," +
-                exact(antenna.z()));
+          .line(t + "," + anchorText(anchors_, static_cast<std::uint32_t>(m.beaconID)) + "," +
+                exact(m.sensedDistance) + "," + exact(ranges.stdError) + "," + exact(antenna.x()) +
+                "," + exact(antenna.y()) + "," + exact(antenna.z()));
     }
   }
 
   FileSet files_;
+  AnchorTexts anchors_;
 };
 
 /// Our header, or without one (TUM) eight numbers; nothing at all as well.
@@ -180,8 +182,9 @@ std::unique_ptr<Exporter> makeTumExporter(const std::string& folder, bool force)
   return std::make_unique<TumExporter>(folder, force);
 }
 
-std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder, bool force) {
-  return std::make_unique<CsvExporter>(folder, force);
+std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder, bool force,
+                                          AnchorTexts anchors) {
+  return std::make_unique<CsvExporter>(folder, force, std::move(anchors));
 }
 
 }  // namespace vir::app

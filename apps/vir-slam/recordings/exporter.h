@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "recordings/companion.h"
 #include "vir/results/results_folder.h"
 
 namespace vir::app {
@@ -27,15 +28,17 @@ class Exporter {
 std::unique_ptr<Exporter> makeTumExporter(const std::string& folder, bool force);
 
 /// `<label>.csv` per label, nanoseconds in the first column; images as a list only.
-std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder, bool force);
+/// `anchors`: what those of a name were called.
+std::unique_ptr<Exporter> makeCsvExporter(const std::string& folder, bool force,
+                                          AnchorTexts anchors);
 
 /// EuRoC's folder `mav0`, which `import euroc` reads back. `companion`: the ini that import left
 /// beside the rawlog (noise densities), may be empty.
-std::unique_ptr<Exporter> makeEurocExporter(const std::string& folder,
-                                            const std::string& companion);
+std::unique_ptr<Exporter> makeEurocExporter(const std::string& folder, const std::string& companion,
+                                            AnchorTexts anchors);
 
 /// One MCAP file with standard messages of ROS 2, which `import rosbag2` reads back.
-std::unique_ptr<Exporter> makeMcapExporter(const std::string& file);
+std::unique_ptr<Exporter> makeMcapExporter(const std::string& file, AnchorTexts anchors);
 /// Trajectories, anchors and landmarks of a run's folder, likewise.
 void exportRunToMcap(const std::string& run_folder, const std::string& file);
 

@@ -21,11 +21,14 @@ void assumeAsIn(const Settings& settings, RecordingCheck* check) {
 SourceReport checkAll(const SourceToRead& what, GivenCalibration* calibration,
                       RecordingCheck* check, const std::function<void(double)>& progress) {
   const bool rawlog = isRawlog(what.source);
-  return readSource(what, [&](mrpt::obs::CObservation& o, double part) {
+  SourceReport report = readSource(what, [&](mrpt::obs::CObservation& o, double part) {
     if (rawlog) calibration->apply(&o);
     check->add(o);
     if (progress) progress(part);
   });
+  check->setAnchors(report.anchors);
+  check->setAnchorTexts(report.anchor_texts);
+  return report;
 }
 
 std::vector<std::string> causesIn(const std::string& rawlog, const Settings& used,

@@ -73,14 +73,13 @@ void RecordingCheck::addRanges(const CObservation& o) {
     ranges_.try_emplace(label, label).first->second.add(r);
     // Those to other robots have no anchor.
     if (full && label != rawlog::kPeerLabel) {
-      biases_.try_emplace(label, label).first->second.add(r);
+      along_path_.try_emplace(label, label).first->second.add(r);
     }
   }
-  if (!full || label != rawlog::kGroundTruthLabel) return;
-  const auto truth = rawlog::poseOf(o);
-  for (auto& [name, bias] : biases_) {
-    if (truth) bias.addTruth(*truth);
-  }
+  if (!full) return;
+  const bool truth = label == rawlog::kGroundTruthLabel;
+  if (!truth && label != rawlog::kOdometryLabel) return;
+  if (const auto pose = rawlog::poseOf(o)) (truth ? truth_ : odometry_).add(*pose);
 }
 
 void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
@@ -227,6 +226,20 @@ std::vector<check::Finding> RecordingCheck::stampFindings() const {
   return out;
 }
 
+void RecordingCheck::takeRanges(bool stamps, std::vector<check::Finding>* out) const {
+  for (const auto& [label, ranges] : ranges_) {
+    const std::vector<check::Finding> of_ranges = ranges.findings();
+    take(of_ranges, out);
+    // What is known to be in another unit needs no path to say so.
+    const auto ours = along_path_.find(label);
+    const bool units = check::worst(of_ranges) != check::Severity::unusable;
+    if (!stamps || ours == along_path_.end() || !units) continue;
+    const check::RangePathCheck& along = ours->second;
+    take(truth_.empty() ? along.againstOdometry(odometry_) : along.againstTruth(truth_, anchors_),
+         out);
+  }
+}
+
 void RecordingCheck::takeImages(std::vector<check::Finding>* out) const {
   const auto moves = [this](TimeNs from, TimeNs to) -> std::optional<bool> {
     const TimeNs offset = fromSeconds(time_offset_s_);
@@ -261,22 +274,17 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     const Vec3 bias = label == imus_.begin()->first ? turning.gyro_bias : Vec3::Zero();
     take(imu.findings(noise_, mountingOf(turning, label), turning.gyro_trusted, bias), &out);
   }
-  for (const auto& [label, ranges] : ranges_) {
-    const std::vector<check::Finding> of_ranges = ranges.findings();
-    take(of_ranges, &out);
-    // What is in another unit fits nothing.
-    const auto bias = biases_.find(label);
-    if (stamps && bias != biases_.end() && check::worst(of_ranges) != check::Severity::unusable) {
-      take(bias->second.findings(), &out);
-    }
-  }
+  takeRanges(stamps, &out);
   takeImages(&out);
   for (const auto& [label, rig] : rigs_) take(rig.findings(), &out);
   const bool gyro = std::none_of(out.begin(), out.end(), [](const check::Finding& f) {
     return f.kind == "imu_columns_swapped";
   });
   if (gyro) take(turning.findings, &out);
-  for (check::Finding& f : out) nameDriver(driver_, &f);
+  for (check::Finding& f : out) {
+    nameDriver(driver_, &f);
+    for (std::string* text : {&f.what, &f.evidence, &f.remedy}) callAnchors(anchor_texts_, text);
+  }
   std::stable_sort(out.begin(), out.end(), [](const check::Finding& a, const check::Finding& b) {
     return a.severity > b.severity;
   });

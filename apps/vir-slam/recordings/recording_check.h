@@ -6,13 +6,15 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "recordings/companion.h"
 #include "vir/check/finding.h"
 #include "vir/check/image_check.h"
 #include "vir/check/imu_check.h"
-#include "vir/check/range_bias.h"
 #include "vir/check/range_check.h"
+#include "vir/check/range_path.h"
 #include "vir/check/rig_check.h"
 #include "vir/check/stream_check.h"
 #include "vir/check/turning_check.h"
@@ -37,6 +39,10 @@ class RecordingCheck {
   void setTimeOffset(double time_offset_s) { time_offset_s_ = time_offset_s; }
   /// That reads the recording ("csv", "bag", ...), to be named in remedies; empty: not known.
   void setDriver(const std::string& driver) { driver_ = driver; }
+  /// Where anchors are, as far as somebody says so.
+  void setAnchors(check::GivenAnchors anchors) { anchors_ = std::move(anchors); }
+  /// What anchors are called that have no number of their own: said instead of it.
+  void setAnchorTexts(AnchorTexts texts) { anchor_texts_ = std::move(texts); }
   /// Loads an external image if need be (full), and lets go of it again.
   void add(const mrpt::obs::CObservation& observation);
 
@@ -49,6 +55,7 @@ class RecordingCheck {
   std::optional<check::Mounting> mountingOf(const check::TurningVerdict& turning,
                                             const std::string& imu) const;
   std::vector<check::Finding> stampFindings() const;
+  void takeRanges(bool stamps, std::vector<check::Finding>* out) const;
   void takeImages(std::vector<check::Finding>* out) const;
   void addRanges(const mrpt::obs::CObservation& observation);
   void addImage(const mrpt::obs::CObservationImage& image, TimeNs t);
@@ -64,7 +71,10 @@ class RecordingCheck {
   std::map<std::string, check::StreamCheck> streams_;
   std::map<std::string, check::ImuCheck> imus_;
   std::map<std::string, check::RangeCheck> ranges_;
-  std::map<std::string, check::RangeBiasCheck> biases_;  ///< full only
+  std::map<std::string, check::RangePathCheck> along_path_;  ///< full only
+  check::KnownPath truth_, odometry_;                        ///< full only
+  check::GivenAnchors anchors_;
+  AnchorTexts anchor_texts_;
   std::map<std::string, std::unique_ptr<Camera>> cameras_;
   std::map<std::string, check::RigCheck> rigs_;   ///< of the first camera and this one; full only
   std::unique_ptr<check::TurningCheck> turning_;  ///< of the first camera and the first IMU

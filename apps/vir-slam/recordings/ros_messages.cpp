@@ -16,7 +16,7 @@ const std::map<std::string, std::string>& ownTypes() {
   static const std::map<std::string, std::string> types{
       {"vir_slam/Range",
        "std_msgs/Header header\nint64 anchor\nfloat64 range_m\nfloat64 sigma_m\n"
-       "geometry_msgs/Point antenna\n"},
+       "geometry_msgs/Point antenna\nstring anchor_name\n"},
       {"nav_msgs/Path", "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n"},
       {"std_msgs/ColorRGBA", "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n"},
       {"sensor_msgs/PointField", "string name\nuint32 offset\nuint8 datatype\nuint32 count\n"},
@@ -172,10 +172,12 @@ void RosMessages::transform(const std::string& topic, const std::string& frame,
   write(topic, "tf2_msgs/TFMessage", pose.t, w);
 }
 
-void RosMessages::range(const std::string& topic, const std::string& frame, const Range& r) {
+void RosMessages::range(const std::string& topic, const std::string& frame, const Range& r,
+                        const std::string& name) {
   CdrWriter w = header(r.t, frame);
   w.i64(static_cast<std::int64_t>(r.anchor)).f64(r.range_m).f64(r.sigma_m);
   add(&w, r.p_B_U);
+  w.text(name);
   write(topic, "vir_slam/Range", r.t, w);
 }
 

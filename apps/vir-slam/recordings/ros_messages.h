@@ -41,8 +41,10 @@ class RosMessages {
             const std::vector<StampedPose>& poses);
   void transform(const std::string& topic, const std::string& frame, const std::string& child,
                  const StampedPose& pose);
-  /// vir_slam/Range: anchor, distance, sigma, antenna in the body.
-  void range(const std::string& topic, const std::string& frame, const Range& r);
+  /// vir_slam/Range: anchor, distance, sigma, antenna in the body, and what the anchor is called if
+  /// that is no number that fits.
+  void range(const std::string& topic, const std::string& frame, const Range& r,
+             const std::string& name = {});
   void points(const std::string& topic, const std::string& frame, TimeNs t,
               const std::vector<Eigen::Vector3f>& points);
   /// An anchor with its ellipsoid of three standard deviations.

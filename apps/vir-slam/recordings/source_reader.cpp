@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "commands/commands.h"
+#include "recordings/companion.h"
 #include "recordings/import_job.h"
 #include "vir/rawlog/rawlog_reader.h"
 
@@ -20,6 +21,9 @@ SourceReport readRawlog(const std::string& path, const Visit& visit) {
     if (!problem.empty()) out.notes.push_back(problem);
   }
   out.damaged = !reader.damage().empty();
+  out.anchors.truth = anchorsTruthOf(path).anchors;
+  out.anchors.survey = surveyOf(path);
+  out.anchor_texts = anchorTextsOf(path);
   return out;
 }
 
@@ -28,6 +32,9 @@ SourceReport readRawlog(const std::string& path, const Visit& visit) {
 SourceReport reportOf(const roles::RecordedSource& source) {
   SourceReport out;
   out.notes = source.warnings();
+  for (const roles::TrueAnchor& a : source.trueAnchors()) out.anchors.truth[a.id] = a.p_W;
+  out.anchors.survey = source.surveyedAnchors();
+  out.anchor_texts = anchorTextsIn(source.companionIni());
   const auto names = [](const std::string& counter, const std::string& part) {
     return counter.find(part) != std::string::npos;
   };

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "recordings/companion.h"
+#include "vir/check/range_path.h"
 #include "vir/roles/recorded_source.h"
 
 namespace vir::app {
@@ -32,7 +34,9 @@ struct SourceReport {
   long too_late = 0;     ///< rows that came after later ones, by more than can be put in order
   /// Lines and messages that are no readings: name of the counter and how many, none with 0.
   std::vector<std::pair<std::string, long>> unreadable;
-  long imu_repeated = 0;  ///< readings left out because another one has their stamp
+  long imu_repeated = 0;        ///< readings left out because another one has their stamp
+  AnchorTexts anchor_texts;     ///< what those of a name are called
+  check::GivenAnchors anchors;  ///< where they are, as the source or the files beside it say
 };
 
 /// Of a source that was read to its end.

@@ -2,11 +2,11 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 
 #include "commands/commands.h"
 #include "output/console.h"
+#include "vir/core/text_stream.h"
 #include "vir/evaluation/leaps.h"
 
 namespace vir::app {
@@ -36,7 +36,7 @@ Trajectory readTrajectoryFile(const std::string& given, const std::string& what,
     return {};
   }
   requireFile(path, what);
-  std::ifstream in(path, std::ios::binary);
+  TextStream in(path);
   if (!in) throw UsageError("cannot read the " + what + " " + path);
   if (!isText(&in)) {
     throw UsageError(path +
@@ -71,7 +71,7 @@ Trajectory readTrajectoryFile(const std::string& given, const std::string& what,
 
 std::vector<TimeNs> readImageStamps(const std::string& path) {
   requireFile(path, "list of images");
-  std::ifstream in(path, std::ios::binary);
+  TextStream in(path);
   std::vector<TimeNs> images = evaluation::readStamps(in);
   if (images.empty()) throw UsageError("no stamp in ns begins a line of " + path);
   return images;

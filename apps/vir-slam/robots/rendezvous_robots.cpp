@@ -239,6 +239,7 @@ team::RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robo
   run.rawlog = robot.rawlog;
   runs::OfflineRunOptions options = offlineOptions(run, settings->inputs(), hooks.log);
   options.true_anchors = anchorsTruthOf(robot.rawlog).anchors;
+  options.anchor_texts = anchorTextsOf(robot.rawlog);
   results::writeTextFile(own.file("used.ini"), ownSettings(prepared, robot, run));
   GivenCalibration calibration = prepared.calibration;
   calibration.setCameraLabel(imageLabel(options.inputs));

@@ -4,8 +4,9 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
+
+#include "vir/core/text_stream.h"
 
 namespace vir {
 inline namespace core {
@@ -48,14 +49,9 @@ std::string notAFile(const std::string& path) {
 std::string whyNoText(const std::string& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return {};
-  char mark[2] = {0, 0};
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return {};
-  in.read(mark, 2);
-  if (in.gcount() == 0) return "is empty";
-  const std::string bom(mark, static_cast<std::size_t>(in.gcount()));
-  if (bom != "\xFF\xFE" && bom != "\xFE\xFF") return {};
-  return "is text in UTF-16: save it as UTF-8 (iconv -f UTF-16 -t UTF-8 OLD > NEW)";
+  TextStream in(path);
+  if (in && in.get() == TextStream::traits_type::eof()) return "is empty";
+  return {};
 }
 
 std::string readTextFile(const std::string& path, std::size_t most) {
@@ -64,7 +60,7 @@ std::string readTextFile(const std::string& path, std::size_t most) {
   const std::string other = notAFile(path);
   if (!other.empty()) throw std::runtime_error("this is " + other + ", not a file");
   errno = 0;
-  std::ifstream in(path, std::ios::binary);
+  TextStream in(path);
   const int reason = errno;
   std::string text, block(std::min<std::size_t>(most + 1, 1 << 16), '\0');
   while (in && text.size() <= most) {

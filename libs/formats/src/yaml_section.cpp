@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "vir/core/text_file.h"
+#include "vir/core/text_stream.h"
 #include "vir/formats/calibration_file.h"
 
 namespace vir::formats {
@@ -44,7 +44,7 @@ Document documentOf(const std::string& path) {
   }
   const std::string why = whyNoText(path);
   if (!why.empty()) throw CalibrationError(path + ": " + why);
-  std::ifstream file(path, std::ios::binary);
+  TextStream file(path);
   if (!file) throw CalibrationError(path + ": cannot be read (permissions?)");
   Document out;
   std::string line;

@@ -32,7 +32,7 @@ std::string robotsJson(const team::Meeting& meeting, TimeNs start) {
     const auto path = meeting.map.trajectories.find(name);
     if (path == meeting.map.trajectories.end()) continue;
     if (out.size() > 1) out += ",";
-    out += "{\"name\":" + jsonText(name) + ",\"color\":\"c" + std::to_string(i % 6) +
+    out += "{\"name\":" + jsonText(name) + ",\"color\":\"c" + std::to_string(robotColor(i)) +
            "\",\"path\":" + pathJson(thinnedForPage(path->second), start) + "}";
   }
   return out + "]";
@@ -165,14 +165,22 @@ std::string robotTable(const MeetingPage& page) {
 
 }  // namespace
 
+std::size_t robotColor(std::size_t i) {
+  constexpr std::size_t kColors[] = {0, 2, 4, 5};
+  return kColors[i % 4];
+}
+
 std::string meetingHtml(const MeetingPage& page) {
   const team::Meeting& meeting = page.meeting;
   const TimeNs start = startOf(meeting);
-  const std::string content =
-      "<h1>Robots in the world of " + escapedMarkup(meeting.map.root) +
-      "</h1>\n<div class=\"scroll\">" + robotTable(page) + pairTable(meeting) +
-      "</div>\n<div id=\"live\"></div>\n<div id=\"still\">\n" + page.still_svg +
-      "</div>\n<p class=\"small\">vir-slam " VIR_VERSION "</p>\n";
+  std::string said;
+  if (!page.errors.empty()) said += "<div class=\"bad\">" + listHtml(page.errors) + "</div>\n";
+  if (!page.warnings.empty()) said += "<h2>Warnings</h2>\n" + listHtml(page.warnings);
+  const std::string content = "<h1>Robots in the world of " + escapedMarkup(meeting.map.root) +
+                              "</h1>\n" + said + "<div class=\"scroll\">" + robotTable(page) +
+                              pairTable(meeting) +
+                              "</div>\n<div id=\"live\"></div>\n<div id=\"still\">\n" +
+                              page.still_svg + "</div>\n" + originHtml(page.command, start);
   std::string json = "{\"robots\":" + robotsJson(meeting, start) +
                      ",\"anchors\":" + anchorsJson(meeting) +
                      ",\"landmarks\":" + pointsJson(allLandmarks(meeting)) + ",\"pairs\":[";

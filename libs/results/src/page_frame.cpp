@@ -8,6 +8,7 @@
 #include "json_columns.h"
 #include "page_files.h"
 #include "vir/core/markup.h"
+#include "vir/results/plain_page.h"
 
 namespace vir::results {
 namespace {
@@ -44,6 +45,22 @@ std::string filledPage(const PageParts& parts) {
                  {"content", parts.content},
                  {"data", parts.json},
                  {"script", scripts}});
+}
+
+std::string listHtml(const std::vector<std::string>& lines) {
+  std::string t = "<ul>\n";
+  for (const std::string& line : lines) t += "<li>" + escapedMarkup(line) + "</li>\n";
+  return t + "</ul>\n";
+}
+
+std::string originHtml(const std::string& command, TimeNs first_frame) {
+  std::string text = "vir-slam " VIR_VERSION;
+  constexpr TimeNs kNoClock =
+      946'684'800'000'000'000;  // before the year 2000: counted from power-up
+  if (first_frame > kNoClock) text += "; first frame at " + dateText(first_frame) + " = 0 s";
+  std::string page = "<p class=\"small\">" + text + "</p>\n";
+  if (!command.empty()) page += "<p class=\"small\">" + escapedMarkup(command) + "</p>\n";
+  return page;
 }
 
 std::string insideScript(const std::string& json) {

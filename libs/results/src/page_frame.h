@@ -16,6 +16,13 @@ struct PageParts {
 };
 std::string filledPage(const PageParts& parts);
 
+/// A bulleted list; the lines are escaped here.
+std::string listHtml(const std::vector<std::string>& lines);
+
+/// Where a page comes from: program, time of the first frame (0: none), and command (may be empty).
+/// The date is the recording's: a page is the same whenever it is made.
+std::string originHtml(const std::string& command, TimeNs first_frame);
+
 /// What would end a script is written so that JSON reads the same.
 std::string insideScript(const std::string& json);
 

@@ -1,7 +1,6 @@
 #include "report_html.h"
 
 #include <cmath>
-#include <ctime>
 
 #include "csv_text.h"
 #include "page_files.h"
@@ -88,7 +87,7 @@ std::string anchorTable(const std::vector<AnchorResult>& anchors) {
     if (a.state == AnchorState::mirror_open) {
       advice = "or at " + vectorText(a.mirror_p_W) + (advice.empty() ? "" : "; ") + advice;
     }
-    t += "<tr>" + cell(std::to_string(a.id), false) + cell(name(a.state), false) +
+    t += "<tr>" + cell(anchor.title(), false) + cell(name(a.state), false) +
          cell(a.has_position ? vectorText(a.p_W) : "-") +
          cell(a.has_position ? vectorText(sigma) : "-") +
          cell(number(a.bias_m, 3) + " +- " + number(a.bias_sigma_m, 3)) +
@@ -121,12 +120,6 @@ std::string peerTable(const std::vector<team::PeerResult>& peers) {
   return t + "</table>\n";
 }
 
-std::string list(const std::vector<std::string>& lines) {
-  std::string t = "<ul>\n";
-  for (const std::string& line : lines) t += "<li>" + escapedMarkup(line) + "</li>\n";
-  return t + "</ul>\n";
-}
-
 std::string picture(const evaluation::Figure& figure) {
   return figure.panels.empty() ? std::string() : evaluation::toSvgElement(figure);
 }
@@ -137,7 +130,7 @@ std::string heading(const RunSummary& s) {
                      escapedMarkup(s.estimator) + "</b></p>\n";
   page += std::string("<p class=\"") + (s.verdict == Verdict::good ? "good" : "bad") +
           "\">Verdict: <b>" + name(s.verdict) + "</b></p>\n";
-  if (!s.doubts.empty()) page += list(s.doubts);
+  if (!s.doubts.empty()) page += listHtml(s.doubts);
   if (!s.error.empty())
     page += "<p class=\"bad\">The run ended early: " + escapedMarkup(s.error) + "</p>\n";
   if (s.interrupted) page += "<p class=\"bad\">The run was interrupted.</p>\n";
@@ -163,7 +156,7 @@ std::string tables(const RunSummary& s) {
   };
   if (!s.anchors.empty()) add("Anchors", anchorTable(s.anchors));
   if (!s.peers.empty()) add("Other robots", peerTable(s.peers));
-  if (!s.warnings.empty()) add("Warnings", list(s.warnings));
+  if (!s.warnings.empty()) add("Warnings", listHtml(s.warnings));
   if (s.counters.empty()) return page;
   std::string counted = "<table>\n";
   for (const auto& [name, count] : s.counters) counted += row(name, std::to_string(count));
@@ -171,29 +164,11 @@ std::string tables(const RunSummary& s) {
   return page;
 }
 
-/// Where it comes from. The date is the recording's: a page is the same whenever it is made.
-std::string origin(const RunSummary& s, TimeNs first_frame) {
-  std::string text = "vir-slam " VIR_VERSION;
-  constexpr TimeNs kNoClock =
-      946'684'800'000'000'000;  // before the year 2000: counted from power-up
-  if (first_frame > kNoClock) {
-    const auto seconds = static_cast<std::time_t>(first_frame / 1'000'000'000);
-    std::tm utc{};
-    gmtime_r(&seconds, &utc);
-    char date[40];
-    std::strftime(date, sizeof date, "%Y-%m-%d %H:%M:%S UTC", &utc);
-    text += std::string("; first frame at ") + date + " = 0 s";
-  }
-  std::string page = "<p class=\"small\">" + text + "</p>\n";
-  if (!s.command.empty()) page += "<p class=\"small\">" + escapedMarkup(s.command) + "</p>\n";
-  return page;
-}
-
 }  // namespace
 
 std::string reportHtml(const RunSummary& s, const ReportData& data) {
   const std::string content = heading(s) + stillPictures(s, data.pictures) + tables(s) +
-                              origin(s, data.pictures.first_frame);
+                              originHtml(s.command, data.pictures.first_frame);
   return filledPage({"vir-slam: " + s.rawlog, content, reportJson(s, data), page::run_js});
 }
 

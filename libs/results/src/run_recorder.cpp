@@ -314,7 +314,10 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   fetchLongRun();
   const std::vector<Anchor> anchors = estimator.anchors();
   ranges_->finish(anchors);
-  for (const Anchor& a : anchors) summary->anchors.push_back({a, {}, {}});
+  for (const Anchor& a : anchors) {
+    const auto named = texts_.find(a.id);
+    summary->anchors.push_back({a, {}, {}, named == texts_.end() ? std::string() : named->second});
+  }
   summariseRanges(summary);
   summary->loops = loops_->finish(estimator.loops());
   writeKeyframes(estimator.keyframes());

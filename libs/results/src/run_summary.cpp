@@ -23,6 +23,7 @@ Json toJson(const AnchorResult& anchor) {
   const Anchor& a = anchor.estimate;
   Json json;
   json["id"] = a.id;
+  if (!anchor.called.empty()) json["name"] = anchor.called;
   json["state"] = name(a.state);
   json["p"] = a.has_position ? toJson(a.p_W) : Json(nullptr);
   const Vec3 sigma = a.covariance.diagonal().cwiseMax(0).cwiseSqrt();

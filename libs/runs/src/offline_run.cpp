@@ -69,6 +69,7 @@ class OfflineRun {
         input_(options.rawlog),
         recorder_(folder, hooks.log) {
     recorder_.setTrueAnchors(options.true_anchors);
+    recorder_.setAnchorTexts(options.anchor_texts);
   }
 
   results::RunSummary run() {

@@ -4,11 +4,11 @@
 #include <cctype>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 
 #include "units.h"
 #include "vir/core/text.h"
+#include "vir/core/text_stream.h"
 
 namespace vir::tables {
 namespace {
@@ -205,7 +205,7 @@ Layout layoutOfText(std::string_view text) {
 }
 
 Layout layoutOf(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
+  TextStream in(path);
   std::error_code ec;
   const std::uintmax_t whole = std::filesystem::file_size(path, ec);
   // What is no file of a known size is read all the same.

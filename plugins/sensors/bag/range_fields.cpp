@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "input_error.h"
+#include "vir/core/length_units.h"
 
 namespace vir::bag {
 namespace {
@@ -13,6 +14,8 @@ using bags::Kind;
 using bags::MessageView;
 
 constexpr std::size_t kMostRanges = 1000;
+
+constexpr const char* kOwnType = "vir_slam/Range";
 
 struct Known {
   const char* type;
@@ -39,7 +42,7 @@ constexpr Known kKnown[] = {
     {"gtec_msgs/Ranging", "", "anchorId", "range", "", false, "", "", 0.001},
     {"gtec_msgs/PozyxRanging", "", "destinationId", "range", "", false, "", "", 0.001},
     // What `export --format mcap` writes
-    {"vir_slam/Range", "", "anchor", "range_m", "sigma_m", false, "antenna", "", 1},
+    {kOwnType, "", "anchor", "range_m", "sigma_m", false, "antenna", "", 1},
     {"sensor_msgs/Range", "", "", "range", "", false, "", "", 1},
 };
 
@@ -132,6 +135,7 @@ void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>*
   }
   ReadRange r;
   r.anchor = f.fixed_anchor ? *f.fixed_anchor : anchorText(m, f.anchor);
+  if (!f.name.empty() && m.has(f.name) && !m.text(f.name).empty()) r.anchor = m.text(f.name);
   r.range_m = m.number(f.distance) * f.unit_m;
   addCommon(m, f, &r);
   out->push_back(r);
@@ -254,11 +258,11 @@ void applyOption(const std::string& topic, const std::string& option, RangeField
     f->antenna = value;
   } else if (key == "place") {
     f->place = value;
-  } else if (key == "unit" && (value == "m" || value == "cm" || value == "mm")) {
-    f->unit_m = value == "m" ? 1.0 : value == "cm" ? 0.01 : 0.001;
+  } else if (key == "unit" && lengthUnitOf(value)) {
+    f->unit_m = *lengthUnitOf(value);
   } else {
-    throw InputError(topic + ": `" + option +
-                     "` is not known; unit=m|cm|mm, stamp=FIELD, sigma=FIELD, valid=FIELD, "
+    throw InputError(topic + ": `" + option + "` is not known; unit=" + kLengthUnitNames +
+                     ", stamp=FIELD, sigma=FIELD, valid=FIELD, "
                      "tag=FIELD, antenna=FIELD and place=FIELD are");
   }
 }
@@ -276,6 +280,7 @@ std::optional<RangeFields> knownRangeFields(const std::string& type) {
     f.sigma_squared = k.sigma_squared;
     f.antenna = k.antenna;
     f.place = k.place;
+    if (type == kOwnType) f.name = "anchor_name";
     f.unit_m = k.unit_m;
     return f;
   }

@@ -21,6 +21,7 @@ struct RangeFields {
   std::string valid;    ///< a number or a boolean; 0: no range
   std::string antenna;  ///< a Point: antenna in the body [m]
   std::string place;    ///< a Point: where the anchor is, in a frame of its own [m]
+  std::string name;     ///< a text: the anchor, where that is no number
   std::string tag;      ///< a number or a text: which of the robot's radios; empty: there is one
   std::optional<std::string> fixed_anchor;
   double unit_m = 1;

@@ -106,7 +106,7 @@ class Chooser {
         log_->note(topic + " (" + info.type + ") left out: it speaks of ranges, but " +
                    (info.problem.empty() ? "which of its fields are anchor and distance its names "
                                            "do not tell: --topic range=" +
-                                               topic + ":ANCHOR,DISTANCE,unit=m|mm says it"
+                                               topic + ":ANCHOR,DISTANCE,unit=m|mm|ft says it"
                                          : info.problem));
       }
       if (contains(lowerCase(info.type), {"tdoa"})) {
@@ -146,7 +146,7 @@ class Chooser {
     std::string fields;
     for (const std::string& f : info.range_guess) fields += (fields.empty() ? "" : ",") + f;
     log_->note(info.topic + " (" + info.type + "): taken for ranges by the names of its fields, " +
-               fields + "; --topic range=" + info.topic + ":ANCHOR,DISTANCE,unit=m|mm says it");
+               fields + "; --topic range=" + info.topic + ":ANCHOR,DISTANCE,unit=m|mm|ft says it");
     add({Role::range, info.topic, info.range_guess}, info);
   }
 

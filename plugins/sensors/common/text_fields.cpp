@@ -24,15 +24,17 @@ LineReader::LineReader(const std::string& path) : path_(path) {
   if (!fs::is_regular_file(path, ec)) throw InputError(path + ": no such file");
   size_ = fs::file_size(path, ec);
   buffer_.resize(std::clamp<std::uint64_t>(size_, 1, kBuffer));
-  file_.open(path, std::ios::binary);
-  if (!file_) throw InputError(path + ": cannot be opened for reading (permissions?)");
+  file_.emplace(path);
+  // Of UTF-16 about every other byte is left.
+  if (file_->isUtf16()) size_ /= 2;
+  if (!*file_) throw InputError(path + ": cannot be opened for reading (permissions?)");
 }
 
 bool LineReader::fill() {
-  file_.read(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
-  filled_ = static_cast<std::size_t>(file_.gcount());
+  file_->read(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+  filled_ = static_cast<std::size_t>(file_->gcount());
   at_ = 0;
-  if (file_.bad()) failed_ = true;
+  if (file_->bad()) failed_ = true;
   return filled_ > 0;
 }
 
@@ -78,7 +80,8 @@ bool LineReader::next(std::string* line) {
 std::string LineReader::where() const { return path_ + ":" + std::to_string(line_number_); }
 
 double LineReader::progress() const {
-  return size_ == 0 ? 1.0 : static_cast<double>(consumed_) / static_cast<double>(size_);
+  if (size_ == 0) return 1;
+  return std::min(1.0, static_cast<double>(consumed_) / static_cast<double>(size_));
 }
 
 void splitFields(std::string_view line, std::vector<std::string_view>* fields) {

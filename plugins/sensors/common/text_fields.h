@@ -2,12 +2,13 @@
 /// Text files of numbers, read line by line: comments, blank lines, CRLF and a byte-order mark are
 /// dealt with here.
 #include <cstdint>
-#include <fstream>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "vir/core/parse_number.h"
+#include "vir/core/text_stream.h"
 #include "vir/core/time.h"
 
 namespace vir {
@@ -36,7 +37,7 @@ class LineReader {
   bool fill();
 
   std::string path_;
-  std::ifstream file_;
+  std::optional<TextStream> file_;
   std::vector<char> buffer_;
   std::size_t at_ = 0, filled_ = 0;
   std::uint64_t consumed_ = 0, size_ = 0;

@@ -41,7 +41,8 @@ void describe(OptionVisitor& v, EurocOptions& o) {
   v.value("read_ranges", o.read_ranges, "take over the ranges of mav0/uwb0");
   v.choice("acc_unit", o.acc_unit, accelerationUnits(), "unit of the accelerometer");
   v.choice("gyro_unit", o.gyro_unit, rateUnits(), "unit of the gyro");
-  v.choice("range_unit", o.range_unit, {"auto", "m", "cm", "mm"}, "unit of the ranges");
+  v.choice("range_unit", o.range_unit, {"auto", "m", "cm", "mm", "ft", "in", "yd"},
+           "unit of the ranges");
   v.value("width_px", o.width_px, {0, 20000},
           "images are made this wide, calibration included; 0 = as they are");
   v.value("antenna", o.antenna,

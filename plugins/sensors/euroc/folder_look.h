@@ -13,7 +13,7 @@ struct Found {
   std::vector<std::string> image_dirs;
   std::vector<std::string> videos;
   std::vector<std::string> yamls;
-  std::vector<std::string> no_text;  ///< files of tables that are empty or in UTF-16
+  std::vector<std::string> no_text;  ///< files of tables that are empty
   std::vector<std::string> unused;   ///< tables of numbers of no kind that is imported
 };
 

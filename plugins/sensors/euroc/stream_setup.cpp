@@ -9,6 +9,7 @@
 #include "imu_units.h"
 #include "input_error.h"
 #include "video_frames.h"
+#include "vir/core/length_units.h"
 #include "vir/core/parse_number.h"
 #include "vir/formats/calibration_file.h"
 
@@ -18,9 +19,7 @@ Units unitsOf(const EurocOptions& o) {
   Units u;
   u.acc = accelerationUnit(o.acc_unit);
   u.gyro = rateUnit(o.gyro_unit);
-  if (o.range_unit != "auto") {
-    u.range = o.range_unit == "mm" ? 0.001 : o.range_unit == "cm" ? 0.01 : 1;
-  }
+  if (const auto unit = lengthUnitOf(o.range_unit)) u.range = *unit;
   u.guess_acc = o.section == "csv";
   return u;
 }

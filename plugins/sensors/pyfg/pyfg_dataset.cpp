@@ -4,11 +4,11 @@
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 
-#include <fstream>
 #include <iomanip>
 
 #include "input_error.h"
 #include "pyfg_dataset.h"
+#include "vir/core/text_stream.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/roles/grabber_settings.h"
@@ -121,7 +121,7 @@ std::vector<roles::TrueAnchor> PyfgDataset::trueAnchors() const {
 }
 
 bool PyfgDataset::canRead(const std::string& source) const {
-  std::ifstream file(source);
+  TextStream file(source);
   std::string word;
   file >> std::setw(32) >> word;
   return word.rfind("VERTEX_", 0) == 0 || word.rfind("EDGE_", 0) == 0;

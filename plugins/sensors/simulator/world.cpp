@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <optional>
 #include <stdexcept>
 
 #include "input_error.h"
 #include "rig.h"
 #include "vir/core/angles.h"
+#include "vir/core/text_stream.h"
 #include "vir/evaluation/trajectory.h"
 
 namespace vir::simulator {
@@ -32,7 +32,7 @@ Trajectory placed(Trajectory poses, const RobotOptions& o) {
 }
 
 Trajectory readPoses(const RobotOptions& o, const std::string& key) {
-  std::ifstream in(o.trajectory);
+  TextStream in(o.trajectory);
   if (!in) throw InputError(key + " = " + o.trajectory + ": no such file");
   evaluation::ReadReport report;
   Trajectory poses = evaluation::readTrajectory(in, &report);

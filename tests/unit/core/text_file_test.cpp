@@ -5,7 +5,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "vir/core/text_stream.h"
 #include "vir_test_temp_folder.h"
+#include "vir_test_utf16.h"
 
 namespace vir {
 namespace {
@@ -30,16 +32,7 @@ TEST(TextFile, WhyThereIsNoText) {
     return whyNoText((folder / "t.csv").string());
   };
   EXPECT_EQ(why(""), "is empty");
-  EXPECT_EQ(why(std::string("\xFF\xFE"
-                            "1\0",
-                            4)),
-            "is text in UTF-16: save it as UTF-8 (iconv -f UTF-16 -t UTF-8 OLD > NEW)");
-  EXPECT_EQ(why(std::string("\xFE\xFF\0"
-                            "1",
-                            4)),
-            why(std::string("\xFF\xFE"
-                            "1\0",
-                            4)));
+  EXPECT_EQ(why(test::utf16("1")), "");
   for (const char* text : {"1", "\n", "1,2\n",
                            "\xEF\xBB\xBF"
                            "1,2\n"})
@@ -64,6 +57,59 @@ std::string errorOf(const std::string& path) {
     return e.what();
   }
   return "no error";
+}
+
+TEST(TextFile, Utf16IsReadAsUtf8) {
+  const test::TempFolder folder;
+  const std::string path = (folder / "t.csv").string();
+  const auto read = [&](const std::string& bytes) {
+    test::writeText(path, bytes);
+    return readTextFile(path, 1 << 20);
+  };
+  std::string text;
+  for (int i = 0; i < 9000; ++i) text += std::to_string(i) + ",0.5\r\n";
+  for (const bool little : {true, false}) {
+    for (const bool mark : {true, false}) {
+      EXPECT_EQ(read(test::utf16(text, little, mark)), text) << little << mark;
+    }
+  }
+  // Beyond ASCII: a micro sign, a Chinese one, one of two halves.
+  EXPECT_EQ(read(std::string("\xFF\xFE\xB5\x00\x2D\x4E\x3D\xD8\x00\xDE", 10)),
+            "\xC2\xB5\xE4\xB8\xAD\xF0\x9F\x98\x80");
+  // Halves without the other, and half a character at the end.
+  EXPECT_EQ(read(std::string("\xFF\xFE\x3D\xD8"
+                             "a\0\x00\xDE"
+                             "b\0\x3D\xD8",
+                             12)),
+            "\xEF\xBF\xBD"
+            "a\xEF\xBF\xBD"
+            "b\xEF\xBF\xBD");
+  EXPECT_EQ(read("\xFF\xFE"), "");
+  EXPECT_EQ(read("\xFF"), "\xFF");
+  EXPECT_EQ(read(text), text);
+}
+
+TEST(TextFile, APlaceInUtf16IsOneInTheFile) {
+  const test::TempFolder folder;
+  const std::string path = (folder / "t.csv").string();
+  test::writeText(path, test::utf16("one\ntwo\nthree\n"));
+  TextStream in(path);
+  EXPECT_TRUE(in.isUtf16());
+  ASSERT_TRUE(in.seekg(0, std::ios::end));
+  EXPECT_EQ(in.tellg(), std::streampos(2 + 2 * 14));
+  std::string line;
+  for (const int at : {10, 11}) {
+    ASSERT_TRUE(in.seekg(at));
+    ASSERT_TRUE(std::getline(in, line));
+    EXPECT_EQ(line, "two") << at;
+  }
+  in.clear();
+  ASSERT_TRUE(in.seekg(0));
+  ASSERT_TRUE(std::getline(in, line));
+  EXPECT_EQ(line, "one");
+  EXPECT_FALSE(TextStream((folder / "nothere").string()));
+  TextStream of_folder(folder.path().string());
+  EXPECT_FALSE(std::getline(of_folder, line));
 }
 
 TEST(TextFile, WhatIsNoTextFile) {

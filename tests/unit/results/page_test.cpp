@@ -219,7 +219,18 @@ TEST_F(Page, RobotsThatMet) {
     pair.transform.answer = answer;
   }
   meeting.pairs.push_back(pair);
-  const std::string html = meetingHtml({meeting, {"A/report.html", ""}, "<svg id=\"s\"></svg>"});
+  const std::string html = meetingHtml({meeting,
+                                        {"A/report.html", ""},
+                                        "<svg id=\"s\"></svg>",
+                                        "vir-slam rendezvous a.ini",
+                                        {"robot B: few < ranges"},
+                                        {"robot B cannot be placed"}});
+  for (const char* part : {"vir-slam rendezvous a.ini</p>", "<li>robot B: few &lt; ranges</li>",
+                           "<li>robot B cannot be placed</li>", "; first frame at "}) {
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  }
+  // Anchors have a colour of their own.
+  EXPECT_EQ(html.find("\"color\":\"c" + std::to_string(kAnchorColor)), std::string::npos);
   EXPECT_NE(html.find("<a href=\"A/report.html\">"), std::string::npos);
   EXPECT_EQ(html.find("<b>"), std::string::npos) << "a name is no markup";
   const nlohmann::json found = probe(html, 1200);

@@ -1,5 +1,6 @@
 #pragma once
 /// report.html of robots that met.
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,15 @@ struct MeetingPage {
   /// the meeting's robots.
   std::vector<std::string> reports;
   std::string still_svg;  ///< shown where there is no script
+  std::string command;    ///< that made it; may be empty
+  /// What was said while it was made.
+  std::vector<std::string> warnings, errors;
 };
+
+/// Number of the colour (evaluation::figureColor, c0.. of the page) of the i-th robot's path; that
+/// of anchors and of their mirror images is none of them.
+std::size_t robotColor(std::size_t i);
+constexpr std::size_t kAnchorColor = 1;
 
 /// One page without network: the robots in their common world and over time, and how each transform
 /// became known. Robots that cannot be placed are named with the reason.

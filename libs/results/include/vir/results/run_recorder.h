@@ -28,6 +28,9 @@ struct AnchorResult {
   /// Distance to where it truly is, by the alignment of the causal trajectory to the ground truth;
   /// empty where either is not known. `horizontal`: without the height.
   std::optional<double> error_m, error_horizontal_m;
+  std::string called;  ///< in the recording; empty: by its number
+  /// For people.
+  std::string title() const { return called.empty() ? std::to_string(estimate.id) : called; }
 };
 
 /// What a run amounts to: the content of summary.json.
@@ -114,6 +117,8 @@ class RunRecorder final : public RunObserver {
   /// A pose of the reference trajectory, in time order.
   void addGroundTruth(TimeNs t, const Pose& T_W_B);
   /// Where anchors truly are, in the world of the ground truth; compared with at the end only.
+  /// What anchors are called that have no number of their own.
+  void setAnchorTexts(std::map<std::uint64_t, std::string> texts) { texts_ = std::move(texts); }
   void setTrueAnchors(std::map<std::uint64_t, Vec3> anchors) { true_anchors_ = std::move(anchors); }
   /// Stamp of the first image (or odometry pose): what `init_time_s` and pictures count from.
   void setFirstFrame(TimeNs t) { first_frame_ = t; }
@@ -158,6 +163,7 @@ class RunRecorder final : public RunObserver {
   TimeNs last_truth_ = 0;
   // From the end of the run on:
   Trajectory trajectory_, smoothed_, truth_;
+  std::map<std::uint64_t, std::string> texts_;
   std::map<std::uint64_t, Vec3> true_anchors_;
   std::function<std::vector<std::string>()> explain_;
   std::optional<evaluation::EvaluationResult> evaluation_;  // of the causal trajectory

@@ -24,6 +24,7 @@ struct OfflineRunOptions {
   std::map<std::string, std::string> labels;
   /// In the ground truth's world; for the summary only, no estimator sees them.
   std::map<std::uint64_t, Vec3> true_anchors;
+  std::map<std::uint64_t, std::string> anchor_texts;  ///< what those of a name are called
 };
 
 struct OfflineRunHooks {

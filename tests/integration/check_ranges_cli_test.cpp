@@ -1,0 +1,55 @@
+/// `vir-slam check` holds ranges against the ground truth.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "vir_test_data.h"
+#include "vir_test_variant.h"
+
+namespace {
+
+using vir::test::check;
+using vir::test::Checked;
+using vir::test::quoted;
+using vir::test::Row;
+using vir::test::Variant;
+using vir::test::virSlam;
+
+TEST(CheckCli, HoldsRangesAgainstTheTruth) {
+  VIR_REQUIRE_DATA(source, "rendered_V102_32s");
+  const auto ranges = [&](double factor, double longer_m, long long later_ns) {
+    auto v = std::make_unique<Variant>(source, 30);
+    v->rewrite("uwb0", "#timestamp [ns],anchor_id,range [m]", [&](const Row& r) {
+      return Variant::line(r.t + later_ns,
+                           std::vector<double>{r.v[0], factor * (r.v[1] + longer_m)});
+    });
+    return v;
+  };
+  using Kinds = std::vector<std::string>;
+  Checked c = check(*ranges(1 / 0.3048, 0, 0));
+  EXPECT_EQ(c.code, 1) << c.text;
+  EXPECT_EQ(c.kinds, Kinds{"ranges_in_ft"}) << c.text;
+  EXPECT_TRUE(vir::test::contains(c.text, "csv.range_unit")) << c.text;
+  // With what it says to do, it is right.
+  const auto feet = ranges(1 / 0.3048, 0, 0);
+  EXPECT_EQ(check(*feet, "--set euroc.range_unit=ft").code, 0);
+  c = check(*ranges(1, 1.2, 0));
+  EXPECT_EQ(c.code, 3) << c.text;
+  EXPECT_EQ(c.kinds, Kinds{"range_bias"}) << c.text;
+  c = check(*ranges(1, 0, 300'000'000));
+  EXPECT_EQ(c.code, 3) << c.text;
+  EXPECT_EQ(c.kinds, Kinds{"range_time_offset"}) << c.text;
+  // The rawlog knows the anchors by the file beside it.
+  const Variant v(source, 30);
+  const std::string rawlog = v.out("x.rawlog");
+  ASSERT_EQ(virSlam("import " + v.folder() + " --out " + quoted(rawlog)).code, 0);
+  vir::test::writeText(v.out("x_anchors_truth.csv"), "#id,x,y,z\n0,4.62,0.523,2.62\n");
+  const auto o = virSlam("check " + quoted(rawlog));
+  EXPECT_EQ(o.code, 3) << o.text;
+  EXPECT_TRUE(vir::test::contains(o.text, "anchor 0 is not where the table of true anchors has it"))
+      << o.text;
+}
+
+}  // namespace
