@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "explored_covariance.h"
@@ -38,6 +39,35 @@ bool usable(const MutualRange& m) {
 bool usable(const SharedAnchor& a) {
   return within(a.p_A, kFarthest) && within(a.p_B, kFarthest) &&
          within(a.cov_A, kFarthest * kFarthest) && within(a.cov_B, kFarthest * kFarthest);
+}
+
+constexpr double kLevel = 0.02;  // [m]; a robot that rises by less stays on a floor
+constexpr double kOneSided = 3;  // sigmas off the floor from which an anchor's side is known
+
+/// Height of the floor that a robot stays on; none if it does not.
+std::optional<double> floorOf(const std::vector<MutualRange>& ranges, Vec3 MutualRange::*p) {
+  if (ranges.empty()) return std::nullopt;
+  double lowest = (ranges.front().*p).z(), highest = lowest, sum = 0;
+  for (const MutualRange& m : ranges) {
+    lowest = std::min(lowest, (m.*p).z());
+    highest = std::max(highest, (m.*p).z());
+    sum += (m.*p).z();
+  }
+  if (highest - lowest > kLevel) return std::nullopt;
+  return sum / static_cast<double>(ranges.size());
+}
+
+/// From a floor the ranges to an anchor do not tell on which side of it the anchor is. Whichever
+/// side its estimate is on would lift the other robot's world: both are as likely.
+void coverBothSides(const std::optional<double>& floor_z, Vec3* p, Mat3* C) {
+  const double sigma = std::sqrt(std::max(0.0, (*C)(2, 2)));
+  if (!floor_z || sigma < kLookedAt) return;
+  const double above = p->z() - *floor_z;
+  if (std::abs(above) > kOneSided * sigma) return;
+  p->z() = *floor_z;
+  (*C)(2, 2) += above * above;
+  C->block<2, 1>(0, 2).setZero();
+  C->block<1, 2>(2, 0).setZero();
 }
 
 class Search {
@@ -166,6 +196,12 @@ Evidence::Evidence(const std::vector<MutualRange>& all_ranges,
                    [](const MutualRange& a, const MutualRange& b) { return a.t < b.t; });
   for (const SharedAnchor& a : all_anchors) {
     if (usable(a)) anchors.push_back(a);
+  }
+  const auto floor_A = floorOf(ranges, &MutualRange::p_A);
+  const auto floor_B = floorOf(ranges, &MutualRange::p_B);
+  for (SharedAnchor& a : anchors) {
+    coverBothSides(floor_A, &a.p_A, &a.cov_A);
+    coverBothSides(floor_B, &a.p_B, &a.cov_B);
   }
 }
 

@@ -3,10 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evidence_cost.h"
 #include "vir/core/option_check.h"
 #include "vir/core/options.h"
 
 namespace vir::team {
+namespace {
+
+constexpr double kSameSigmas = 2;  // farther off, the best solution is another one
+
+}  // namespace
 
 void TransformTrackerOptions::validate() const { checkBounds(*this); }
 
@@ -50,14 +56,21 @@ void TransformTracker::add(const MutualRange& range, int segment_A, int segment_
 }
 
 bool TransformTracker::stillDecided(const TransformAnswer& answer) const {
-  if (!decided_ || answer.status != TransformStatus::ambiguous) return false;
+  const bool open =
+      answer.status == TransformStatus::ambiguous || answer.status == TransformStatus::degenerate;
+  if (!decided_ || !open || answer.solutions.empty()) return false;
+  // Still what it was, as far as that was known.
   const WorldTransform& best = answer.solutions[0].T_A_B;
   const Vec3& p_B = ranges_.back().p_B;
+  const Mat3x4 J = pointJacobian(rotZ(decided_->T.yaw_rad) * p_B);
+  const Mat3 C = J * decided_->covariance * J.transpose();
+  const double yaw_sigma = std::sqrt(std::max(0.0, decided_->covariance(0, 0)));
   const double turned = std::abs(wrapAngle(best.yaw_rad - decided_->T.yaw_rad));
   Vec3 apart = best * p_B - decided_->T * p_B;
   if (decided_->height_open || answer.height_open) apart.z() = 0;
-  return turned < options_.transform.max_yaw_sigma_rad &&
-         apart.norm() < options_.transform.same_solution_m;
+  const double known_m = kSameSigmas * std::sqrt(std::max(0.0, C(0, 0) + C(1, 1)));
+  return turned < std::max(options_.transform.max_yaw_sigma_rad, kSameSigmas * yaw_sigma) &&
+         apart.norm() < std::max(options_.transform.same_solution_m, known_m);
 }
 
 TransformAnswer TransformTracker::answer() {
@@ -69,7 +82,8 @@ TransformAnswer TransformTracker::answer() {
   }
   decided_.reset();
   if (answer.status == TransformStatus::unique) {
-    decided_ = Decided{answer.solutions[0].T_A_B, answer.height_open};
+    const TransformSolution& best = answer.solutions[0];
+    decided_ = Decided{best.T_A_B, best.covariance, answer.height_open};
   }
   hints_.clear();
   for (const TransformSolution& s : answer.solutions) hints_.push_back(s.T_A_B);

@@ -302,5 +302,41 @@ TEST(FindTransform, RobotsOnTwoFloorsAreTiedTogetherInAllButTheHeight) {
   EXPECT_GE(open, unique - 2);
 }
 
+/// Each robot's estimate of the common anchor is on a side of the floor that its ranges do not
+/// tell.
+TEST(FindTransform, TheSideOfTheFloorThatAnAnchorSeemsToBeOnLiftsNoWorld) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    test::Meeting m;
+    auto made = onTwoFloors(m, 0, seed);
+    m.truth.t_m.z() = 0;
+    SharedAnchor& anchor = made.anchors[0];
+    anchor.p_A.z() = 0.6;
+    anchor.p_B.z() = -0.5;
+    for (Mat3* C : {&anchor.cov_A, &anchor.cov_B}) {
+      *C = Vec3(0.0025, 0.0025, 0.36).asDiagonal();
+      (*C)(0, 2) = (*C)(2, 0) = 0.02;
+    }
+    const TransformAnswer answer =
+        findTransform(made.ranges, made.anchors, test::plainTransformOptions());
+    ASSERT_EQ(answer.status, TransformStatus::unique) << seed << " " << answer.reason;
+    EXPECT_EQ(answer.solutions[0].anchors_used, 1) << seed;
+    const auto e = errorOf(answer.solutions[0].T_A_B, m.truth);
+    EXPECT_LT(std::abs(e[3]), 0.05) << seed;
+    EXPECT_LT(e.head<3>().norm(), 0.15) << seed;
+  }
+}
+
+/// One that is known to a few centimetres, or far off the floor, does.
+TEST(FindTransform, AnAnchorOfKnownHeightLiftsTheWorldOfLevelRobots) {
+  test::Meeting m;
+  auto made = onTwoFloors(m, 0.8, 4);
+  m.truth.t_m.z() = 0.8;
+  const TransformAnswer answer =
+      findTransform(made.ranges, made.anchors, test::plainTransformOptions());
+  ASSERT_EQ(answer.status, TransformStatus::unique) << answer.reason;
+  EXPECT_FALSE(answer.height_open);
+  EXPECT_NEAR(answer.solutions[0].T_A_B.t_m.z(), 0.8, 0.2);
+}
+
 }  // namespace
 }  // namespace vir::team

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "meetings.h"
 
 namespace vir::team {
@@ -112,6 +114,33 @@ TEST(TransformTracker, WhatIsUniqueOnTwoFloorsStaysSo) {
     }
     EXPECT_TRUE(was_unique) << seed;
   }
+}
+
+/// As when the common anchor is lost: the same transform, no longer certain enough to be found.
+TEST(TransformTracker, WhatIsUniqueStaysSoWhenItBecomesLessCertain) {
+  int open_alone = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    test::Meeting m;
+    m.ranges = 24;
+    const auto made = test::meet(m, seed);
+    TransformTracker tracker;
+    for (const MutualRange& r : made.ranges) tracker.add(r);
+    tracker.setAnchors(made.anchors);
+    if (tracker.answer().status != TransformStatus::unique) continue;
+    tracker.setAnchors({});
+    const TransformAnswer alone = findTransform(made.ranges, {}, TransformOptions(), {m.truth});
+    if (alone.status != TransformStatus::degenerate || alone.solutions.empty()) continue;
+    const auto e = test::errorOf(alone.solutions[0].T_A_B, m.truth);
+    if (!(std::abs(e[0]) < 0.05 && e.tail<3>().norm() < 0.3)) continue;
+    ++open_alone;
+    const TransformAnswer answer = tracker.answer();
+    EXPECT_EQ(answer.status, TransformStatus::unique) << seed << " " << answer.reason;
+    ASSERT_EQ(answer.solutions.size(), 1u);
+    const double known = std::sqrt(answer.solutions[0].covariance(0, 0));
+    EXPECT_NEAR(known, std::sqrt(alone.solutions[0].covariance(0, 0)), 0.05)
+        << "how little is known is told";
+  }
+  EXPECT_GE(open_alone, 1) << "else this tests nothing";
 }
 
 }  // namespace

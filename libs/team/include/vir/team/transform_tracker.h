@@ -29,7 +29,8 @@ class TransformTracker {
   /// All anchors that both know, as believed now; replaces what was set before.
   void setAnchors(const std::vector<SharedAnchor>& anchors) { anchors_ = anchors; }
   /// A sequential test decides when the evidence first suffices: what was `unique` stays so, also
-  /// when the margin falls again, until another solution is the best one or a new world begins.
+  /// when the margin falls again or the standard deviations rise (they are told), until another
+  /// solution is the best one, the ranges fit none or a new world begins.
   TransformAnswer answer();
 
   std::size_t kept() const { return ranges_.size(); }
@@ -45,6 +46,7 @@ class TransformTracker {
   std::vector<WorldTransform> hints_;
   struct Decided {
     WorldTransform T;
+    Eigen::Matrix4d covariance;  ///< (yaw, x, y, z)
     bool height_open;
   };
   std::optional<Decided> decided_;  ///< as last answered
