@@ -82,6 +82,10 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
     if (const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation)) {
       addImage(*image);
     }
+  } else if (observation.sensorLabel == "CAM1") {
+    if (const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation)) {
+      addFurther(*image);
+    }
   } else if (observation.sensorLabel == settings_.tracks_label) {
     using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
     if (const auto* tracks = dynamic_cast<const Tracks*>(&observation)) addTracks(*tracks);
@@ -129,6 +133,28 @@ bool VirEstimator::knowsCamera(const mrpt::img::TCamera& camera,
   return true;
 }
 
+void VirEstimator::addFurther(const mrpt::obs::CObservationImage& o) {
+  if (!estimator_->hasCamera() || (begun_ && !second_)) return;
+  if (!second_) {
+    CameraMount mount;
+    mount.camera = rawlog::fromMrptCamera(o.cameraParams);
+    mount.T_B_C = rawlog::fromMrptPose(o.cameraPose);
+    estimator_->addCamera(mount);
+    second_ = true;
+  }
+  if (!begun_ && any_image_) {
+    begun_ = true;
+    estimator_->addImage(first_t_, first_);
+  }
+  cv::Mat gray;
+  try {
+    gray = rawlog::grayOf(o);
+  } catch (const std::exception&) {
+    ++images_undecodable_;
+  }
+  estimator_->addImage(rawlog::fromMrptTime(o.timestamp), gray, 1);
+}
+
 void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
   const TimeNs t = rawlog::fromMrptTime(o.timestamp);
   if (!knowsCamera(o.cameraParams, o.cameraPose)) return;
@@ -142,6 +168,15 @@ void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
                            " ns: " + std::string(e.what()).substr(0, 200));
   }
   if (loops_ && behind_) loops_->keep(t, gray);
+  if (!begun_) {
+    if (first_.empty()) {
+      first_t_ = t;
+      first_ = gray.clone();
+      return;
+    }
+    begun_ = true;
+    estimator_->addImage(first_t_, first_);
+  }
   estimator_->addImage(t, gray);
   if (!loops_ || behind_) return;
   const std::size_t before = waiting_.states.size();

@@ -57,6 +57,9 @@ class VirEstimator final : public roles::Estimator {
 
  private:
   void addImage(const mrpt::obs::CObservationImage& image);
+  /// Of another camera of the rig: known by its first image, which must come before the second of
+  /// the first camera.
+  void addFurther(const mrpt::obs::CObservationImage& image);
   void addTracks(const mrpt::obs::CObservationStereoImagesFeatures& tracks);
   bool knowsCamera(const mrpt::img::TCamera& camera, const mrpt::poses::CPose3D& T_B_C);
   void addImu(const mrpt::obs::CObservationIMU& imu);
@@ -74,6 +77,9 @@ class VirEstimator final : public roles::Estimator {
   std::shared_ptr<const camera::CameraModel> camera_;  ///< for tracks
   TrackReader track_reader_;
   bool any_image_ = false;
+  bool second_ = false, begun_ = false;
+  TimeNs first_t_ = 0;
+  cv::Mat first_;  ///< image, until the rig is known
   std::vector<std::string> warned_;
   std::vector<std::string> warnings_;
   imu::SaturationCounter imu_saturation_;
