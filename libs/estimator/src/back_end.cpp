@@ -19,6 +19,18 @@ constexpr int kLandmarksThatHold = 30;
 constexpr const char* kOffsetFound = "the camera's time offset has just been found";
 constexpr const char* kClockSetBack = "the clock of the IMU was set back";
 
+/// Points that are followed, in whatever camera.
+int tracksOf(const vision::TrackedFrame& frame) {
+  std::size_t n = frame.features.size(), j = 0;
+  for (std::size_t k = 0; k < frame.further.size(); ++k) {
+    const std::uint64_t id = frame.further[k].id;
+    if (k > 0 && frame.further[k - 1].id == id) continue;
+    while (j < frame.features.size() && frame.features[j].id < id) ++j;
+    n += j == frame.features.size() || frame.features[j].id != id;
+  }
+  return static_cast<int>(n);
+}
+
 }  // namespace
 
 void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrinsics) {
@@ -39,6 +51,11 @@ void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrin
   expectUnknownPose();
 }
 
+void BackEnd::addCamera(const CameraMount& mount) {
+  given.further.push_back(mount);
+  window->setCalibration(given);
+}
+
 Feedback BackEnd::process(Packet packet) {
   ++packets;
   takeIn(packet);
@@ -56,6 +73,11 @@ Feedback BackEnd::process(Packet packet) {
   if (turned) out.q_B_C = T_B_C.q;
   out.turning_C = turning_C;
   if (window) out.gyro_bias = running ? window->newest().bg : startup->gyroBias();
+  if (!given.further.empty() && running) {
+    const Calibration now = window->calibration();
+    out.T_B_C.push_back(now.T_B_C);
+    for (const CameraMount& mount : now.further) out.T_B_C.push_back(mount.T_B_C);
+  }
   const WrongTracks* last = wrong_tracks.empty() ? nullptr : &wrong_tracks.back();
   if (last != nullptr && last->packet == packets) out.wrong_tracks = last->ids;
   return out;
@@ -122,7 +144,8 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
   elapsed.begin(frame.t);
   doubts.begin(frame.t);
   ranges.begin(frame.t);
-  out->tracks = static_cast<int>(frame.features.size());
+  out->cameras = packet->cameras;
+  out->tracks = tracksOf(frame);
   out->ms.pyramid = frame.ms_pyramid;
   out->ms.flow = frame.ms_flow;
   out->ms.detect = frame.ms_detect;
@@ -161,6 +184,7 @@ void BackEnd::estimateImage(Packet* packet, StateEstimate* out) {
 }
 
 void BackEnd::updateOrStart(const Packet& packet, StateEstimate* out) {
+  epipolar_px = packet.epipolar_px;
   if (running) return update(packet.frame, out);
   tryStart(packet.frame, out);
   if (!out->valid) wait_reasons[out->reason] += packet.since_last_s;
@@ -171,12 +195,13 @@ void BackEnd::leaveOutWrongTracks(Packet* packet) {
   while (!wrong_tracks.empty() && wrong_tracks.front().packet <= packet->feedback) {
     wrong_tracks.pop_front();
   }
-  std::vector<vision::FeatureObservation>& features = packet->frame.features;
   for (const WrongTracks& found : wrong_tracks) {
     const auto wrong = [&found](const vision::FeatureObservation& f) {
       return std::find(found.ids.begin(), found.ids.end(), f.id) != found.ids.end();
     };
-    features.erase(std::remove_if(features.begin(), features.end(), wrong), features.end());
+    for (auto* of : {&packet->frame.features, &packet->frame.further}) {
+      of->erase(std::remove_if(of->begin(), of->end(), wrong), of->end());
+    }
   }
 }
 
@@ -199,6 +224,7 @@ void BackEnd::dropOldReadings() {
 void BackEnd::tryStart(const vision::TrackedFrame& frame, StateEstimate* out) {
   StageTimer timer(&out->ms.initialise);
   startup->setTimeOffsetSigma(timeOffsetSigma());
+  startup->setRig(given, epipolar_px);
   StartupStatus status = startup->offer(frame, imu, rest, origin, window.get());
   if (status == StartupStatus::waiting && timing && timing->suggests()) {
     status = startup->offerAgain(timing->found().offset_s, imu, origin, window.get());
@@ -256,7 +282,7 @@ void BackEnd::update(const vision::TrackedFrame& frame, StateEstimate* out) {
     }
   }
   rememberSights(frame);
-  window->push(predicted, std::move(link), frame.features, rest.standing());
+  window->push(predicted, std::move(link), allSights(frame), rest.standing());
   attachRanges(previous, predicted);
   window::SolveSummary solve;
   {

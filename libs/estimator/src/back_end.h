@@ -27,7 +27,7 @@ struct BackEnd {
         time_offset_s(c.camera_time_offset_s) {}
 
   void setCamera(const CameraCalibration& calibration, const Pose& extrinsics);
-  void addCamera(const CameraMount& mount) { given.further.push_back(mount); }
+  void addCamera(const CameraMount& mount);
   /// Packets in the order they were made.
   Feedback process(Packet packet);
 
@@ -169,6 +169,7 @@ struct BackEnd {
   std::unique_ptr<CameraTiming> timing;
   imu::ImuNoise imu_noise;         // as given, or as seen at rest
   int images_since_rotation = 0;   // was looked for
+  double epipolar_px = 0;          // see vision::RigTracker
   bool turned = false;             // the camera's rotation is not as given
   bool pose_unknown = false;       // nobody gave the camera's pose in the body
   double time_offset_s = 0;        // images are stamped with it

@@ -43,7 +43,7 @@ bool BackEnd::hangs(const State& previous, const vision::TrackedFrame& frame) co
   steady.p += dt * previous.v;
   steady.q = steady.q * expQuat(dt * turning_B);
   constexpr double kAny = std::numeric_limits<double>::infinity();
-  return window->resect(steady, frame.features, kAny).found.median_px > kFarPx;
+  return window->resect(steady, allSights(frame), kAny).found.median_px > kFarPx;
 }
 
 std::optional<window::Resected> BackEnd::contradiction(const State& previous,
@@ -51,7 +51,7 @@ std::optional<window::Resected> BackEnd::contradiction(const State& previous,
                                                        const Pose& predicted) {
   if (rest.standing()) return std::nullopt;
   const double far_px = std::max(kFarPx, kUsual * usual_off_px);
-  const window::Resected seen = window->resect(predicted, frame.features, far_px);
+  const window::Resected seen = window->resect(predicted, allSights(frame), far_px);
   if (seen.late_s) noteLateness(*seen.late_s);
   if (seen.found.sights < kSightsThatCount) return std::nullopt;
   const double off_px = seen.predicted.median_px;

@@ -6,19 +6,13 @@
 #include <opencv2/core/mat.hpp>
 
 #include "elapsed.h"
+#include "image_sets.h"
 #include "packet.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 #include "vir/imu/spike_filter.h"
+#include "vir/vision/rig_tracker.h"
 
 namespace vir::estimator {
-
-/// An image, or the tracks found in one, that waits for the readings up to its time.
-struct WaitingImage {
-  TimeNs t = 0;    ///< its own clock
-  int camera = 0;  ///< of the rig
-  cv::Mat gray;
-  std::unique_ptr<vision::TrackedFrame> tracks;  ///< instead of an image
-};
 
 class FrontEnd {
  public:
@@ -30,8 +24,8 @@ class FrontEnd {
   void setCamera(const CameraCalibration& calibration, const Pose& T_B_C);
   /// See VisualInertialEstimator::addCamera().
   int addCamera(const CameraMount& mount);
-  bool hasCamera() const { return tracker_ != nullptr; }
-  int cameras() const { return 1 + static_cast<int>(further_.size()); }
+  bool hasCamera() const { return !cameras_.empty(); }
+  int cameras() const { return static_cast<int>(cameras_.size()); }
   void addImu(const ImuSample& sample);
   /// Pixels are copied if the image has to wait.
   void addImage(WaitingImage image);
@@ -45,12 +39,19 @@ class FrontEnd {
 
  private:
   void processWaiting(bool force);
-  void process(const WaitingImage& image);
-  void track(TimeNs t, const WaitingImage& image);
+  void process(const ImageSet& set);
+  void track(TimeNs t, const ImageSet& set);
+  /// Tracks of somebody else, or of all cameras together.
+  vision::TrackedFrame trackAll(TimeNs t, const ImageSet& set);
+  void addOfRig(WaitingImage image);
+  /// Sets of a rig that are complete go on to those that wait for readings.
+  void takeSets(bool all);
+  void noteOutcomes(TimeNs t, const std::vector<vision::RigOutcome>& outcomes);
+  vision::RigTracker& tracker();
   /// Does t lie in a hole of the readings, or well behind the last of them?
   bool missesImu(TimeNs t) const;
   /// Rotation of the camera between two times, from the gyro: R_C(t0)_C(t).
-  Mat3 rotationSince(TimeNs t0, TimeNs t);
+  Mat3 rotationSince(TimeNs t0, TimeNs t, const Quat& q_B_C);
   void follow(Feedback feedback);
   void retime(double time_offset_s);
   /// One that is no spike.
@@ -62,24 +63,29 @@ class FrontEnd {
   const EstimatorConfig& config_;
   std::function<Feedback(long*)> ask_;
   std::function<void(Packet)> send_;
-  std::unique_ptr<vision::FeatureTracker> tracker_;
-  Pose T_B_C_;
-  std::vector<CameraMount> further_;
+  /// One of the rig.
+  struct Camera {
+    std::shared_ptr<const camera::CameraModel> model;
+    Pose T_B_C;
+    TimeNs last_usable = 0;  ///< on the IMU clock; 0: nothing to be matched against
+    bool in_dark = false;    ///< warn once per stretch
+  };
+  std::unique_ptr<vision::RigTracker> tracker_;  ///< from the first image on
+  std::vector<Camera> cameras_;
+  ImageSets sets_;  ///< of a rig
   imu::SpikeFilter spikes_;
   imu::ImuBuffer imu_;  // only for the rotation between images
-  std::deque<WaitingImage> waiting_;
+  std::deque<ImageSet> waiting_;
   Packet next_;
   std::optional<Vec3> turning_C_;  // see Feedback
   Vec3 gyro_bias_ = Vec3::Zero();
   EstimatorCounters counters_;
   double time_offset_s_;  // stamp of an image + this = its time on the IMU's clock
   int resets_ = 0;
-  bool in_dark_ = false;  // warn once per stretch
   long stepped_back_ = 0;
   bool any_image_ = false;
   Elapsed elapsed_;
-  TimeNs last_image_ = 0;   // on the IMU clock
-  TimeNs last_usable_ = 0;  // 0: nothing to be matched against
+  TimeNs last_image_ = 0;  // on the IMU clock
 };
 
 }  // namespace vir::estimator

@@ -38,7 +38,16 @@ struct Packet {
   double ms = 0;                      ///< CPU time of the front end (reporting only)
   int tracker_resets = 0;             ///< followed by the tracker when it made `frame`
   long feedback = 0;                  ///< packets whose feedback the tracker knew
+  double epipolar_px = 0;             ///< see vision::RigTracker
+  int cameras = 1;                    ///< whose images were usable, or are the only ones
 };
+
+/// Sights of all cameras, the first one's before the others'.
+inline std::vector<vision::FeatureObservation> allSights(const vision::TrackedFrame& frame) {
+  std::vector<vision::FeatureObservation> out = frame.features;
+  out.insert(out.end(), frame.further.begin(), frame.further.end());
+  return out;
+}
 
 /// What the tracker needs to know of the state, after each packet.
 struct Feedback {
@@ -49,6 +58,7 @@ struct Feedback {
   double time_offset_s = 0;                 ///< of the camera, as images are to be stamped
   int resets = 0;                           ///< segments begun; older tracks are worthless
   std::optional<Quat> q_B_C;                ///< the camera's rotation, if not as given
+  std::vector<Pose> T_B_C;                  ///< of a rig's cameras, as estimated; empty: as before
 };
 
 }  // namespace vir::estimator

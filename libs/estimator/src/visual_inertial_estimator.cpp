@@ -128,7 +128,7 @@ void VisualInertialEstimator::addTracks(const vision::TrackedFrame& tracks) {
   if (!impl_->hasStamp(tracks.t)) return;
   WaitingImage image;
   image.t = tracks.t;
-  image.tracks = std::make_unique<vision::TrackedFrame>(tracks);
+  image.tracks = std::make_shared<vision::TrackedFrame>(tracks);
   std::vector<vision::FeatureObservation>& features = image.tracks->features;
   features.erase(std::remove_if(features.begin(), features.end(), isNoSight), features.end());
   impl_->bad_features += static_cast<long>(tracks.features.size() - features.size());

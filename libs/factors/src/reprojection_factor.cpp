@@ -1,6 +1,8 @@
 #include "vir/factors/reprojection_factor.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "vir/factors/pose_manifold.h"
 
@@ -30,16 +32,62 @@ Mat32 tangentBasis(const Vec3& unit) {
   return B;
 }
 
-SightGeometry::SightGeometry(const Pose& T_W_Bi, const Pose& T_W_Bj, const Pose& T_B_C)
-    : p_B_C(T_B_C.p) {
-  const Mat3 R_B_C = T_B_C.R();
+SightGeometry::SightGeometry(const Pose& T_W_Bi, const Pose& T_W_Bj, const Pose& T_B_Ci,
+                             const Pose& T_B_Cj)
+    : p_B_Ci(T_B_Ci.p), p_B_Cj(T_B_Cj.p) {
+  const Mat3 R_B_Ci = T_B_Ci.R();
   const Mat3 R_W_Bi = T_W_Bi.R();
-  R_C_B = R_B_C.transpose();
-  R_Cj_W = R_C_B * T_W_Bj.R().transpose();
+  R_Ci_B = R_B_Ci.transpose();
+  R_Cj_B = T_B_Cj.R().transpose();
+  R_Cj_W = R_Cj_B * T_W_Bj.R().transpose();
   R_Cj_Bi = R_Cj_W * R_W_Bi;
-  R_Cj_Ci = R_Cj_Bi * R_B_C;
-  t_Cj = R_Cj_W * (R_W_Bi * p_B_C + T_W_Bi.p - T_W_Bj.p) - R_C_B * p_B_C;
+  R_Cj_Ci = R_Cj_Bi * R_B_Ci;
+  t_Cj = R_Cj_W * (R_W_Bi * p_B_Ci + T_W_Bi.p - T_W_Bj.p) - R_Cj_B * p_B_Cj;
 }
+
+namespace {
+
+/// The parts of a residual that all Jacobians need.
+struct Bent {
+  Vec3 d, s, su;
+  double n = 1;
+};
+
+Bent bentRay(const HostRay& host, const SightGeometry& g, const Vec3& landmark,
+             const CameraVector& camera) {
+  Bent out;
+  out.d = host.bearingAt(camera) + host.basis * landmark.head<2>();
+  out.s = g.R_Cj_Ci * out.d + landmark[2] * g.t_Cj;
+  out.n = std::max(out.s.norm(), 1e-9);
+  out.su = out.s / out.n;
+  return out;
+}
+
+/// Those of poses and landmark; `J` is of either kind. What the calibration's need.
+struct Chain {
+  Mat23 D, D_Bj, D_Bi, D_Ci;
+};
+
+template <typename Jacobians>
+Chain poseAndLandmark(const HostRay& host, const Sight& sight, const SightGeometry& g, double rho,
+                      const Bent& b, Jacobians* J) {
+  Chain c;
+  c.D = (sight.weight - (sight.weight * b.su) * b.su.transpose()) / b.n;
+  c.D_Bj = c.D * g.R_Cj_B;
+  c.D_Bi = c.D * g.R_Cj_Bi;
+  c.D_Ci = c.D * g.R_Cj_Ci;
+  const Vec3 x_Bi = g.R_Ci_B.transpose() * b.d + rho * g.p_B_Ci;
+  const Vec3 x_Bj = g.R_Cj_B.transpose() * b.s + rho * g.p_B_Cj;
+  J->pose_i.template leftCols<3>() = rho * (c.D * g.R_Cj_W);
+  J->pose_i.template rightCols<3>() = -c.D_Bi * hat(x_Bi);
+  J->pose_j.template leftCols<3>() = -J->pose_i.template leftCols<3>();
+  J->pose_j.template rightCols<3>() = c.D_Bj * hat(x_Bj);
+  J->landmark.template leftCols<2>() = c.D_Ci * host.basis;
+  J->landmark.col(2) = c.D * g.t_Cj;
+  return c;
+}
+
+}  // namespace
 
 Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T_W_Bi,
                           const Pose& T_W_Bj, const Pose& T_B_C, const Vec3& landmark,
@@ -51,30 +99,90 @@ Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T
 Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const SightGeometry& g,
                           const Vec3& landmark, const CameraVector& camera,
                           ReprojectionJacobians* J) {
-  const double rho = landmark[2];
-  const Vec3 d = host.bearingAt(camera) + host.basis * landmark.head<2>();
-  const Vec3 s = g.R_Cj_Ci * d + rho * g.t_Cj;
-  const double n = std::max(s.norm(), 1e-9);
-  const Vec3 su = s / n;
-  const Vec2 r = sight.weight * (su - sight.bearingAt(camera));
+  const Bent b = bentRay(host, g, landmark, camera);
+  const Vec2 r = sight.weight * (b.su - sight.bearingAt(camera));
   if (!J) return r;
-
-  const Mat23 D = (sight.weight - (sight.weight * su) * su.transpose()) / n;
-  const Mat23 D_Bj = D * g.R_C_B;
-  const Mat23 D_Bi = D * g.R_Cj_Bi;
-  const Mat23 D_Ci = D * g.R_Cj_Ci;
-  const Vec3 x_Bi = g.R_C_B.transpose() * d + rho * g.p_B_C;
-  const Vec3 x_Bj = g.R_C_B.transpose() * s + rho * g.p_B_C;
-  J->pose_i.leftCols<3>() = rho * (D * g.R_Cj_W);
-  J->pose_i.rightCols<3>() = -D_Bi * hat(x_Bi);
-  J->pose_j.leftCols<3>() = -J->pose_i.leftCols<3>();
-  J->pose_j.rightCols<3>() = D_Bj * hat(x_Bj);
-  J->extrinsic.leftCols<3>() = rho * (D_Bi - D_Bj);
-  J->extrinsic.rightCols<3>() = D * hat(s) - D_Ci * hat(d);
-  J->landmark.leftCols<2>() = D_Ci * host.basis;
-  J->landmark.col(2) = D * g.t_Cj;
-  J->camera = D_Ci * host.by_camera - sight.weight * sight.by_camera;
+  const double rho = landmark[2];
+  const Chain c = poseAndLandmark(host, sight, g, rho, b, J);
+  J->extrinsic.leftCols<3>() = rho * (c.D_Bi - c.D_Bj);
+  J->extrinsic.rightCols<3>() = c.D * hat(b.s) - c.D_Ci * hat(b.d);
+  J->camera = c.D_Ci * host.by_camera - sight.weight * sight.by_camera;
   return r;
+}
+
+Vec2 rigResidual(const HostRay& host, const Sight& sight, const SightGeometry& g,
+                 const Vec3& landmark, const CameraVector& camera_i, const CameraVector& camera_j,
+                 RigJacobians* J) {
+  const Bent b = bentRay(host, g, landmark, camera_i);
+  const Vec2 r = sight.weight * (b.su - sight.bearingAt(camera_j));
+  if (!J) return r;
+  const double rho = landmark[2];
+  const Chain c = poseAndLandmark(host, sight, g, rho, b, J);
+  J->extrinsic_i.leftCols<3>() = rho * c.D_Bi;
+  J->extrinsic_i.rightCols<3>() = -c.D_Ci * hat(b.d);
+  J->extrinsic_j.leftCols<3>() = -rho * c.D_Bj;
+  J->extrinsic_j.rightCols<3>() = c.D * hat(b.s);
+  J->camera_i = c.D_Ci * host.by_camera;
+  J->camera_j = -sight.weight * sight.by_camera;
+  return r;
+}
+
+RigReprojectionFactor::RigReprojectionFactor(const HostRay& host, const Sight& sight,
+                                             bool same_frame, const Known* known,
+                                             const double* lin_i, const double* lin_j)
+    : host_(&host),
+      sight_(&sight),
+      same_frame_(same_frame),
+      calibrated_(known == nullptr),
+      lin_i_(lin_i),
+      lin_j_(lin_j) {
+  if (known) known_ = *known;
+  set_num_residuals(2);
+  std::vector<int>& sizes = *mutable_parameter_block_sizes();
+  sizes = {3};
+  if (!same_frame) sizes.insert(sizes.end(), {7, 7});
+  if (calibrated_) sizes.insert(sizes.end(), {7, kCameraParameters, 7, kCameraParameters});
+}
+
+Vec2 RigReprojectionFactor::evaluateAt(double const* const* x, bool linearized,
+                                       RigJacobians* J) const {
+  Known now = known_;
+  if (calibrated_) {
+    const double* const* k = x + (same_frame_ ? 1 : 3);
+    now.T_B_Ci = poseFrom(k[0]);
+    now.camera_i = CameraVector(k[1]);
+    now.T_B_Cj = poseFrom(k[2]);
+    now.camera_j = CameraVector(k[3]);
+  }
+  const double *i = nullptr, *j = nullptr;
+  if (!same_frame_) {
+    i = linearized && lin_i_ ? lin_i_ : x[1];
+    j = linearized && lin_j_ ? lin_j_ : x[2];
+  }
+  const SightGeometry g(i ? poseFrom(i) : Pose(), j ? poseFrom(j) : Pose(), now.T_B_Ci, now.T_B_Cj);
+  return rigResidual(*host_, *sight_, g, Vec3(x[0]), now.camera_i, now.camera_j, J);
+}
+
+bool RigReprojectionFactor::Evaluate(double const* const* x, double* residuals,
+                                     double** jacobians) const {
+  const bool elsewhere = !same_frame_ && (lin_i_ || lin_j_);
+  RigJacobians J;
+  Eigen::Map<Vec2> r(residuals);
+  r = evaluateAt(x, false, jacobians && !elsewhere ? &J : nullptr);
+  if (!jacobians) return true;
+  if (elsewhere) evaluateAt(x, true, &J);
+  if (jacobians[0]) (Eigen::Map<RowMajor2x3>(jacobians[0])) = J.landmark;
+  if (!same_frame_) {
+    lift(J.pose_i, jacobians[1]);
+    lift(J.pose_j, jacobians[2]);
+  }
+  if (!calibrated_) return true;
+  double** k = jacobians + (same_frame_ ? 1 : 3);
+  lift(J.extrinsic_i, k[0]);
+  if (k[1]) (Eigen::Map<RowMajor2x6>(k[1])) = J.camera_i;
+  lift(J.extrinsic_j, k[2]);
+  if (k[3]) (Eigen::Map<RowMajor2x6>(k[3])) = J.camera_j;
+  return true;
 }
 
 bool ReprojectionFactor::Evaluate(double const* const* x, double* residuals,

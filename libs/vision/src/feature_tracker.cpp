@@ -80,13 +80,14 @@ bool FeatureTracker::Impl::tooDark(const Brightness& now, TimeNs t) const {
 void FeatureTracker::Impl::detect(TrackedFrame* frame) {
   std::vector<cv::Point2f> existing;
   for (const Track& track : tracks) existing.push_back(toPoint(0.5 * track.seen.px));
-  const int wanted = options.max_tracks - static_cast<int>(existing.size());
+  const int wanted = budget - static_cast<int>(existing.size());
   for (const cv::Point2f& p : detector.detect(current.gradient(), existing, wanted)) {
     Track track;
     if (!observe(2.0 * toVec(p), &track.seen)) continue;
     if (!track.patch.take(current.full(), track.seen.px, options.patch_px / 2)) continue;
     track.warp = track.patch.origin();
     track.seen.id = next_id++;
+    track.seen.camera = number;
     tracks.push_back(std::move(track));
     ++frame->detected;
   }
@@ -114,6 +115,15 @@ TrackedFrame FeatureTracker::processTurning(TimeNs t, const cv::Mat& gray, const
 
 TrackedFrame FeatureTracker::Impl::process(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1,
                                            double rate_sigma) {
+  TrackedFrame frame = followInto(t, gray, R_C0_C1, rate_sigma);
+  if (!frame.usable) return frame;
+  detect(&frame);
+  conclude(&frame);
+  return frame;
+}
+
+TrackedFrame FeatureTracker::Impl::followInto(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1,
+                                              double rate_sigma) {
   TrackedFrame frame;
   frame.t = t;
   frame.reason = refuse(gray);
@@ -121,7 +131,7 @@ TrackedFrame FeatureTracker::Impl::process(TimeNs t, const cv::Mat& gray, const 
     frame.usable = false;
     return frame;
   }
-  StageLaps watch;
+  watch = StageLaps();
   const Brightness brightness = measure(gray);
   frame.mean_intensity = brightness.mean;
   current.build(gray, window, levels);
@@ -158,14 +168,30 @@ TrackedFrame FeatureTracker::Impl::process(TimeNs t, const cv::Mat& gray, const 
     keepFollowed();
   }
   frame.ms_flow = watch.lapMs();
-  detect(&frame);
-  for (const Track& track : tracks) frame.features.push_back(track.seen);
-  frame.ms_detect = watch.lapMs();
-
-  last.swap(current);
-  last_brightness = brightness;
-  last_t = t;
+  current_brightness = brightness;
   return frame;
+}
+
+void FeatureTracker::Impl::conclude(TrackedFrame* frame) {
+  for (const Track& track : tracks) frame->features.push_back(track.seen);
+  frame->ms_detect = watch.lapMs();
+  last.swap(current);
+  last_brightness = current_brightness;
+  last_t = frame->t;
+}
+
+bool FeatureTracker::Impl::adopt(std::uint64_t id, const Vec2& px) {
+  const auto at = std::lower_bound(tracks.begin(), tracks.end(), id,
+                                   [](const Track& t, std::uint64_t x) { return t.seen.id < x; });
+  if (at != tracks.end() && at->seen.id == id) return false;
+  Track track;
+  if (!observe(px, &track.seen)) return false;
+  if (!track.patch.take(current.full(), px, options.patch_px / 2)) return false;
+  track.warp = track.patch.origin();
+  track.seen.id = id;
+  track.seen.camera = number;
+  tracks.insert(at, std::move(track));
+  return true;
 }
 
 void FeatureTracker::stopFollowing(const std::vector<std::uint64_t>& ids) {

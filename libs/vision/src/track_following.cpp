@@ -108,6 +108,7 @@ void FeatureTracker::Impl::follow(const Mat3& R_C0_C1, const ImagePyramid& targe
       continue;
     }
     f.now.id = track.seen.id;
+    f.now.camera = number;
     f.now.age = track.seen.age + 1;
     followed[kept++] = std::move(f);
   }

@@ -9,6 +9,7 @@
 
 #include "image_pyramid.h"
 #include "patch.h"
+#include "vir/core/stage_timer.h"
 #include "vir/vision/corner_detector.h"
 #include "vir/vision/feature_tracker.h"
 
@@ -58,6 +59,16 @@ struct FeatureTracker::Impl {
 
   /// `rate_sigma`: how wrong the rotation may be [rad/s].
   TrackedFrame process(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1, double rate_sigma);
+  /// The first half of it: tracks are those found in `current`, which is `gray`, unless the frame
+  /// is not usable.
+  TrackedFrame followInto(TimeNs t, const cv::Mat& gray, const Mat3& R_C0_C1, double rate_sigma);
+  /// The second half: new corners, as many as `budget` leaves room for ...
+  void detect(TrackedFrame* frame);
+  /// ... and what was found; `current` becomes `last`.
+  void conclude(TrackedFrame* frame);
+  /// Begins a track at `px` of `current` under the id another camera gave it. False where there is
+  /// no texture or no room.
+  bool adopt(std::uint64_t id, const Vec2& px);
   std::string refuse(const cv::Mat& gray) const;
   const ImagePyramid& matchExposure(const Brightness& now);
   void predict(const Mat3& R_C0_C1, int* lost);
@@ -75,7 +86,6 @@ struct FeatureTracker::Impl {
   void summarise(const Mat3& R_C0_C1, TrackedFrame* frame) const;
   void keepFollowed();
   bool tooDark(const Brightness& now, TimeNs t) const;
-  void detect(TrackedFrame* frame);
 
   TrackerOptions options;
   std::shared_ptr<const camera::CameraModel> camera;
@@ -88,10 +98,13 @@ struct FeatureTracker::Impl {
   std::vector<Followed> followed;  ///< those of them found in the new image, in the same order
   int number = 0;                  ///< of the camera
   std::uint64_t next_id = 0;
+  int budget = options.max_tracks;  ///< tracks it may have
   TimeNs last_t = 0;
+  TimeNs before_last_t = 0;     ///< of the image before that (kept by RigTracker)
   Vec3 turning = Vec3::Zero();  ///< of the camera before the last usable image [rad/s]
   ImagePyramid last, current, matched;
-  Brightness last_brightness;
+  Brightness last_brightness, current_brightness;
+  StageLaps watch;
   cv::Mat matched_image;
 
   std::vector<cv::Point2f> start, forward, back;  ///< [px of the half resolution]

@@ -10,15 +10,16 @@ namespace {
 /// Inverse distance along the host's ray that fits the other sights best (linear least squares);
 /// false without parallax, behind a camera, or where the sights contradict each other.
 bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
-  const Pose T_B_C = w.T_B_C();
-  const Pose T_W_Ci = l.host()->T_W_B() * T_B_C;
-  const factors::CameraVector camera = w.cameraVector();
+  const Pose T_B_Ci = w.T_B_C(l.hostCamera());
+  const Pose T_W_Ci = l.host()->T_W_B() * T_B_Ci;
+  const factors::CameraVector camera = w.cameraVector(l.hostCamera());
   double cc = 0, ca = 0, parallax = 0;
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
-    const Pose T_Cj_Ci = (l.sights[k].frame->T_W_B() * T_B_C).inverse() * T_W_Ci;
+    const int number = l.sights[k].camera;
+    const Pose T_Cj_Ci = (l.sights[k].frame->T_W_B() * w.T_B_C(number)).inverse() * T_W_Ci;
     const factors::Sight& s = l.sights[k].sight;
     const Vec3 a = T_Cj_Ci.q * l.ray.bearingAt(camera);
-    const Vec3 seen = s.bearingAt(camera);
+    const Vec3 seen = s.bearingAt(w.cameraVector(number));
     const Mat23& W = s.weight;
     const Vec2 Wa = W * (a - seen);
     const Vec2 Wc = W * T_Cj_Ci.p;
@@ -32,37 +33,43 @@ bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
   if (!(*rho > 1.0 / 200.0 && *rho < 1.0 / 0.1)) return false;
   double worst = 0;
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
-    const Vec2 r = factors::reprojectionResidual(l.ray, l.sights[k].sight, l.host()->T_W_B(),
-                                                 l.sights[k].frame->T_W_B(), T_B_C,
-                                                 Vec3(0, 0, *rho), camera, nullptr);
+    const LandmarkSight& s = l.sights[k];
+    const factors::SightGeometry between(l.host()->T_W_B(), s.frame->T_W_B(), T_B_Ci,
+                                         w.T_B_C(s.camera));
+    const Vec2 r = sightResidual(w, l, s, between, Vec3(0, 0, *rho));
     worst = std::max(worst, r.norm());
   }
   return worst < 3 * w.options.outlier_sigma;
 }
 
-/// Of each two frames once it is asked for.
+/// Of each two frames and cameras once it is asked for.
 class GeometryTable {
  public:
   explicit GeometryTable(const WindowState& w)
-      : T_B_C_(w.T_B_C()),
-        frames_(w.frames.size()),
-        known_(frames_ * frames_),
-        table_(frames_ * frames_) {
+      : cameras_(static_cast<std::size_t>(w.cameras())),
+        views_(w.frames.size() * cameras_),
+        known_(views_ * views_),
+        table_(views_ * views_) {
+    for (int k = 0; k < w.cameras(); ++k) T_B_C_.push_back(w.T_B_C(k));
     std::size_t k = 0;
     for (const auto& f : w.frames) f->index = k++;
   }
-  const factors::SightGeometry& of(const Frame& host, const Frame& frame) {
-    const std::size_t at = host.index * frames_ + frame.index;
+  const factors::SightGeometry& of(const WindowLandmark& l, const LandmarkSight& s) {
+    const auto host = static_cast<std::size_t>(l.hostCamera());
+    const auto other = static_cast<std::size_t>(s.camera);
+    const std::size_t at =
+        (l.host()->index * cameras_ + host) * views_ + s.frame->index * cameras_ + other;
     if (!known_[at]) {
-      table_[at] = factors::SightGeometry(host.T_W_B(), frame.T_W_B(), T_B_C_);
+      table_[at] =
+          factors::SightGeometry(l.host()->T_W_B(), s.frame->T_W_B(), T_B_C_[host], T_B_C_[other]);
       known_[at] = true;
     }
     return table_[at];
   }
 
  private:
-  Pose T_B_C_;
-  std::size_t frames_;
+  std::size_t cameras_, views_;
+  std::vector<Pose> T_B_C_;
   std::vector<bool> known_;
   std::vector<factors::SightGeometry> table_;
 };
@@ -71,9 +78,9 @@ class GeometryTable {
 void hostAnew(const WindowState& w, const Vec3& p_W, WindowLandmark* l) {
   l->setHostRay();
   if (!l->has_depth) return;
-  const Vec3 p_C = (l->host()->T_W_B() * w.T_B_C()).inverse() * p_W;
+  const Vec3 p_C = (l->host()->T_W_B() * w.T_B_C(l->hostCamera())).inverse() * p_W;
   // From p_C = (ray + basis (u, v)) / rho, along the bearing and across it.
-  const Vec3 ray = l->ray.bearingAt(w.cameraVector());
+  const Vec3 ray = l->ray.bearingAt(w.cameraVector(l->hostCamera()));
   const double along = p_C.dot(l->ray.bearing) / ray.dot(l->ray.bearing);
   l->has_depth = along > 0.05;
   if (!l->has_depth) return;
@@ -86,15 +93,23 @@ void hostAnew(const WindowState& w, const Vec3& p_W, WindowLandmark* l) {
 }  // namespace
 
 Vec3 landmarkInWorld(const WindowState& w, const WindowLandmark& l) {
-  return l.host()->T_W_B() * (w.T_B_C() * l.inCamera(w.cameraVector()));
+  const int camera = l.hostCamera();
+  return l.host()->T_W_B() * (w.T_B_C(camera) * l.inCamera(w.cameraVector(camera)));
 }
 
 void updateCameraJacobians(const WindowState& w, WindowLandmark* l) {
-  const Pose T_B_C = w.T_B_C();
-  const Mat3 R_C_B = T_B_C.R().transpose();
-  const factors::CameraVector camera = w.cameraVector();
+  int number = l->hostCamera();  // whose they are
+  Pose T_B_C = w.T_B_C(number);
+  Mat3 R_C_B = T_B_C.R().transpose();
+  factors::CameraVector camera = w.cameraVector(number);
   const Vec3 p_W = landmarkInWorld(w, *l);
   for (LandmarkSight& s : l->sights) {
+    if (s.camera != number) {
+      number = s.camera;
+      T_B_C = w.T_B_C(number);
+      R_C_B = T_B_C.R().transpose();
+      camera = w.cameraVector(number);
+    }
     const Frame& f = *s.frame;
     const Mat3& R_B_W = f.R_B_W;
     const Vec3 v_W(f.speed_bias[0], f.speed_bias[1], f.speed_bias[2]);
@@ -108,7 +123,7 @@ void updateCameraJacobians(const WindowState& w, WindowLandmark* l) {
     const Vec2 residual = s.sight.weight * (b - s.sight.bearingAt(camera)) * w.options.sigma_px;
     s.setRate((v_C - b * b.dot(v_C)) / distance);
     const Vec2 place = s.off_centre + residual;
-    s.setPlace(place, w.radial_response.at(place));
+    s.setPlace(place, w.responseOf(number).at(place));
   }
   l->ray.by_camera = l->sights.front().sight.by_camera;
 }
@@ -134,7 +149,6 @@ int triangulateLandmarks(WindowState& w) {
 std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
   std::vector<std::uint64_t> removed;
   const Frame* newest = w.frames.back().get();
-  const factors::CameraVector camera = w.cameraVector();
   GeometryTable geometry(w);
   for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
     WindowLandmark& l = it->second;
@@ -151,8 +165,7 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
     }
     l.unchecked = false;
     while (k < l.sights.size()) {
-      const Vec2 r = factors::reprojectionResidual(
-          l.ray, l.sights[k].sight, geometry.of(*l.host(), *l.sights[k].frame), x, camera, nullptr);
+      const Vec2 r = sightResidual(w, l, l.sights[k], geometry.of(l, l.sights[k]), x);
       if (r.norm() > w.options.outlier_sigma) {
         newest_bad = newest_bad || l.sights[k].frame == newest;
         l.sights.erase(l.sights.begin() + static_cast<std::ptrdiff_t>(k));
@@ -176,19 +189,20 @@ std::vector<std::uint64_t> rejectOutlierSights(WindowState& w) {
 void removeSightsOf(WindowState& w, const Frame* frame) {
   for (auto it = w.landmarks.begin(); it != w.landmarks.end();) {
     WindowLandmark& l = it->second;
-    const auto s = std::find_if(l.sights.begin(), l.sights.end(),
-                                [&](const LandmarkSight& x) { return x.frame == frame; });
+    const auto of_frame = [&](const LandmarkSight& x) { return x.frame == frame; };
+    const auto s = std::find_if(l.sights.begin(), l.sights.end(), of_frame);
     if (s == l.sights.end()) {
       ++it;
       continue;
     }
+    const auto end = std::find_if_not(s, l.sights.end(), of_frame);  // they are neighbours
     const bool was_host = s == l.sights.begin();
-    if (l.sights.size() == 1) {
+    if (was_host && end == l.sights.end()) {
       it = w.landmarks.erase(it);
       continue;
     }
     const Vec3 p_W = was_host && l.has_depth ? landmarkInWorld(w, l) : Vec3::Zero();
-    l.sights.erase(s);
+    l.sights.erase(s, end);
     if (was_host) hostAnew(w, p_W, &l);
     ++it;
   }

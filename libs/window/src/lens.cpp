@@ -42,10 +42,13 @@ void watchLens(WindowState& w) {
 
 void holdLens(const WindowState& w, NormalEquations* information) {
   constexpr double kHeld = 1e-7;
-  const int camera = information->offsetOf(w.camera_parameters);
-  if (camera < 0 || !w.lens_held) return;
-  for (const int i : {factors::kRadial1, factors::kRadial2}) {
-    information->H(camera + i, camera + i) += 1 / (kHeld * kHeld);
+  if (!w.lens_held) return;
+  for (int k = 0; k < w.cameras(); ++k) {
+    const int camera = information->offsetOf(k == 0 ? w.camera_parameters : w.beside(k).parameters);
+    if (camera < 0) continue;
+    for (const int i : {factors::kRadial1, factors::kRadial2}) {
+      information->H(camera + i, camera + i) += 1 / (kHeld * kHeld);
+    }
   }
 }
 

@@ -27,7 +27,9 @@ struct Match {
 class Resection {
  public:
   Resection(const WindowState& w, std::vector<Match> matches)
-      : w_(w), matches_(std::move(matches)), T_B_C_(w.T_B_C()), camera_(w.cameraVector()) {}
+      : w_(w), matches_(std::move(matches)) {
+    for (int k = 0; k < w.cameras(); ++k) T_B_C_.push_back(w.T_B_C(k));
+  }
 
   SightFit fit(const Pose& T_W_B) {
     off_.clear();
@@ -56,7 +58,7 @@ class Resection {
       const double scale = std::max(1.0, kMedians * fit(T_W_B).median_px / w_.options.sigma_px);
       Eigen::Matrix<double, 6, 6> H = 1e-9 * Eigen::Matrix<double, 6, 6>::Identity();
       Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
-      factors::ReprojectionJacobians J;
+      factors::RigJacobians J;
       for (const Match& m : matches_) {
         const Vec2 r = residual(m, T_W_B, &J);
         const double weight = 1 / (1 + r.squaredNorm() / (scale * scale));
@@ -72,16 +74,19 @@ class Resection {
   }
 
  private:
-  Vec2 residual(const Match& m, const Pose& T_W_B, factors::ReprojectionJacobians* J) const {
+  Vec2 residual(const Match& m, const Pose& T_W_B, factors::RigJacobians* J) const {
     const WindowLandmark& l = *m.landmark;
-    return factors::reprojectionResidual(l.ray, m.seen.sight, l.host()->T_W_B(), T_W_B, T_B_C_,
-                                         Vec3(l.x[0], l.x[1], l.x[2]), camera_, J);
+    const int host = l.hostCamera(), other = m.seen.camera;
+    const factors::SightGeometry between(l.host()->T_W_B(), T_W_B,
+                                         T_B_C_[static_cast<std::size_t>(host)],
+                                         T_B_C_[static_cast<std::size_t>(other)]);
+    return factors::rigResidual(l.ray, m.seen.sight, between, Vec3(l.x[0], l.x[1], l.x[2]),
+                                w_.cameraVector(host), w_.cameraVector(other), J);
   }
 
   const WindowState& w_;
   std::vector<Match> matches_;
-  Pose T_B_C_;
-  factors::CameraVector camera_;
+  std::vector<Pose> T_B_C_;  // by camera
   std::vector<double> off_;
 };
 

@@ -4,9 +4,40 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/geometry/so3.h"
 #include "window_state.h"
 
 namespace vir::window {
+namespace {
+
+/// A camera with what was estimated of it.
+CameraCalibration cameraWith(CameraCalibration camera, const factors::CameraVector& c) {
+  camera.fx *= 1 + c[factors::kFocal] + c[factors::kAspect];
+  camera.fy *= 1 + c[factors::kFocal] - c[factors::kAspect];
+  camera.cx += c[factors::kCx];
+  camera.cy += c[factors::kCy];
+  const Vec2 radial = c.segment<2>(factors::kRadial1);
+  return radial.isZero(0) ? camera : withRadialChange(camera, radial);
+}
+
+/// What is known of a further camera against the first: rigs are calibrated as one, far better than
+/// a camera is against an IMU, unless the matches say otherwise.
+CalibrationSigma rigSigma(const WindowState& w, const FurtherCamera& camera, bool doubted) {
+  CalibrationSigma out = w.options.calibration;
+  // What is given as a global shutter is taken for one [s].
+  constexpr double kHeldS = 1e-5;
+  if (camera.parameters[factors::kReadout] == 0) out.readout_s = kHeldS;
+  if (doubted) return out;
+  out.position_m = std::min(out.position_m, 0.0005);
+  out.rotation_rad = std::min(out.rotation_rad, 0.0005);
+  out.time_offset_s = std::min(out.time_offset_s, 0.0005);
+  out.focal = std::min(out.focal, 0.002);
+  out.aspect = std::min(out.aspect, 0.0005);
+  out.centre_px = std::min(out.centre_px, 1.0);
+  return out;
+}
+
+}  // namespace
 
 struct ShortWindow::Impl : WindowState {
   Frame& add(const State& s, const std::vector<vision::FeatureObservation>& features,
@@ -27,11 +58,16 @@ struct ShortWindow::Impl : WindowState {
       l.sights.push_back(sightOf(o));
       if (l.sights.size() == 1) {
         l.setHostRay();
-      } else if (l.sights.size() == 2 && !l.sights.front().hasRate()) {
-        // A new track has no rate yet: its next image tells how it was moving.
-        l.sights.front().setRate(o.bearing_rate);
-        l.setHostRay();
+        continue;
       }
+      // A new track has no rate yet: the camera's next image tells how it was moving.
+      const auto of_camera = [&o](const LandmarkSight& x) { return x.camera == o.camera; };
+      const auto first = std::find_if(l.sights.begin(), l.sights.end(), of_camera);
+      if (first->hasRate() ||
+          std::find_if(first + 1, l.sights.end(), of_camera) + 1 != l.sights.end())
+        continue;
+      first->setRate(o.bearing_rate);
+      if (first == l.sights.begin()) l.setHostRay();
     }
     return *frames.back();
   }
@@ -62,6 +98,35 @@ struct ShortWindow::Impl : WindowState {
       imu[static_cast<std::size_t>(imu::kAccGain + i)] = c.acc_gain;
     }
     addPriorBlock(imu_intrinsics, imu::kImuIntrinsicsSize, imu);
+    for (FurtherCamera& further_camera : further) addFurtherPrior(&further_camera);
+  }
+
+  /// Cameras of a rig are calibrated together: what is known of another one is known against the
+  /// first. Call after the first one's blocks were added.
+  void addFurtherPrior(FurtherCamera* added) {
+    const CalibrationSigma& c = added->sigma;
+    const int rows = static_cast<int>(prior.J.rows());
+    const auto column_of = [this](const double* data) {
+      for (std::size_t k = 0; k < prior_blocks.size(); ++k) {
+        if (prior_blocks[k] == data) return prior.blocks[k].offset;
+      }
+      return -1;
+    };
+    const int first = column_of(extrinsic), first_camera = column_of(camera_parameters);
+    addPriorBlock(
+        added->extrinsic, 7,
+        {c.position_m, c.position_m, c.position_m, c.rotation_rad, c.rotation_rad, c.rotation_rad});
+    addPriorBlock(added->parameters, factors::kCameraParameters,
+                  {c.time_offset_s, c.readout_s, c.focal, c.aspect, c.centre_px, c.centre_px,
+                   c.distortion, c.distortion});
+    const Pose T_B_C0 = T_B_C(), T_B_Ck = factors::poseFrom(added->extrinsic);
+    const Mat3 R_Ck_C0 = T_B_Ck.R().transpose() * T_B_C0.R();
+    const Vec3 arm_C0 = T_B_C0.inverse() * T_B_Ck.p;
+    auto& J = prior.J;
+    J.block<3, 3>(rows, first) = -Mat3::Identity() / c.position_m;
+    J.block<3, 3>(rows, first + 3) = T_B_C0.R() * hat(arm_C0) / c.position_m;
+    J.block<3, 3>(rows + 3, first + 3) = -R_Ck_C0 / c.rotation_rad;
+    J(rows + 6, first_camera + factors::kTimeOffset) = -1 / c.time_offset_s;
   }
 };
 
@@ -205,7 +270,7 @@ std::vector<LandmarkDistance> ShortWindow::distancesInNewest() const {
     const Vec3 ray = landmarkInWorld(*impl_, l) - p_C;
     double information = 0;  // of the inverse distance, by how far another one moves the sights
     for (const LandmarkSight& s : l.sights) {
-      const Vec3 way = s.frame->T_W_B() * impl_->T_B_C().p - p_C;
+      const Vec3 way = s.frame->T_W_B() * impl_->T_B_C(s.camera).p - p_C;
       const double moves_px = impl_->focalPx() * way.cross(ray.normalized()).norm();
       information += std::pow(moves_px / impl_->options.sigma_px, 2);
     }
@@ -307,6 +372,13 @@ void ShortWindow::setTimeOffset(double time_offset_s, double sigma_s) {
   impl_->calibration_sigma.time_offset_s = sigma_s;
   impl_->camera_parameters[factors::kTimeOffset] = time_offset_s;
   impl_->stamp_offset_s = time_offset_s;
+  for (FurtherCamera& c : impl_->further) {
+    c.parameters[factors::kTimeOffset] = time_offset_s + c.offset_to_first_s;
+  }
+}
+
+void ShortWindow::setRigDoubted(bool doubted) {
+  for (FurtherCamera& c : impl_->further) c.sigma = rigSigma(*impl_, c, doubted);
 }
 
 void ShortWindow::setCalibration(const Calibration& calibration) {
@@ -317,6 +389,18 @@ void ShortWindow::setCalibration(const Calibration& calibration) {
   impl_->camera_parameters[factors::kTimeOffset] = calibration.time_offset_s;
   impl_->stamp_offset_s = calibration.time_offset_s;
   factors::poseTo(calibration.T_B_C, impl_->extrinsic);
+  impl_->further.clear();
+  for (const CameraMount& mount : calibration.further) {
+    FurtherCamera c;
+    c.given = mount.camera;
+    if (looked_for) c.radial_response = camera::RadialResponse(mount.camera);
+    c.offset_to_first_s = mount.time_offset_s - calibration.time_offset_s;
+    factors::poseTo(mount.T_B_C, c.extrinsic);
+    c.parameters[factors::kTimeOffset] = mount.time_offset_s;
+    c.parameters[factors::kReadout] = mount.readout_s;
+    c.sigma = rigSigma(*impl_, c, false);
+    impl_->further.push_back(c);
+  }
   for (int i = 0; i < 3; ++i) {
     impl_->imu_intrinsics[imu::kGyroGain + i] = calibration.gyro_gain[i];
     impl_->imu_intrinsics[imu::kGyroAxes + i] = calibration.gyro_axes_rad[i];
@@ -349,16 +433,15 @@ void ShortWindow::setStampSigma(double sigma_s) { impl_->stamp_sigma_s = sigma_s
 Calibration ShortWindow::calibration() const {
   const factors::CameraVector c = impl_->cameraVector();
   Calibration out;
-  out.camera = impl_->camera;
   out.T_B_C = impl_->T_B_C();
   out.time_offset_s = c[factors::kTimeOffset];
   out.readout_s = c[factors::kReadout];
-  out.camera.fx *= 1 + c[factors::kFocal] + c[factors::kAspect];
-  out.camera.fy *= 1 + c[factors::kFocal] - c[factors::kAspect];
-  out.camera.cx += c[factors::kCx];
-  out.camera.cy += c[factors::kCy];
-  const Vec2 radial = c.segment<2>(factors::kRadial1);
-  if (!radial.isZero(0)) out.camera = withRadialChange(out.camera, radial);
+  out.camera = cameraWith(impl_->camera, c);
+  for (int k = 1; k < impl_->cameras(); ++k) {
+    const factors::CameraVector v = impl_->cameraVector(k);
+    out.further.push_back({cameraWith(impl_->beside(k).given, v), impl_->T_B_C(k),
+                           v[factors::kTimeOffset], v[factors::kReadout]});
+  }
   const imu::ImuIntrinsics k = impl_->imuIntrinsics();
   out.gyro_gain = k.segment<3>(imu::kGyroGain);
   out.gyro_axes_rad = k.segment<3>(imu::kGyroAxes);

@@ -20,18 +20,24 @@ struct SharedTracks {
 
 SharedTracks sharedWith(const WindowState& w, const Frame& reference) {
   const Frame& newest = *w.frames.back();
-  const Quat q_W_C0 = reference.T_W_B().q * w.T_B_C().q;
-  const Quat q_W_C1 = newest.T_W_B().q * w.T_B_C().q;
-  const Quat q_C0_C1 = q_W_C0.conjugate() * q_W_C1;
+  std::vector<Quat> turns;  // of each camera
+  for (int k = 0; k < w.cameras(); ++k) {
+    const Quat q_W_C0 = reference.T_W_B().q * w.T_B_C(k).q;
+    const Quat q_W_C1 = newest.T_W_B().q * w.T_B_C(k).q;
+    turns.push_back(q_W_C0.conjugate() * q_W_C1);
+  }
   SharedTracks out;
   double sum = 0;
   for (const auto& [id, l] : w.landmarks) {
     if (l.sights.back().frame != &newest) continue;
     ++out.total;
+    // What the same camera has seen of it.
+    const LandmarkSight& now = l.sights.back();
     for (const LandmarkSight& s : l.sights) {
-      if (s.frame != &reference) continue;
+      if (s.frame != &reference || s.camera != now.camera) continue;
       ++out.shared;
-      sum += (q_C0_C1 * l.sights.back().sight.bearing - s.sight.bearing).norm();
+      const Quat& q_C0_C1 = turns[static_cast<std::size_t>(s.camera)];
+      sum += (q_C0_C1 * now.sight.bearing - s.sight.bearing).norm();
       break;
     }
   }
@@ -41,10 +47,12 @@ SharedTracks sharedWith(const WindowState& w, const Frame& reference) {
 
 /// The camera's clock against the IMU's: two quartzes differ by tens of parts per million.
 void letClockWander(const WindowState& w, double dt_s, NormalEquations* prior) {
-  const int camera = prior->offsetOf(w.camera_parameters);
-  if (camera < 0) return;
-  const double sigma = w.options.time_offset_walk;
-  addProcessNoise(camera + factors::kTimeOffset, sigma * sigma * dt_s, prior);
+  for (int k = 0; k < w.cameras(); ++k) {
+    const int camera = prior->offsetOf(k == 0 ? w.camera_parameters : w.beside(k).parameters);
+    if (camera < 0) continue;
+    const double sigma = w.options.time_offset_walk;
+    addProcessNoise(camera + factors::kTimeOffset, sigma * sigma * dt_s, prior);
+  }
 }
 
 }  // namespace

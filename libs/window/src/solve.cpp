@@ -13,8 +13,11 @@ LeastSquares windowProblem(WindowState& w) {
   if (!w.calibrating() || !w.lens_held) return out;
   int column = 0;
   for (const BlockRef& b : out.order) {
-    if (b.data == w.camera_parameters) {
-      out.held = {column + factors::kRadial1, column + factors::kRadial2};
+    bool lens = b.data == w.camera_parameters;
+    for (const FurtherCamera& c : w.further) lens = lens || b.data == c.parameters;
+    if (lens) {
+      out.held.push_back(column + factors::kRadial1);
+      out.held.push_back(column + factors::kRadial2);
     }
     column += b.local();
   }

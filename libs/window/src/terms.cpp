@@ -58,6 +58,11 @@ void TermSet::addLandmark(WindowLandmark& l) {
   terms_.push_back({&host_sight, {l.x}, 0, false, l.x});
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
     Frame* f = l.sights[k].frame;
+    const int number = l.hostCamera();
+    if (l.sights[k].camera != number) {
+      addRigSight(l, l.sights[k]);
+      continue;
+    }
     const bool fej = w_.options.first_estimate_jacobians;
     const double* lin_i = fej ? host->linPose() : nullptr;
     const double* lin_j = fej ? f->linPose() : nullptr;
@@ -66,18 +71,42 @@ void TermSet::addLandmark(WindowLandmark& l) {
       r.set(l.ray, l.sights[k].sight);
       r.linearizeAt(lin_i, lin_j);
       terms_.push_back({&r,
-                        {host->pose, f->pose, w_.extrinsic, l.x, w_.camera_parameters},
+                        {host->pose, f->pose, w_.extrinsicOf(number), l.x, w_.parametersOf(number)},
                         w_.options.loss_scale,
                         cauchy,
                         l.x});
     } else {
       auto& r = w_.sight_factors.reprojections.next();
-      r.set(l.ray, l.sights[k].sight, w_.T_B_C(), w_.cameraVector());
+      r.set(l.ray, l.sights[k].sight, w_.T_B_C(number), w_.cameraVector(number));
       r.linearizeAt(lin_i, lin_j);
       terms_.push_back({&r, {host->pose, f->pose, l.x}, w_.options.loss_scale, cauchy, l.x});
     }
     ++sights_;
   }
+}
+
+void TermSet::addRigSight(WindowLandmark& l, LandmarkSight& s) {
+  Frame *host = l.host(), *frame = s.frame;
+  const bool same = host == frame, fej = w_.options.first_estimate_jacobians;
+  const factors::RigReprojectionFactor::Known known{w_.T_B_C(l.hostCamera()), w_.T_B_C(s.camera),
+                                                    w_.cameraVector(l.hostCamera()),
+                                                    w_.cameraVector(s.camera)};
+  rig_sights_.emplace_back(l.ray, s.sight, same, w_.calibrating() ? nullptr : &known,
+                           fej ? host->linPose() : nullptr, fej ? frame->linPose() : nullptr);
+  BlockList blocks{l.x};
+  if (!same) {
+    blocks.add(host->pose);
+    blocks.add(frame->pose);
+  }
+  if (w_.calibrating()) {
+    for (const int k : {l.hostCamera(), s.camera}) {
+      blocks.add(w_.extrinsicOf(k));
+      blocks.add(w_.parametersOf(k));
+    }
+  }
+  const bool cauchy = w_.options.loss == ReprojectionLoss::cauchy;
+  terms_.push_back({&rig_sights_.back(), std::move(blocks), w_.options.loss_scale, cauchy, l.x});
+  ++sights_;
 }
 
 void TermSet::addAll() {
@@ -141,7 +170,8 @@ void TermSet::addTail(std::size_t first) {
     if (before) addFixedLink(*before, *w_.frames[k]);
     addRest(*w_.frames[k], before);
   }
-  const Pose T_B_C = w_.T_B_C();
+  std::vector<Pose> T_B_C;
+  for (int k = 0; k < w_.cameras(); ++k) T_B_C.push_back(w_.T_B_C(k));
   const bool cauchy = w_.options.loss == ReprojectionLoss::cauchy;
   const auto in_tail = [&](const Frame* f) {
     for (std::size_t k = first; k < w_.frames.size(); ++k) {
@@ -154,8 +184,10 @@ void TermSet::addTail(std::size_t first) {
     const Vec3 p_W = landmarkInWorld(w_, l);
     for (std::size_t k = l.sights.size() - 1; k > 0 && in_tail(l.sights[k].frame); --k) {
       const factors::Sight& sight = l.sights[k].sight;
+      const int number = l.sights[k].camera;
       auto& f = w_.sight_factors.point_sights.next();
-      f.set(p_W, sight.bearingAt(w_.cameraVector()), sight.weight, T_B_C);
+      f.set(p_W, sight.bearingAt(w_.cameraVector(number)), sight.weight,
+            T_B_C[static_cast<std::size_t>(number)]);
       terms_.push_back({&f, {l.sights[k].frame->pose}, w_.options.loss_scale, cauchy, nullptr});
       ++sights_;
     }
@@ -173,6 +205,10 @@ void TermSet::addOldest(const std::vector<std::uint64_t>& ids) {
 
 void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order) {
   if (!w.calibrating()) return;
+  for (FurtherCamera& c : w.further) {
+    order->push_back({c.extrinsic, 7, 0, nullptr});
+    order->push_back({c.parameters, factors::kCameraParameters, 0, nullptr});
+  }
   order->push_back({w.extrinsic, 7, 0, nullptr});
   order->push_back({w.camera_parameters, factors::kCameraParameters, 0, nullptr});
   order->push_back({w.imu_intrinsics, imu::kImuIntrinsicsSize, 0, nullptr});

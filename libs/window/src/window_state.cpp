@@ -40,18 +40,27 @@ void WindowState::believeLessAlong(const Vec2& px_rate, Mat23* weight) const {
 }
 
 LandmarkSight WindowState::sightOf(const vision::FeatureObservation& o) const {
+  const CameraCalibration& c = cameraOf(o.camera);
   LandmarkSight s;
   s.frame = frames.back().get();
-  s.row = camera.height > 0 ? o.px.y() / camera.height - 0.5 : 0;
-  s.off_centre = o.px - Vec2(camera.cx, camera.cy);
+  s.camera = o.camera;
+  s.row = c.height > 0 ? o.px.y() / c.height - 0.5 : 0;
+  s.off_centre = o.px - Vec2(c.cx, c.cy);
   s.sight.bearing = o.bearing;
-  s.sight.weight = o.dpx_dbearing / options.sigma_px;
+  s.sight.weight = o.dpx_dbearing / (o.noise * options.sigma_px);
   if (stamp_sigma_s > 0) believeLessAlong(o.dpx_dbearing * o.bearing_rate, &s.sight.weight);
   s.sight.by_camera =
-      factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate, Vec2(camera.cx, camera.cy),
-                               s.row, radial_response.at(s.off_centre));
-  s.sight.at[factors::kTimeOffset] = stamp_offset_s;
+      factors::bearingByCamera(o.px, o.dpx_dbearing, o.bearing_rate, Vec2(c.cx, c.cy), s.row,
+                               responseOf(o.camera).at(s.off_centre));
+  const double to_first = o.camera == 0 ? 0 : beside(o.camera).offset_to_first_s;
+  s.sight.at[factors::kTimeOffset] = stamp_offset_s + to_first;
   return s;
+}
+
+Vec2 sightResidual(const WindowState& w, const WindowLandmark& l, const LandmarkSight& s,
+                   const factors::SightGeometry& between, const Vec3& x) {
+  return factors::rigResidual(l.ray, s.sight, between, x, w.cameraVector(l.hostCamera()),
+                              w.cameraVector(s.camera), nullptr);
 }
 
 }  // namespace vir::window

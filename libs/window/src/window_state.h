@@ -53,6 +53,7 @@ struct Frame {
 
 struct LandmarkSight {
   Frame* frame = nullptr;
+  int camera = 0;  ///< of the rig
   factors::Sight sight;
   double row = 0;                  ///< see factors::bearingByCamera
   Vec2 off_centre = Vec2::Zero();  ///< its pixel against the given principal point [px]
@@ -83,6 +84,7 @@ struct WindowLandmark {
   bool unchecked = true;  ///< no rejectOutlierSights() since it has a depth
 
   Frame* host() const { return sights.front().frame; }
+  int hostCamera() const { return sights.front().camera; }
   /// Point in the host's camera.
   Vec3 inCamera(const factors::CameraVector& camera) const {
     return (ray.bearingAt(camera) + ray.basis * Vec2(x[0], x[1])) / x[2];
@@ -142,6 +144,16 @@ struct SightFactors {
   }
 };
 
+/// A camera beside the first.
+struct FurtherCamera {
+  CameraCalibration given;
+  camera::RadialResponse radial_response;
+  CalibrationSigma sigma;
+  double offset_to_first_s = 0;  ///< of the clocks, as the images were put together
+  double extrinsic[7];
+  double parameters[factors::kCameraParameters] = {};
+};
+
 struct WindowState {
   WindowOptions options;
   imu::ImuNoise noise;
@@ -155,6 +167,7 @@ struct WindowState {
   double stamp_sigma_s = 0;      ///< of the stamp of each new frame
   double extrinsic[7];
   double camera_parameters[factors::kCameraParameters] = {};
+  std::deque<FurtherCamera> further;  ///< camera 1, 2, ...
   double imu_intrinsics[imu::kImuIntrinsicsSize] = {};
   std::deque<std::unique_ptr<Frame>> frames;
   std::map<std::uint64_t, WindowLandmark> landmarks;  ///< ordered by id: same sums in every run
@@ -174,8 +187,29 @@ struct WindowState {
 
   bool ranging() const { return long_window && !long_window->anchors().empty(); }
 
-  Pose T_B_C() const { return factors::poseFrom(extrinsic); }
-  factors::CameraVector cameraVector() const { return factors::CameraVector(camera_parameters); }
+  Pose T_B_C(int number = 0) const {
+    return factors::poseFrom(number == 0 ? extrinsic : beside(number).extrinsic);
+  }
+  factors::CameraVector cameraVector(int number = 0) const {
+    return factors::CameraVector(number == 0 ? camera_parameters : beside(number).parameters);
+  }
+  const FurtherCamera& beside(int number) const {
+    return further[static_cast<std::size_t>(number) - 1];
+  }
+  double* extrinsicOf(int number) {
+    return number == 0 ? extrinsic : further[static_cast<std::size_t>(number) - 1].extrinsic;
+  }
+  double* parametersOf(int number) {
+    return number == 0 ? camera_parameters
+                       : further[static_cast<std::size_t>(number) - 1].parameters;
+  }
+  const CameraCalibration& cameraOf(int number) const {
+    return number == 0 ? camera : beside(number).given;
+  }
+  const camera::RadialResponse& responseOf(int number) const {
+    return number == 0 ? radial_response : beside(number).radial_response;
+  }
+  int cameras() const { return 1 + static_cast<int>(further.size()); }
   imu::ImuIntrinsics imuIntrinsics() const { return imu::ImuIntrinsics(imu_intrinsics); }
   double focalPx() const { return 0.5 * (camera.fx + camera.fy); }
   bool calibrating() const { return options.calibrate; }
@@ -211,6 +245,8 @@ class TermSet {
   void addLinkTerm(Factor& f, Frame& a, Frame& b, std::initializer_list<double*> further);
   void addRest(Frame& a, Frame* before);
   void addLandmark(WindowLandmark& l);
+  /// A sight of another camera than the host's.
+  void addRigSight(WindowLandmark& l, LandmarkSight& s);
   template <typename Factor, typename... Args>
   Factor& make(Args&&... args);
 
@@ -219,6 +255,7 @@ class TermSet {
   std::deque<factors::WindowRangeFactor> window_ranges_;
   std::deque<factors::HeadRangeFactor> head_ranges_;
   std::deque<factors::NodeRangeFactor> rigid_ranges_;
+  std::deque<factors::RigReprojectionFactor> rig_sights_;
   factors::LinearPrior message_;
   std::vector<std::unique_ptr<ceres::CostFunction>> others_;
   int sights_ = 0;
@@ -239,7 +276,11 @@ void noteRotations(WindowState& w);
 /// Blocks of frames (and calibration) in window order.
 std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t count);
 
-/// Of the camera, behind all frames, if it is estimated.
+/// Residual of a sight of a landmark at `x` (u, v, inverse distance), whitened.
+Vec2 sightResidual(const WindowState& w, const WindowLandmark& l, const LandmarkSight& s,
+                   const factors::SightGeometry& between, const Vec3& x);
+
+/// Of the cameras, behind all frames, if they are estimated.
 void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order);
 
 /// Blocks in the order that is cheap to solve: `leading` speeds and biases, from the newest on,

@@ -5,6 +5,7 @@
 
 #include "vir/estimator/rest_detector.h"
 #include "vir/imu/imu_buffer.h"
+#include "vir/types/calibration.h"
 #include "vir/vision/feature_tracker.h"
 #include "vir/window/short_window.h"
 
@@ -46,6 +47,12 @@ class Startup {
   void shift(TimeNs by);
   /// How far off the camera's time offset may be, for the window; 0: it is exact.
   void setTimeOffsetSigma(double sigma_s) { time_offset_sigma_s_ = sigma_s; }
+  /// Several cameras: with these, and with matches between them that lie `epipolar_px` beside where
+  /// they should (0: none), depth is known from the first images on.
+  void setRig(const Calibration& calibration, double epipolar_px) {
+    rig_ = !calibration.further.empty();
+    epipolar_px_ = epipolar_px;
+  }
   /// Offers a tracked image (IMU readings up to its time are in `imu`). On success the window is
   /// filled, its newest frame is this image. The first frame of the window gets the position and
   /// the yaw of `origin`.
@@ -76,6 +83,8 @@ class Startup {
   std::vector<const vision::TrackedFrame*> selectFrames() const;
   bool enoughMotion(const std::vector<const vision::TrackedFrame*>& frames, imu::ImuBuffer& imu);
   bool refine(window::ShortWindow* window);
+  /// With depth from several cameras: scale and pose by the images, the tilt by the readings.
+  bool startWithRig(imu::ImuBuffer& imu, const Pose& origin, window::ShortWindow* window);
 
   StartupOptions options_;
   imu::ImuNoise noise_;
@@ -87,6 +96,8 @@ class Startup {
   std::string reason_ = "waiting for images";
   std::string detail_;
   int since_attempt_ = 0;
+  bool rig_ = false, by_rig_ = false;
+  double epipolar_px_ = 0;
   bool tried_ = false;  // a moving start with the last image
   bool any_offer_ = false;
   TimeNs first_offer_ = 0;

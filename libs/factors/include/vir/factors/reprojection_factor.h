@@ -33,13 +33,22 @@ struct ReprojectionJacobians {
   Eigen::Matrix<double, 2, kCameraParameters> camera;
 };
 
+/// Where host and sight are of two cameras, or both of one: a Jacobian for either.
+struct RigJacobians {
+  Eigen::Matrix<double, 2, 6> pose_i, pose_j, extrinsic_i, extrinsic_j;
+  Mat23 landmark;
+  Eigen::Matrix<double, 2, kCameraParameters> camera_i, camera_j;
+};
+
 /// How what camera i sees at frame i stands in camera j: s_Cj = R_Cj_Ci d_Ci + rho t_Cj, for a
 /// point at d / rho in camera i; and what Jacobians need. The same for all sights of two frames.
 struct SightGeometry {
   SightGeometry() = default;
-  SightGeometry(const Pose& T_W_Bi, const Pose& T_W_Bj, const Pose& T_B_C);
-  Mat3 R_Cj_Ci, R_Cj_Bi, R_Cj_W, R_C_B;
-  Vec3 t_Cj, p_B_C;
+  SightGeometry(const Pose& T_W_Bi, const Pose& T_W_Bj, const Pose& T_B_C)
+      : SightGeometry(T_W_Bi, T_W_Bj, T_B_C, T_B_C) {}
+  SightGeometry(const Pose& T_W_Bi, const Pose& T_W_Bj, const Pose& T_B_Ci, const Pose& T_B_Cj);
+  Mat3 R_Cj_Ci, R_Cj_Bi, R_Cj_W, R_Ci_B, R_Cj_B;
+  Vec3 t_Cj, p_B_Ci, p_B_Cj;
 };
 
 /// Whitened residual [2] of the landmark hosted in frame i, seen in frame j. Scaled by the inverse
@@ -50,6 +59,11 @@ Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const Pose& T
 Vec2 reprojectionResidual(const HostRay& host, const Sight& sight, const SightGeometry& between,
                           const Vec3& landmark, const CameraVector& camera,
                           ReprojectionJacobians* J);
+
+/// Likewise of the landmark hosted by one camera and seen by another, or by the same.
+Vec2 rigResidual(const HostRay& host, const Sight& sight, const SightGeometry& between,
+                 const Vec3& landmark, const CameraVector& camera_i, const CameraVector& camera_j,
+                 RigJacobians* J);
 
 /// What both factors below share: which sight it is, and where its Jacobians are evaluated. Refers
 /// to host and sight, of which a window has thousands: they must outlive it.
@@ -113,6 +127,33 @@ class ReprojectionCalibrationFactor final
       : ReprojectionFactorBase(host, sight) {}
   void set(const HostRay& host, const Sight& sight) { setSight(host, sight); }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+};
+
+/// A landmark hosted by one camera of a rig and seen by another. Parameters: the landmark; pose i
+/// and pose j if the two are of different frames (of one they cancel: there is no such parameter);
+/// then, if the calibration is estimated, extrinsic and camera of the host and those of the sight.
+class RigReprojectionFactor final : public ceres::CostFunction {
+ public:
+  /// Calibration fixed, as given here.
+  struct Known {
+    Pose T_B_Ci, T_B_Cj;
+    CameraVector camera_i, camera_j;
+  };
+  /// Refers to host and sight: they must outlive it. Without `known` it has the calibration's
+  /// parameters. `lin_i`, `lin_j`: where Jacobians are evaluated, nullptr: at the current value.
+  RigReprojectionFactor(const HostRay& host, const Sight& sight, bool same_frame,
+                        const Known* known = nullptr, const double* lin_i = nullptr,
+                        const double* lin_j = nullptr);
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  Vec2 evaluateAt(double const* const* x, bool linearized, RigJacobians* J) const;
+
+  const HostRay* host_;
+  const Sight* sight_;
+  bool same_frame_, calibrated_;
+  Known known_;
+  const double *lin_i_, *lin_j_;
 };
 
 /// A known point p_W seen from a frame; whitened residual [2]. Parameter: pose. Calibration fixed.

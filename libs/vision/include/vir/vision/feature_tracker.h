@@ -41,6 +41,7 @@ struct FeatureObservation {
   Mat23 dpx_dbearing = Mat23::Zero();  ///< projection Jacobian at `bearing` [px]
   Vec3 bearing_rate = Vec3::Zero();    ///< d bearing / dt [1/s], zero for a new track
   int camera = 0;                      ///< of the rig
+  double noise = 1;                    ///< of its pixel, against that of other sights
 };
 
 /// What the tracker says of one image.

@@ -183,6 +183,9 @@ class ShortWindow {
   /// Covariance of (position, rotation on the right) of the newest frame against position and yaw
   /// of the oldest, in O's axes, as of the last updateCovariance().
   Eigen::Matrix<double, 6, 6> newestCovariance() const;
+  /// The matches between a rig's cameras say that their calibration is not what it should be: known
+  /// against the first only as well as that one is in the body. Before start().
+  void setRigDoubted(bool doubted);
   Pose extrinsics() const;
   double timeOffset() const;
   /// Of the IMU, as estimated by now: what links are integrated with.
