@@ -73,6 +73,16 @@ class Stream {
     }
     return nullptr;
   }
+  /// Reads until the map of the team has so many robots; null if it does not in time.
+  Json teamOf(std::size_t robots, double most_s) {
+    const double end = now() + most_s;
+    while (now() < end) {
+      const Json line = next(end);
+      if (line.is_null()) break;
+      if (line["type"] == "team" && line["robots"].size() == robots) return line;
+    }
+    return nullptr;
+  }
 
  private:
   Json next(double end) {
@@ -222,11 +232,27 @@ TEST_F(TeamLive, TheyMeetWithinTwentySeconds) {
     for (int i = 0; i < 3; ++i) EXPECT_LT(peer["sigma_p"][i].get<double>(), 1) << peer;
     EXPECT_LT(peer["t_ns"].get<std::int64_t>() - peer["told_t_ns"].get<std::int64_t>(), 1e9);
   }
+  EXPECT_FALSE(from_a.teamOf(2, 5).is_null());
   pause(std::max(0.0, 12 - playedS()));
   end(first.get());
   end(second.get());
   expectTransform("a", "b");
   expectTransform("b", "a");
+  // Both have one map of who is where, in the frame of the lower number.
+  const Json map_a = readJson(folder_ / "a" / "team.json");
+  const Json map_b = readJson(folder_ / "b" / "team.json");
+  EXPECT_EQ(map_a["frame"], map_b["frame"]);
+  EXPECT_EQ(map_a["frame"]["robot"], 0);
+  for (const Json& map : {map_a, map_b}) {
+    ASSERT_EQ(map["robots"].size(), 2u) << map;
+    EXPECT_EQ(map["robots"][1]["id"], 1);
+    ASSERT_FALSE(map["robots"][1]["p"].is_null()) << map;
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(map_a["robots"][0]["t"][i].get<double>(), 0, 1e-9) << "its own world";
+    EXPECT_NEAR(map_a["robots"][1]["t"][i].get<double>(), map_b["robots"][1]["t"][i].get<double>(),
+                0.3);
+  }
   const Json counters = readJson(folder_ / "a" / "summary.json")["counters"];
   EXPECT_GT(counters["team_accepted"], 50) << counters;
   // What was heard is recorded: the same is found from the file alone.

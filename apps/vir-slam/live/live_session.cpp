@@ -107,6 +107,7 @@ class LiveSession final : public results::RunObserver {
     };
     plan_.peers.follow(log_, &hooks.observers, [this](TimeNs t, const auto& peers) {
       if (ros_) ros_->onPeers(peers);
+      if (team_) team_->onPeers(peers);
       if (!server_) return;
       for (const team::PeerResult& peer : peers) server_->send(peerLine(t, peer));
     });
@@ -137,6 +138,9 @@ class LiveSession final : public results::RunObserver {
     }
     if (options_.dds.robot >= 0) {
       team_ = std::make_unique<TeamOnAir>(options_.dds, plan_.peers.label(), log_);
+      team_->setListener([this](const TeamState& team) {
+        if (server_) server_->send(teamLine(team));
+      });
     }
     if (options_.dds.ros2) ros_ = std::make_unique<RosStream>(options_.dds, log_);
   }
@@ -334,6 +338,7 @@ class LiveSession final : public results::RunObserver {
     summary.estimator = plan_.estimator_name;
     summary.rawlog = options_.out;
     plan_.peers.write(*folder_);
+    if (team_) team_->write(*folder_);
     results::writeTextFile(folder_->file("summary.json"), toJson(summary));
     const live::Latency latency = estimation_->latency();
     std::printf("%ld images, %ld poses, %ld images left out because newer ones waited\n",

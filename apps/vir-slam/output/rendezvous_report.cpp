@@ -95,10 +95,9 @@ std::vector<TableRow> writeMeeting(const results::ResultsFolder& folder,
     }
     append(rowsOf(pair, error));
   }
-  for (const team::TransformLoop& loop : meeting.loops) append(rowsOf(loop));
+  for (const team::TransformLoop& loop : meeting.map.loops) append(rowsOf(loop));
   if (meeting.robots.size() > 2) rows.push_back({"common world", "that of " + map.root, ""});
-  results::writeTextFile(folder.file("transforms.json"),
-                         results::transformsJson(transforms, meeting.loops, map.root));
+  results::writeTextFile(folder.file("transforms.json"), results::transformsJson(transforms, map));
   summary["command"] = origin.command;
   summary["warnings"] = origin.warnings;
   summary["errors"] = origin.errors;

@@ -71,8 +71,8 @@ void PeerFollower::write(const results::ResultsFolder& folder) const {
   if (pairs.empty()) return;
   std::vector<team::PairTransform> transforms;
   for (const team::PairResult& p : pairs) transforms.push_back(p.transform);
-  results::writeTextFile(folder.file("transforms.json"),
-                         results::transformsJson(transforms, {}, team::kThisRobot));
+  const team::MergedMap map = team::mapOf(team::solveTeam(team::kThisRobot, team::edgesOf(pairs)));
+  results::writeTextFile(folder.file("transforms.json"), results::transformsJson(transforms, map));
   writeHistory(folder, pairs);
 }
 

@@ -77,7 +77,13 @@ std::vector<live::Arrival> TeamOnAir::receive(std::size_t source) {
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const team::PeerReport& r : reports) {
     const auto heard = inbox_.add(r, ownTime(), wallSeconds());
-    if (heard) append(*heard, source, &out);
+    if (!heard) continue;
+    append(*heard, source, &out);
+    if (heard->team) mapper_.hear(heard->world, r.t, *heard->team);
+    HeardWorld& world = worlds_[r.robot];
+    if (!(world.id == heard->world) || heard->pose.t > world.pose.t) {
+      world = {heard->world, heard->pose};
+    }
   }
   return out;
 }
@@ -105,6 +111,51 @@ void TeamOnAir::onOutput(const roles::EstimatorOutput& output, const roles::Esti
   }
 }
 
+void TeamOnAir::onPeers(const std::vector<team::PeerResult>& peers) {
+  transforms_.clear();
+  for (const team::PeerResult& p : peers) {
+    const team::TransformAnswer& answer = p.transform.answer;
+    if (answer.status != team::TransformStatus::unique || !p.told) continue;
+    const team::TransformSolution& s = answer.solutions[0];
+    transforms_[p.id] = {p.told->segment, s.T_A_B, s.covariance};
+  }
+}
+
+/// Who is where, from this robot's pairs and what the others have told of theirs.
+void TeamOnAir::mapTeam(const StateEstimate& own) {
+  const TimeNs t = own.state.t;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::vector<team::ToldTransform> transforms;
+    for (const auto& [id, one] : transforms_) {
+      const auto w = worlds_.find(static_cast<std::uint32_t>(id));
+      // Of a world that it has left there is nothing to tell.
+      if (w == worlds_.end() || w->second.pose.world != one.world) continue;
+      transforms.push_back({w->second.id, one.T_own_from, one.covariance});
+    }
+    mapper_.setOwn({next_.robot, next_.session, next_.segment}, t, std::move(transforms));
+    mapper_.solve(t);
+    next_.team = mapper_.told();
+    state_ = {t, next_.robot, mapper_.frame(), {}, mapper_.leftOut()};
+    for (const auto& [robot, place] : mapper_.places()) {
+      RobotPlace& out = state_.robots.emplace_back();
+      out.id = robot;
+      out.place = place;
+      const auto w = worlds_.find(robot);
+      if (robot == next_.robot) {
+        out.told = StampedPose{t, place.T_C_world.pose() * own.state.T_W_B};
+      } else if (w != worlds_.end() && w->second.id == place.world) {
+        out.told = StampedPose{w->second.pose.t, place.T_C_world.pose() * w->second.pose.T_W_B};
+      }
+    }
+  }
+  if (listener_) listener_(state_);
+}
+
+void TeamOnAir::write(const results::ResultsFolder& folder) const {
+  results::writeTextFile(folder.file("team.json"), teamJson(state_));
+}
+
 void TeamOnAir::tell(const StateEstimate& e, const roles::Estimator& estimator) {
   team::PeerReport& r = next_;
   r.t = e.state.t;
@@ -112,11 +163,13 @@ void TeamOnAir::tell(const StateEstimate& e, const roles::Estimator& estimator) 
   r.covariance = e.covariance;
   r.segment = static_cast<std::uint32_t>(e.segment);
   r.anchors.clear();
+  r.team.reset();
   if (r.t >= anchors_due_ || anchors_due_ - r.t > kAnchorsEvery) {
     anchors_due_ = r.t + kAnchorsEvery;
     for (const Anchor& a : estimator.anchors()) {
       if (const auto sent = team::believed(a)) r.anchors.emplace_back(a.id, *sent);
     }
+    mapTeam(e);
   }
   {
     const std::lock_guard<std::mutex> lock(mutex_);

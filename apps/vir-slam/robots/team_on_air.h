@@ -1,5 +1,6 @@
 #pragma once
-#include <atomic>
+#include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -7,10 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "output/team_json.h"
 #include "vir/dds/link.h"
 #include "vir/live/acquisition.h"
+#include "vir/results/results_folder.h"
 #include "vir/results/run_observer.h"
 #include "vir/team/peer_inbox.h"
+#include "vir/team/peer_result.h"
 
 namespace vir::app {
 
@@ -31,11 +35,28 @@ class TeamOnAir final : public results::RunObserver {
   /// Tells the others where this robot is. In the thread of the estimation.
   void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override;
   void onEnd(const roles::Estimator& estimator, results::RunSummary* summary) override;
+  /// How the others' worlds lie in this one, as known at `t`. In the thread of the estimation.
+  void onPeers(const std::vector<team::PeerResult>& peers);
+  /// Called once per second, in the thread of the estimation.
+  using MapListener = std::function<void(const TeamState& team)>;
+  void setListener(MapListener listener) { listener_ = std::move(listener); }
+  /// team.json: where everybody was in the end.
+  void write(const results::ResultsFolder& folder) const;
   /// What was told and heard, a line.
   std::string report() const;
 
  private:
+  struct HeardWorld {
+    team::WorldId id;
+    PeerPose pose;  // the newest; its `world` is the number under which pairs know this one
+  };
+  struct OwnTransform {
+    int world = 0;
+    team::WorldTransform T_own_from;
+    Eigen::Matrix4d covariance;
+  };
   void tell(const StateEstimate& estimate, const roles::Estimator& estimator);
+  void mapTeam(const StateEstimate& own);
   void append(const team::HeardReport& heard, std::size_t source,
               std::vector<live::Arrival>* arrivals) const;
   std::optional<TimeNs> ownTime() const;
@@ -47,12 +68,17 @@ class TeamOnAir final : public results::RunObserver {
   std::unique_ptr<dds::Link> link_;
   mutable std::mutex mutex_;  // of what follows
   team::PeerInbox inbox_;
+  team::TeamMapper mapper_;
+  std::map<std::uint32_t, HeardWorld> worlds_;  // 32 at most, as the inbox lets in
   Vec3 p_B_U_ = Vec3::Zero();
   std::vector<Range> ranges_;  // of its own, to be told
   long ranges_untold_ = 0;
   std::optional<TimeNs> newest_;  // stamp of its own sensors
   double newest_at_s_ = 0;        // steady clock
   // Of the thread of the estimation:
+  std::map<int, OwnTransform> transforms_;
+  MapListener listener_;
+  TeamState state_;
   team::PeerReport next_;
   TimeNs due_ = 0, anchors_due_ = 0;
 };

@@ -17,11 +17,11 @@ Json listOf(const Vector& v) {
   return out;
 }
 
-void addSolution(const team::TransformSolution& s, Json* out) {
-  (*out)["yaw_rad"] = s.T_A_B.yaw_rad;
-  (*out)["t_m"] = listOf(s.T_A_B.t_m);
+void addTransform(const team::WorldTransform& T, const Eigen::Matrix4d& covariance, Json* out) {
+  (*out)["yaw_rad"] = T.yaw_rad;
+  (*out)["t_m"] = listOf(T.t_m);
   Json rows = Json::array();
-  for (int i = 0; i < 4; ++i) rows.push_back(listOf(Eigen::Vector4d(s.covariance.row(i))));
+  for (int i = 0; i < 4; ++i) rows.push_back(listOf(Eigen::Vector4d(covariance.row(i))));
   (*out)["covariance"] = rows;
 }
 
@@ -35,7 +35,7 @@ Json pairJson(const team::PairTransform& pair) {
     out["t_m"] = nullptr;
     out["covariance"] = nullptr;
   } else {
-    addSolution(a.solutions[0], &out);
+    addTransform(a.solutions[0].T_A_B, a.solutions[0].covariance, &out);
   }
   out["status"] = name(a.status);
   out["reason"] = a.reason;
@@ -44,7 +44,7 @@ Json pairJson(const team::PairTransform& pair) {
   out["alternative"] = nullptr;
   if (a.status != team::TransformStatus::unique && a.solutions.size() > 1) {
     Json other;
-    addSolution(a.solutions[1], &other);
+    addTransform(a.solutions[1].T_A_B, a.solutions[1].covariance, &other);
     other["cost_above"] = numberOrNull(a.solutions[1].cost - a.solutions[0].cost);
     out["alternative"] = other;
   }
@@ -60,13 +60,23 @@ Json pairJson(const team::PairTransform& pair) {
 }  // namespace
 
 std::string transformsJson(const std::vector<team::PairTransform>& pairs,
-                           const std::vector<team::TransformLoop>& loops, const std::string& root) {
+                           const team::MergedMap& map) {
   Json out;
-  out["common_frame"] = root;
+  out["common_frame"] = map.root;
+  out["robots"] = Json::array();
+  for (const auto& [name, T] : map.T_root) {
+    Json robot{{"name", name}};
+    addTransform(T, map.covariance.at(name), &robot);
+    out["robots"].push_back(robot);
+  }
   out["transforms"] = Json::array();
   for (const team::PairTransform& pair : pairs) out["transforms"].push_back(pairJson(pair));
+  out["left_out"] = Json::array();
+  for (const team::TransformEdge& e : map.left_out) {
+    out["left_out"].push_back({{"from", e.from}, {"to", e.to}});
+  }
   out["loops"] = Json::array();
-  for (const team::TransformLoop& loop : loops) {
+  for (const team::TransformLoop& loop : map.loops) {
     out["loops"].push_back({{"robots", loop.robots},
                             {"yaw_error_rad", numberOrNull(loop.error[0])},
                             {"offset_error_m", listOf(Vec3(loop.error.tail<3>()))},

@@ -123,6 +123,10 @@ void takeOver(const JointSolution& solution, const std::vector<Member>& members,
     const Vec3 raised(0, 0, T_root.t_m.z() - start.at(m.record->name).t_m.z());
     T_root = T_root_C * solution.T_C_W[m.place];
     T_root.t_m += raised;
+    Eigen::Matrix4d& C = map->covariance[m.record->name];
+    const double height = C(3, 3);
+    C = solution.covarianceBetween(0, m.place);
+    if (solution.heights_held && m.place != 0) C(3, 3) += height;
     Trajectory& out = map->trajectories[m.record->name];
     out.clear();
     for (const StampedPose& p : solution.trajectories[m.place]) {

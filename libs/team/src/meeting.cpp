@@ -55,13 +55,17 @@ Meeting meet(std::vector<RobotRecord> robots, const MeetingOptions& options,
   out.robots = std::move(robots);
   out.pairs = findPairs(out.robots, options, create_solver, log);
   const std::vector<TransformEdge> edges = edgesOf(out.pairs);
-  out.loops = checkLoops(edges);
-  for (const TransformLoop& loop : out.loops) {
+  out.map = merge(out.robots, edges);
+  for (const TransformLoop& loop : out.map.loops) {
     if (loop.consistent) continue;
     vir::log(log, LogLevel::warning,
              "the transforms between " + loop.robots + " contradict each other");
   }
-  out.map = merge(out.robots, edges);
+  for (const TransformEdge& e : out.map.left_out) {
+    vir::log(log, LogLevel::warning,
+             "the transform between " + e.to + " and " + e.from +
+                 " contradicts the others: left out of the common frame");
+  }
   if (options.solve_jointly && !edges.empty()) {
     JointSolution joint;
     const std::string problem =

@@ -12,13 +12,24 @@ std::vector<TransformEdge> edgesOf(const std::vector<PairResult>& pairs) {
   return edges;
 }
 
+MergedMap mapOf(const TeamGraph& graph) {
+  MergedMap map;
+  map.root = graph.root;
+  for (const auto& [name, world] : graph.worlds) {
+    map.T_root[name] = world.T_root;
+    map.covariance[name] = world.covariance;
+  }
+  map.left_out = graph.left_out;
+  map.loops = graph.loops;
+  return map;
+}
+
 MergedMap merge(const std::vector<RobotRecord>& robots, const std::vector<TransformEdge>& edges) {
   MergedMap map;
   for (const RobotRecord& robot : robots) {
-    auto tied = commonFrame(robot.name, edges);
-    if (!map.root.empty() && tied.size() <= map.T_root.size()) continue;
-    map.root = robot.name;
-    map.T_root = std::move(tied);
+    const TeamGraph tied = solveTeam(robot.name, edges);
+    if (!map.root.empty() && tied.worlds.size() <= map.T_root.size()) continue;
+    map = mapOf(tied);
   }
   for (const RobotRecord& robot : robots) {
     const auto T = map.T_root.find(robot.name);

@@ -61,6 +61,29 @@ Mat3 floored(Mat3 C) {
   return C;
 }
 
+bool isTransform(const WorldTransform& T) {
+  return std::isfinite(T.yaw_rad) && std::abs(T.yaw_rad) < kMostTurn && T.t_m.allFinite() &&
+         T.t_m.cwiseAbs().maxCoeff() < kFarthest;
+}
+
+/// Without what is none.
+TeamTold sensible(const TeamTold& told, TimeNs t) {
+  TeamTold out;
+  if (told.frame && isTransform(told.frame->T_C_own) && isStamp(told.frame->founded) &&
+      isStamp(told.frame->held_since) && told.frame->founded <= t + kAhead &&
+      told.frame->held_since <= t + kAhead) {
+    out.frame = told.frame;
+  }
+  for (const ToldTransform& one : told.transforms) {
+    if (out.transforms.size() >= kMostToldTransforms) break;
+    const auto& C = one.covariance;
+    const bool good = isTransform(one.T_own_from) && C.allFinite() &&
+                      C.diagonal().maxCoeff() < kMostSigma * kMostSigma && isCovariance(C);
+    if (good) out.transforms.push_back(one);
+  }
+  return out;
+}
+
 HeardReport contentOf(const PeerReport& r, int world, std::uint32_t own_number) {
   const int robot = static_cast<std::int32_t>(r.robot);
   HeardReport out;
@@ -70,6 +93,8 @@ HeardReport contentOf(const PeerReport& r, int world, std::uint32_t own_number) 
               {r.T_W_B.q.normalized(), r.T_W_B.p},
               floored(r.covariance.topLeftCorner<3, 3>()),
               r.p_B_U};
+  out.world = {r.robot, r.session, r.segment};
+  if (r.team) out.team = sensible(*r.team, r.t);
   for (const auto& [id, sent] : r.anchors) {
     if (out.anchors.size() >= kMostReportedAnchors) break;
     if (!sent.p_W.allFinite() || !sent.covariance.allFinite()) continue;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "thin_out.h"
 #include "vir/core/angles.h"
 
 namespace vir::team {
@@ -252,6 +253,7 @@ void PeerTracker::ask(const AnchorsNow& anchors, Peer* peer) {
                  " is became open again: " + t.answer.reason);
   }
   peer->history.push_back({since_first_s, t.answer});
+  thinOut(options_.max_moments, &peer->history);
 }
 
 void PeerTracker::finish(const AnchorsNow& anchors) {

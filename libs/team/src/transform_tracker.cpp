@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "evidence_cost.h"
+#include "thin_out.h"
 #include "vir/core/option_check.h"
 #include "vir/core/options.h"
 
@@ -47,12 +48,7 @@ void TransformTracker::add(const MutualRange& range, int segment_A, int segment_
   const auto behind = std::upper_bound(ranges_.begin(), ranges_.end(), range.t,
                                        [](TimeNs t, const MutualRange& r) { return t < r.t; });
   ranges_.insert(behind, range);
-  if (static_cast<int>(ranges_.size()) <= options_.max_ranges) return;
-  std::vector<MutualRange> kept;
-  for (std::size_t i = 0; i < ranges_.size(); ++i) {
-    if (i % 2 == 0 || i > ranges_.size() / 2) kept.push_back(ranges_[i]);
-  }
-  ranges_ = std::move(kept);
+  thinOut(static_cast<std::size_t>(options_.max_ranges), &ranges_);
 }
 
 bool TransformTracker::stillDecided(const TransformAnswer& answer) const {

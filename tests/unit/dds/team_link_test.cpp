@@ -86,6 +86,19 @@ TEST_F(TeamLink, TellsAllOfAReport) {
     EXPECT_EQ(r.ranges[0].anchor, 3u);
     EXPECT_EQ(r.ranges[0].range_m, 7.25);
     EXPECT_EQ(r.ranges[0].sigma_m, 0.125);
+    ASSERT_EQ(r.team.has_value(), i % 10 == 0) << i;
+    if (!r.team) continue;
+    ASSERT_TRUE(r.team->frame);
+    EXPECT_EQ(r.team->frame->founder, sent.team->frame->founder);
+    EXPECT_EQ(r.team->frame->founded, sent.team->frame->founded);
+    EXPECT_EQ(r.team->frame->held_since, sent.team->frame->held_since);
+    EXPECT_EQ(r.team->frame->T_C_own.yaw_rad, 0.25);
+    EXPECT_EQ(r.team->frame->T_C_own.t_m, Vec3(7, 8, 9));
+    ASSERT_EQ(r.team->transforms.size(), 1u);
+    EXPECT_EQ(r.team->transforms[0].from, sent.team->transforms[0].from);
+    EXPECT_EQ(r.team->transforms[0].T_own_from.yaw_rad, -1.5);
+    EXPECT_EQ(r.team->transforms[0].T_own_from.t_m, Vec3(1, 2, 3));
+    EXPECT_EQ(r.team->transforms[0].covariance, sent.team->transforms[0].covariance);
   }
 }
 
@@ -204,10 +217,12 @@ TEST(ReportSample, LeavesOutWhatIsBeyondItsBounds) {
   for (int i = 0; i < 200; ++i) {
     r.anchors.push_back(r.anchors[0]);
     r.ranges.push_back(r.ranges[0]);
+    r.team->transforms.push_back(r.team->transforms[0]);
   }
   const ReportSample sample(r);
   EXPECT_EQ(sample.sample().anchors._length, 64u);
   EXPECT_EQ(sample.sample().ranges._length, 32u);
+  EXPECT_EQ(sample.sample().transforms._length, 32u);
 }
 
 }  // namespace

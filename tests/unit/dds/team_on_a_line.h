@@ -17,6 +17,12 @@ inline team::PeerReport reportOnALine(std::uint32_t robot, int i) {
   r.p_B_U = Vec3(0.5, 0.25, -0.125);
   r.anchors.emplace_back(7, SentPosition{r.t, Vec3(4, 5, 6), 0.5 * Mat3::Identity()});
   r.ranges.push_back({r.t - 1000, 3, 7.25, 0.125, Vec3::Zero()});
+  if (i % 10 == 0) {
+    Eigen::Matrix4d C = 0.04 * Eigen::Matrix4d::Identity();
+    C(0, 3) = C(3, 0) = 0.01;
+    r.team = team::TeamTold{team::CommonFrame{{2, 99, 1}, r.t - 5, r.t - 3, {0.25, Vec3(7, 8, 9)}},
+                            {{{9, 1234567890123, 4}, {-1.5, Vec3(1, 2, 3)}, C}}};
+  }
   return r;
 }
 

@@ -44,8 +44,8 @@ TEST(Meeting, EveryPairHasASolverAndEveryLoopIsChecked) {
   ASSERT_EQ(m.pairs.size(), 3u);
   EXPECT_EQ(m.pairs[2].transform.from, "C");
   EXPECT_EQ(m.pairs[2].transform.to, "B");
-  ASSERT_EQ(m.loops.size(), 1u);
-  EXPECT_TRUE(m.loops[0].consistent) << "three times the identity";
+  ASSERT_EQ(m.map.loops.size(), 1u);
+  EXPECT_TRUE(m.map.loops[0].consistent) << "three times the identity";
   EXPECT_EQ(m.map.root, "A");
   EXPECT_EQ(m.map.T_root.size(), 3u);
   EXPECT_TRUE(told.warnings.empty()) << told.warnings.front();
@@ -60,9 +60,13 @@ TEST(Meeting, SaysThatALoopContradictsItself) {
     return solver;
   };
   Told told;
-  meet({robot("A", 0, {1, 2}), robot("B", 1, {0, 2}), robot("C", 2, {0})}, {}, create, told.sink());
-  ASSERT_EQ(told.warnings.size(), 1u);
+  const Meeting m = meet({robot("A", 0, {1, 2}), robot("B", 1, {0, 2}), robot("C", 2, {0})}, {},
+                         create, told.sink());
+  ASSERT_EQ(told.warnings.size(), 2u);
   EXPECT_NE(told.warnings[0].find("contradict each other"), std::string::npos);
+  EXPECT_NE(told.warnings[1].find("left out"), std::string::npos);
+  EXPECT_EQ(m.map.left_out.size(), 1u);
+  EXPECT_EQ(m.map.T_root.size(), 3u) << "two transforms are enough";
 }
 
 TEST(Meeting, SaysOnceThatNobodyKnowsARobotsAntenna) {

@@ -124,6 +124,38 @@ TEST_F(Inbox, LeavesOutAnchorsAndRangesThatAreNone) {
   EXPECT_TRUE(heard->ranges.empty());
 }
 
+TEST_F(Inbox, OfWhatIsToldOfTheTeamNonsenseIsLeftOut) {
+  PeerReport r = report(10);
+  r.team = TeamTold{CommonFrame{{1, 2, 3}, kNow - kSecond, kNow, {0.5, Vec3(1, 2, 3)}}, {}};
+  const ToldTransform good{{8, 9, 1}, {-1, Vec3(4, 5, 6)}, 0.01 * Eigen::Matrix4d::Identity()};
+  ToldTransform nan = good, far = good, negative = good, unsure = good;
+  nan.T_own_from.yaw_rad = std::nan("");
+  far.T_own_from.t_m.y() = 1e9;
+  negative.covariance(2, 2) = -1;
+  unsure.covariance(0, 0) = std::numeric_limits<double>::infinity();
+  r.team->transforms = {nan, far, good, negative, unsure};
+  const auto heard = add(r);
+  ASSERT_TRUE(heard && heard->team);
+  EXPECT_EQ(heard->world, (WorldId{5, 77, 0}));
+  ASSERT_TRUE(heard->team->frame);
+  EXPECT_EQ(heard->team->frame->founder, (WorldId{1, 2, 3}));
+  ASSERT_EQ(heard->team->transforms.size(), 1u);
+  EXPECT_EQ(heard->team->transforms[0].from, good.from);
+  EXPECT_EQ(heard->team->transforms[0].T_own_from.t_m, Vec3(4, 5, 6));
+  // A frame that was founded in the future, or lies nowhere.
+  r.sequence = 11;
+  r.team->frame->founded = kNow + 3600 * kSecond;
+  EXPECT_FALSE(add(r)->team->frame);
+  r.sequence = 12;
+  r.team->frame->founded = kNow;
+  r.team->frame->T_C_own.t_m.z() = std::nan("");
+  EXPECT_FALSE(add(r)->team->frame);
+  for (int i = 0; i < 100; ++i) r.team->transforms.push_back(good);
+  r.sequence = 13;
+  EXPECT_EQ(add(r)->team->transforms.size(), kMostToldTransforms);
+  EXPECT_FALSE(add(report(14))->team) << "it is not in every report";
+}
+
 TEST_F(Inbox, AnotherVersionAndTheOwnNumberAreSaidOnce) {
   PeerReport other = report(1), own = report(1);
   other.version = 2;

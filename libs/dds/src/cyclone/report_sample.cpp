@@ -5,15 +5,15 @@
 namespace vir::dds {
 namespace {
 
-template <int N>
-void putUpper(const Eigen::Matrix<double, N, N>& C, float* out) {
+template <int N, typename Number>
+void putUpper(const Eigen::Matrix<double, N, N>& C, Number* out) {
   for (int r = 0; r < N; ++r) {
-    for (int c = r; c < N; ++c) *out++ = static_cast<float>(C(r, c));
+    for (int c = r; c < N; ++c) *out++ = static_cast<Number>(C(r, c));
   }
 }
 
-template <int N>
-Eigen::Matrix<double, N, N> symmetric(const float* upper) {
+template <int N, typename Number>
+Eigen::Matrix<double, N, N> symmetric(const Number* upper) {
   Eigen::Matrix<double, N, N> C;
   for (int r = 0; r < N; ++r) {
     for (int c = r; c < N; ++c) C(r, c) = C(c, r) = static_cast<double>(*upper++);
@@ -23,6 +23,24 @@ Eigen::Matrix<double, N, N> symmetric(const float* upper) {
 
 void putVector(const Vec3& v, double* out) { std::copy_n(v.data(), 3, out); }
 Vec3 vectorOf(const double* v) { return {v[0], v[1], v[2]}; }
+
+vir_team_World sampleOf(const team::WorldId& w) { return {w.robot, w.session, w.segment}; }
+team::WorldId worldOf(const vir_team_World& w) { return {w.robot, w.session, w.segment}; }
+
+team::TeamTold teamOf(const vir_team_Report& s) {
+  team::TeamTold told;
+  if (s.frame._length > 0) {
+    const vir_team_Frame& f = s.frame._buffer[0];
+    told.frame =
+        team::CommonFrame{worldOf(f.founder), f.founded, f.held_since, {f.yaw, vectorOf(f.offset)}};
+  }
+  for (std::uint32_t i = 0; i < s.transforms._length; ++i) {
+    const vir_team_Transform& t = s.transforms._buffer[i];
+    told.transforms.push_back(
+        {worldOf(t.from), {t.yaw, vectorOf(t.offset)}, symmetric<4>(t.covariance)});
+  }
+  return told;
+}
 
 }  // namespace
 
@@ -49,10 +67,35 @@ ReportSample::ReportSample(const team::PeerReport& r) {
     ranges_.push_back({static_cast<std::uint32_t>(range.anchor), range.t, range.range_m,
                        static_cast<float>(range.sigma_m)});
   }
+  if (r.team) addTeam(*r.team);
   sample_.anchors._buffer = anchors_.data();
   sample_.anchors._length = sample_.anchors._maximum = static_cast<std::uint32_t>(anchors_.size());
   sample_.ranges._buffer = ranges_.data();
   sample_.ranges._length = sample_.ranges._maximum = static_cast<std::uint32_t>(ranges_.size());
+}
+
+void ReportSample::addTeam(const team::TeamTold& told) {
+  sample_.team = true;
+  if (told.frame) {
+    frame_.founder = sampleOf(told.frame->founder);
+    frame_.founded = told.frame->founded;
+    frame_.held_since = told.frame->held_since;
+    frame_.yaw = told.frame->T_C_own.yaw_rad;
+    putVector(told.frame->T_C_own.t_m, frame_.offset);
+    sample_.frame._buffer = &frame_;
+    sample_.frame._length = sample_.frame._maximum = 1;
+  }
+  for (const team::ToldTransform& t : told.transforms) {
+    if (transforms_.size() >= team::kMostToldTransforms) break;
+    vir_team_Transform& out = transforms_.emplace_back();
+    out.from = sampleOf(t.from);
+    out.yaw = t.T_own_from.yaw_rad;
+    putVector(t.T_own_from.t_m, out.offset);
+    putUpper<4>(t.covariance, out.covariance);
+  }
+  sample_.transforms._buffer = transforms_.data();
+  sample_.transforms._length = sample_.transforms._maximum =
+      static_cast<std::uint32_t>(transforms_.size());
 }
 
 team::PeerReport reportOf(const vir_team_Report& s) {
@@ -77,6 +120,7 @@ team::PeerReport reportOf(const vir_team_Report& s) {
     r.ranges.push_back(
         {range.stamp, range.robot, range.distance, static_cast<double>(range.sigma), Vec3::Zero()});
   }
+  if (s.team) r.team = teamOf(s);
   return r;
 }
 

@@ -17,9 +17,13 @@ class ReportSample {
   const vir_team_Report& sample() const { return sample_; }
 
  private:
+  void addTeam(const team::TeamTold& told);
+
   vir_team_Report sample_{};
   std::vector<vir_team_Anchor> anchors_;
   std::vector<vir_team_Range> ranges_;
+  vir_team_Frame frame_{};
+  std::vector<vir_team_Transform> transforms_;
 };
 
 /// As it is: nothing is judged here.

@@ -19,7 +19,6 @@ struct MeetingOptions {
 struct Meeting {
   std::vector<RobotRecord> robots;
   std::vector<PairResult> pairs;
-  std::vector<TransformLoop> loops;
   MergedMap map;
 };
 

@@ -32,10 +32,12 @@ const char* name(ReportDecision decision);
 
 /// What a report amounts to for this robot.
 struct HeardReport {
+  WorldId world;
   PeerPose pose;
   std::vector<PeerBroadcast> anchors;
   std::vector<Range>
       ranges;  ///< that the sender has measured to this robot; `anchor` is the sender
+  std::optional<TeamTold> team;
 };
 
 /// Decides about every report, counts all that are refused and says what is wrong once per robot.

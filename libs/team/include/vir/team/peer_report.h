@@ -1,11 +1,13 @@
 #pragma once
 /// What a robot tells the others over a network, where there is room for all of it.
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "vir/team/robot_record.h"
+#include "vir/team/team_mapper.h"
 #include "vir/types/peer_broadcast.h"
 #include "vir/types/range.h"
 
@@ -27,7 +29,8 @@ struct PeerReport {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   Vec3 p_B_U = Vec3::Zero();                                    ///< its antenna [m]
   std::vector<std::pair<std::uint64_t, SentPosition>> anchors;  ///< that it believes in, with ids
-  std::vector<Range> ranges;  ///< that it has measured to other robots since the last report
+  std::vector<Range> ranges;     ///< that it has measured to other robots since the last report
+  std::optional<TeamTold> team;  ///< of its world; not in every report
 };
 
 /// Reports of the team; nobody waits for anybody. Any thread.

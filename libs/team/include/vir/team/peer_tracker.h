@@ -23,12 +23,14 @@ using PairSolverFactory = std::function<std::unique_ptr<PairSolver>(const LogSin
 struct PeerTrackerOptions {
   double interval_s = 0.5;  ///< between two answers of a pair
   bool use_anchors = true;  ///< those that both robots know
+  /// Answers of a pair kept for its history; beyond, every second of the older half goes.
+  std::size_t max_moments = 2400;
 };
 
 /// Follows the other robots of a run. What a range needs, it waits for: an own pose on either side
 /// of it, and the broadcast with its stamp or poses of the other robot on either side (which go
 /// before broadcasts once there are any). All that comes without is counted. Memory is bounded:
-/// beside the transforms' history, of everything only the last seconds are kept.
+/// beside the transforms' history (`max_moments`), of everything only the last seconds are kept.
 ///
 /// The owner tells what comes in as it comes, then calls use(), and finish() in the end.
 class PeerTracker {
