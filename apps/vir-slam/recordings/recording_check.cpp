@@ -13,6 +13,7 @@
 #include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
+#include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
@@ -111,8 +112,7 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     image.load();
     gray = rawlog::grayOf(image);
   } catch (const std::exception& e) {
-    const std::string why = e.what();
-    camera->images.addUnreadable(why.substr(0, why.find('\n')));
+    camera->images.addUnreadable(rawlog::shortReason(e));
     return;
   }
   camera->images.add(t, gray);

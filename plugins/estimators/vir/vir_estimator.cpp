@@ -16,6 +16,7 @@
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/mrpt_camera.h"
+#include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/range_labels.h"
@@ -139,7 +140,7 @@ void VirEstimator::addImage(const mrpt::obs::CObservationImage& o) {
   } catch (const std::exception& e) {
     ++images_undecodable_;
     warnOnce("decode", "images that cannot be decoded are skipped; first at " + std::to_string(t) +
-                           " ns: " + std::string(e.what()).substr(0, 200));
+                           " ns: " + rawlog::shortReason(e).substr(0, 200));
   }
   if (loops_ && behind_) loops_->keep(t, gray);
   estimator_->addImage(t, gray);
