@@ -115,8 +115,9 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     camera->images.addUnreadable(rawlog::shortReason(e));
     return;
   }
-  camera->images.add(t, gray);
-  if (follow) {
+  // A copy tells nothing of turning but that of the one before, at a wrong time.
+  const bool fresh = camera->images.add(t, gray);
+  if (follow && fresh) {
     const auto turn = camera->turning->add(t, gray);
     camera->images.addCorners(camera->turning->corners());
     if (turn && turning_) {
