@@ -52,4 +52,29 @@ TEST(CheckCli, HoldsRangesAgainstTheTruth) {
       << o.text;
 }
 
+TEST(CheckCli, NamesTheRootAndNotWhatFollowsFromIt) {
+  VIR_REQUIRE_DATA(source, "rendered_V102_32s");
+  // Every image twice: its turning says nothing of lens or clock.
+  const Variant twice(source, 15);
+  std::string last;
+  int i = 0;
+  twice.rewrite("cam0", "#timestamp [ns],filename", [&](const Row& r) {
+    if (i++ % 2 == 0) last = r.rest;
+    return Variant::line(r.t, last);
+  });
+  const Checked copies = check(twice);
+  EXPECT_EQ(copies.code, 3) << copies.text;
+  EXPECT_EQ(copies.kinds, std::vector<std::string>{"frozen"}) << copies.text;
+  // The IMU's axes as in NED.
+  const Variant ned(source, 15);
+  ned.imu([](std::vector<double>* v) {
+    for (const std::size_t k : {1u, 2u, 4u, 5u}) (*v)[k] = -(*v)[k];
+  });
+  const Checked turned = check(ned);
+  EXPECT_EQ(turned.code, 1) << turned.text;
+  EXPECT_EQ(turned.kinds.size(), 1u) << turned.text;
+  EXPECT_TRUE(vir::test::contains(turned.text, "x is x, y is -y, z is -z (z down, as in NED"))
+      << turned.text;
+}
+
 }  // namespace

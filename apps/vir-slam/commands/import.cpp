@@ -9,6 +9,7 @@
 #include "output/settings_text.h"
 #include "recordings/import_job.h"
 #include "setup/calibration_option.h"
+#include "vir/rawlog/mrpt_error.h"
 
 namespace vir::app {
 namespace {
@@ -42,7 +43,7 @@ std::string driverHelp(const CLI::Option& what, const Common& common) {
     loadPlugins(common, {roles::PluginRole::sensor});
     return "\n" + settingsText(what.results().front());
   } catch (const std::exception& e) {
-    return std::string("No settings: ") + e.what();
+    return "No settings: " + rawlog::withoutStackTrace(e);
   }
 }
 

@@ -12,6 +12,7 @@
 #include "setup/prepared_run.h"
 #include "setup/run_source.h"
 #include "vir/core/scratch_folder.h"
+#include "vir/rawlog/mrpt_error.h"
 #include "vir/runs/offline_run.h"
 
 namespace vir::app {
@@ -50,7 +51,7 @@ std::unique_ptr<LiveView> openView(const Arguments& a) {
   try {
     return openLiveView();
   } catch (const std::exception& e) {
-    throw std::runtime_error(std::string("no window: ") + e.what() +
+    throw std::runtime_error("no window: " + rawlog::shortReason(e) +
                              "; give --video FILE.mp4, or open the report.html of a run");
   }
 }

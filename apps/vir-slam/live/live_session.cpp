@@ -22,6 +22,7 @@
 #include "vir/live/line_server.h"
 #include "vir/live/live_estimation.h"
 #include "vir/live/live_recorder.h"
+#include "vir/rawlog/mrpt_error.h"
 #include "vir/results/advice.h"
 
 namespace vir::app {
@@ -166,7 +167,7 @@ class LiveSession final : public results::RunObserver {
     try {
       view_ = openLiveView();
     } catch (const std::exception& e) {
-      log_(LogLevel::warning, std::string("no window: ") + e.what());
+      log_(LogLevel::warning, "no window: " + rawlog::shortReason(e));
     }
   }
 
@@ -204,7 +205,7 @@ class LiveSession final : public results::RunObserver {
       draw();
     } catch (const std::exception& e) {
       view_failed_ = true;
-      log_(LogLevel::warning, std::string("the window shows nothing more: ") + e.what());
+      log_(LogLevel::warning, "the window shows nothing more: " + rawlog::shortReason(e));
     }
   }
 
@@ -282,7 +283,7 @@ class LiveSession final : public results::RunObserver {
       recorder_->close();
       return true;
     } catch (const std::exception& e) {
-      log_(LogLevel::error, std::string("recording ended early: ") + e.what());
+      log_(LogLevel::error, "recording ended early: " + rawlog::withoutStackTrace(e));
       return false;
     }
   }

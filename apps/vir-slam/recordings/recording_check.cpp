@@ -13,6 +13,7 @@
 #include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
+#include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
@@ -109,13 +110,13 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     image.load();
     gray = rawlog::grayOf(image);
   } catch (const std::exception& e) {
-    const std::string why = e.what();
-    camera->images.addUnreadable(why.substr(0, why.find('\n')));
+    camera->images.addUnreadable(rawlog::shortReason(e));
     return;
   }
-  camera->images.add(t, gray);
+  // A copy tells nothing of turning but that of the one before, at a wrong time.
+  const bool fresh = camera->images.add(t, gray);
   if (paired) addToRigs(image.sensorLabel, t, gray);
-  if (follow) {
+  if (follow && fresh) {
     const auto turn = camera->turning->add(t, gray);
     camera->images.addCorners(camera->turning->corners());
     if (turn && turning_) {

@@ -11,6 +11,7 @@
 #include "vir/core/ini_writer.h"
 #include "vir/core/settings.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_error.h"
 #include "vir/roles/estimator_registry.h"
 #include "vir/runs/input_labels.h"
 
@@ -49,7 +50,7 @@ std::unique_ptr<roles::Estimator> created(const roles::EstimatorSettings& settin
       if (*log) (*log)(level, text);
     });
   } catch (const std::exception& e) {
-    throw UsageError(e.what());
+    throw UsageError(rawlog::withoutStackTrace(e));
   }
 }
 

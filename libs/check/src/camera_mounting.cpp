@@ -96,6 +96,17 @@ MountingFault mountingFault(const Mat3& given, const Mat3& found, int force_sign
   out.finding.kind = nearest->kind;
   out.finding.what = nearest->what + (also.empty() ? "" : "; less likely: " + also);
   out.finding.remedy = nearest->remedy;
+  if (nearest->kind == std::string("camera_pose_inverted")) {
+    out.images_mirrored = nearest->mirror;
+    return out;
+  }
+  // The IMU turned against what the pose is meant for looks the same where their axes are parallel.
+  for (int k = 0; k < 3; ++k) {
+    if (angleDeg(halfTurn(Vec3::Unit(k)) * found * given.transpose()) > kNear) continue;
+    out.finding.what += "; or the IMU's axes are: " + axesNamed(given * found.transpose()) +
+                        (k == 0 ? " (z down, as in NED, where the pose is meant for z up)" : "");
+    out.finding.remedy += "; or turn the readings of the IMU";
+  }
   out.images_mirrored = nearest->mirror;
   return out;
 }

@@ -17,7 +17,10 @@ constexpr int kFewCorners = 30;
 constexpr double kBadS = 1;         // of bad images in a row, to say when
 constexpr double kBadForLongS = 3;  // that the IMU alone does not bridge well
 constexpr double kFrozenS = 1.5;    // of the same image, so that the IMU can tell motion meanwhile
-constexpr TimeNs kRim = 250'000'000;  // clocks may be apart, and a motion begins and ends
+constexpr long kFewestRepeats = 5;
+constexpr double kRepeats = 0.05;        // share of images that come twice, to say so
+constexpr TimeNs kAround = 500'000'000;  // of one that does, to know whether the IMU moves
+constexpr TimeNs kRim = 250'000'000;     // clocks may be apart, and a motion begins and ends
 
 /// What is wrong with the light of an image; nothing for a good one.
 struct Light {
@@ -40,10 +43,10 @@ std::string sizeOf(double mean, double contrast) {
 
 }  // namespace
 
-void ImageCheck::add(TimeNs t, const cv::Mat& gray) {
+bool ImageCheck::add(TimeNs t, const cv::Mat& gray) {
   if (gray.empty() || gray.type() != CV_8UC1) {
     ++unreadable_;
-    return;
+    return true;
   }
   if (count_++ == 0) {
     width_ = gray.cols;
@@ -57,6 +60,7 @@ void ImageCheck::add(TimeNs t, const cv::Mat& gray) {
   const bool same = !last_.empty() && cv::countNonZero(small != last_) == 0;
   seen_.push_back({t, static_cast<float>(mean[0]), static_cast<float>(spread[0]), same});
   last_ = small;
+  return !same;
 }
 
 std::vector<ImageCheck::Stretch> ImageCheck::darkStretches() const {
@@ -174,12 +178,16 @@ void ImageCheck::checkLight(std::vector<Finding>* out) const {
 void ImageCheck::checkFrozen(const Moves& moves, std::vector<Finding>* out) const {
   std::vector<Stretch> stuck;
   long repeats = 0;
-  for (const Seen& s : seen_) repeats += s.same ? 1 : 0;
+  std::size_t at = 0;
   for (const Stretch& s : frozenStretches()) {
-    if (toSeconds(s.to - s.from) < kFrozenS) continue;
-    // Beside them, images that come twice are looked for.
-    for (const Seen& seen : seen_)
-      repeats -= seen.same && seen.t > s.from && seen.t <= s.to ? 1 : 0;
+    if (toSeconds(s.to - s.from) < kFrozenS) {
+      // Without noise, images of what stands still are alike.
+      const bool still = moves && !moves(s.from - kAround, s.to + kAround).value_or(true);
+      for (; at < seen_.size() && seen_[at].t <= s.to; ++at) {
+        if (seen_[at].same && seen_[at].t > s.from && !still) ++repeats;
+      }
+      continue;
+    }
     const auto moving = moves ? moves(s.from + kRim, s.to - kRim) : std::nullopt;
     if (moving.value_or(false)) stuck.push_back(s);
   }
@@ -195,10 +203,16 @@ void ImageCheck::checkFrozen(const Moves& moves, std::vector<Finding>* out) cons
                     "the same image comes again and again " + when(stuck),
                     "meanwhile the IMU moves",
                     "the camera or its driver hung: leave the copies out, or that stretch"});
-  } else if (repeats > count_ / 2 && count_ > 10) {
-    out->push_back({Severity::doubtful, "frozen", label_, "most images repeat the one before",
-                    std::to_string(repeats) + " of " + std::to_string(count_),
-                    "leave the copies out, or record at the camera's own rate"});
+  } else if (repeats >= kFewestRepeats &&
+             static_cast<double>(repeats) > kRepeats * static_cast<double>(count_)) {
+    out->push_back(
+        {Severity::doubtful, "frozen", label_,
+         (2 * repeats > count_   ? "most"
+          : 5 * repeats > count_ ? "many"
+                                 : "some") +
+             std::string(" images repeat the one before"),
+         std::to_string(repeats) + " of " + std::to_string(count_) + ", though the images change",
+         "leave the copies out, or record at the camera's own rate"});
   }
 }
 

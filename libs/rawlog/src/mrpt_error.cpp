@@ -13,6 +13,10 @@ std::string messageOf(std::string text) {
   text = text.substr(0, text.find("Call stack backtrace"));
   const std::size_t mark = text.find(kMark);
   if (mark != std::string::npos) text = text.substr(mark + kMark.size());
+  // Says nothing to who does not know MRPT's sources.
+  if (text.find("Exception while parsing typed object") != std::string::npos) {
+    return "what stands there is no object of a rawlog";
+  }
   return text;
 }
 

@@ -8,6 +8,7 @@
 #include "vir/core/text.h"
 #include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/mrpt_camera.h"
+#include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir_estimator.h"
@@ -108,7 +109,7 @@ void VirEstimator::addImage(const mrpt::obs::CObservationImage& o, Camera* camer
     warnOnce("decode " + camera->label,
              "images " + (camera->first ? std::string() : "of " + camera->label + " ") +
                  "that cannot be decoded are skipped; first at " + std::to_string(t) +
-                 " ns: " + std::string(e.what()).substr(0, 200));
+                 " ns: " + rawlog::shortReason(e).substr(0, 200));
   }
   if (!rig_started_) gray = gray.clone();  // the caller's pixels do not last
   if (camera->first) {

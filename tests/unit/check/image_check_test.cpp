@@ -124,6 +124,27 @@ TEST(ImageCheck, SaysWhenTheCameraHangs) {
   EXPECT_EQ(seriousKinds(twice.findings(64, 48, moving(true))), Kinds{"frozen"});
 }
 
+TEST(ImageCheck, SaysThatImagesComeTwice) {
+  cv::Mat held;
+  int every = 0;
+  const auto doubled = [&](int i, cv::Mat* m) {
+    if (i % every == 1) held.copyTo(*m);
+    held = m->clone();
+  };
+  for (const int n : {2, 10}) {
+    every = n;
+    const ImageCheck check = watched(doubled);
+    EXPECT_EQ(seriousKinds(check.findings(64, 48)), Kinds{"frozen"}) << n;
+    const auto answers = [](bool answer) {
+      return [answer](TimeNs, TimeNs) { return std::optional<bool>(answer); };
+    };
+    EXPECT_EQ(seriousKinds(check.findings(64, 48, answers(true))), Kinds{"frozen"}) << n;
+    EXPECT_EQ(seriousKinds(check.findings(64, 48, answers(false))), Kinds{}) << n;
+  }
+  every = 40;  // a slip now and then
+  EXPECT_EQ(seriousKinds(watched(doubled).findings(64, 48)), Kinds{});
+}
+
 TEST(ImageCheck, NamesAnotherSize) {
   ImageCheck check("CAM0");
   cv::Mat m(48, 64, CV_8UC1, cv::Scalar(100));

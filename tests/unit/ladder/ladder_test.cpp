@@ -181,6 +181,23 @@ TEST(Ladder, AFileHasAtMost400Lines) {
                 });
 }
 
+/// MRPT's exceptions come with a headline and a stack trace, which are nobody's reason.
+TEST(Ladder, WhatMrptSaysIsCleanedBeforeItIsShown) {
+  const std::regex caught("catch \\(const std::exception& (\\w+)\\) \\{([^}]*)\\}");
+  int checked = 0;
+  forEachSource({"plugins", "apps/vir-slam", "libs/roles", "libs/runs", "libs/live"},
+                [&](const fs::path& file, const std::string& text) {
+                  const std::string code = withoutComments(text);
+                  for (std::sregex_iterator i(code.begin(), code.end(), caught), end; i != end;
+                       ++i) {
+                    ++checked;
+                    EXPECT_EQ(i->str(2).find(i->str(1) + ".what()"), std::string::npos)
+                        << file << ": " << i->str() << "; use vir/rawlog/mrpt_error.h";
+                  }
+                });
+  EXPECT_GT(checked, 10);
+}
+
 /// An exit code, by its usual names, in an assertion that is not EXPECT_EQ, or beside a number with
 /// anything but == between them.
 std::regex looseExitCode() {

@@ -18,8 +18,8 @@ using Moves = std::function<std::optional<bool>(TimeNs, TimeNs)>;
 class ImageCheck {
  public:
   explicit ImageCheck(std::string label) : label_(std::move(label)) {}
-  /// One channel of 8 bits; in order of time.
-  void add(TimeNs t, const cv::Mat& gray);
+  /// One channel of 8 bits; in order of time. False: it is the one before once more.
+  bool add(TimeNs t, const cv::Mat& gray);
   /// One that could not be loaded or decoded, and why.
   void addUnreadable(const std::string& why) {
     if (unreadable_++ == 0) first_unreadable_ = why;
