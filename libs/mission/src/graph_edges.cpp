@@ -1,6 +1,7 @@
 #include "graph_edges.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -41,6 +42,18 @@ Eigen::Matrix4d levelCovariance(const Eigen::Matrix<double, 6, 6>& covariance, c
   J.topLeftCorner<3, 3>().setIdentity();
   J.bottomRightCorner<1, 3>() = R_W_B.row(2);
   return J * covariance * J.transpose();
+}
+
+Eigen::Matrix4d transportOf(const Eigen::Matrix4d& from, const Eigen::Matrix4d& to) {
+  const auto root = [](const Eigen::Matrix4d& P, bool inverse) -> Eigen::Matrix4d {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> e(0.5 * (P + P.transpose()));
+    const double floor = 1e-12 * std::max(e.eigenvalues()(3), 1e-18);
+    const Eigen::Vector4d values = e.eigenvalues().cwiseMax(floor).cwiseSqrt();
+    const Eigen::Vector4d taken = inverse ? values.cwiseInverse().eval() : values;
+    return e.eigenvectors() * taken.asDiagonal() * e.eigenvectors().transpose();
+  };
+  const Eigen::Matrix4d A = root(from, false), B = root(from, true);
+  return B * root(A * to * A, false) * B;
 }
 
 StepNoise followedNoise(const PathNode& before, const PathNode& node, const GraphOptions& o) {

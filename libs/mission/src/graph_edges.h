@@ -22,6 +22,9 @@ StepNoise lostNoise(const PathNode& before, const PathNode& node, const GraphOpt
 /// (position, yaw) of a covariance as StateEstimate has it.
 Eigen::Matrix4d levelCovariance(const Eigen::Matrix<double, 6, 6>& covariance, const Mat3& R_W_B);
 
+/// Symmetric S with S `from` S' = `to`; `from` and `to` of the same units.
+Eigen::Matrix4d transportOf(const Eigen::Matrix4d& from, const Eigen::Matrix4d& to);
+
 /// A loop as an edge: motion in the older's W, turn of W from the older to the newer.
 struct LevelLoop {
   Vec3 motion_W = Vec3::Zero();

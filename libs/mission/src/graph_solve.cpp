@@ -52,7 +52,7 @@ double weightAt(double squared, double gate, double mu) {
 
 }  // namespace
 
-std::vector<double*> MissionGraph::Impl::build(ceres::Problem* problem) {
+std::vector<double*> MissionGraph::Impl::build(ceres::Problem* problem, double of_path) {
   std::vector<double*> moving;
   const bool map = nodes.front().fixed;
   problem->AddParameterBlock(world, 4);
@@ -83,10 +83,12 @@ std::vector<double*> MissionGraph::Impl::build(ceres::Problem* problem) {
       continue;
     }
     GraphNode& before = nodes[i - 1];
-    problem->AddResidualBlock(edge(n.path.T_W_B.p - before.path.T_W_B.p, 0, n.step.way), nullptr,
-                              before.x, n.x);
+    // Of a gap nobody knows more than is said of it.
+    const double by = n.stretch == before.stretch ? of_path : 1;
+    problem->AddResidualBlock(edge(n.path.T_W_B.p - before.path.T_W_B.p, 0, by * n.step.way),
+                              nullptr, before.x, n.x);
     if (n.step.tie.maxCoeff() > 0) {
-      problem->AddResidualBlock(tie(n.path.T_W_B.p, n.step.tie), nullptr, world, n.x);
+      problem->AddResidualBlock(tie(n.path.T_W_B.p, by * n.step.tie), nullptr, world, n.x);
     }
   }
   for (std::size_t k = 0; k < loops.size(); ++k) {
@@ -102,9 +104,9 @@ std::vector<double*> MissionGraph::Impl::build(ceres::Problem* problem) {
   return moving;
 }
 
-void MissionGraph::Impl::minimise(int iterations) {
+double MissionGraph::Impl::minimise(int iterations) {
   ceres::Problem problem;
-  build(&problem);
+  build(&problem, scale);
   ceres::Solver::Options o;
   o.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   o.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // the same on every machine
@@ -118,9 +120,9 @@ void MissionGraph::Impl::minimise(int iterations) {
   const bool finite = std::all_of(nodes.begin(), nodes.end(), [](const GraphNode& n) {
     return Eigen::Map<const Eigen::Vector4d>(n.x).allFinite();
   });
-  if (!finite || !summary.IsSolutionUsable()) {
-    for (std::size_t i = 0; i < nodes.size(); ++i) std::copy_n(before[i].x, 4, nodes[i].x);
-  }
+  if (finite && summary.IsSolutionUsable()) return 2 * summary.final_cost;
+  for (std::size_t i = 0; i < nodes.size(); ++i) std::copy_n(before[i].x, 4, nodes[i].x);
+  return -1;
 }
 
 double MissionGraph::Impl::residualOf(const JudgedLoop& judged) const {
@@ -222,30 +224,36 @@ void MissionGraph::Impl::decideOnLoops() {
   }
 }
 
-const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>* MissionGraph::Impl::factorised() {
-  if (factor && nodes.size() - covered <= kUncovered) return factor.get();
-  factor.reset();
-  covered = nodes.size();
+std::unique_ptr<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>> MissionGraph::Impl::factorOf(
+    double of_path) {
   ceres::Problem problem;
-  const std::vector<double*> moving = build(&problem);
   ceres::Problem::EvaluateOptions o;
-  o.parameter_blocks = moving;
+  o.parameter_blocks = build(&problem, of_path);
   ceres::CRSMatrix crs;
-  if (moving.empty() || !problem.Evaluate(o, nullptr, nullptr, nullptr, &crs)) return nullptr;
+  if (o.parameter_blocks.empty() || !problem.Evaluate(o, nullptr, nullptr, nullptr, &crs)) {
+    return nullptr;
+  }
   const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> J(
       crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()), crs.rows.data(),
       crs.cols.data(), crs.values.data());
   const Eigen::SparseMatrix<double> by_column = J;
   const Eigen::SparseMatrix<double> H = by_column.transpose() * by_column;
-  factor = std::make_unique<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>(H);
+  auto out = std::make_unique<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>(H);
+  if (out->info() != Eigen::Success) out.reset();
+  return out;
+}
+
+const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>* MissionGraph::Impl::factorised() {
+  if (factor && nodes.size() - covered <= kUncovered) return factor.get();
+  covered = nodes.size();
+  factor = factorOf(1);
   column.assign(nodes.size(), -1);
-  int next = moving.front() == world ? 4 : 0;
+  int next = nodes.front().fixed ? 4 : 0;  // behind `world`
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (nodes[i].fixed) continue;
     column[i] = next;
     next += 4;
   }
-  if (factor->info() != Eigen::Success) factor.reset();
   return factor.get();
 }
 

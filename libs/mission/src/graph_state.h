@@ -3,6 +3,7 @@
 /// and the referee (referee.cpp).
 #include <Eigen/SparseCholesky>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "graph_edges.h"
@@ -39,8 +40,14 @@ struct MissionGraph::Impl {
 
   // The solution.
   /// `world` and all keyframes that anything says something of, in order: those that move.
-  std::vector<double*> build(ceres::Problem* problem);
-  void minimise(int iterations);
+  /// `of_path`: times the variances of what the estimator followed.
+  std::vector<double*> build(ceres::Problem* problem, double of_path);
+  /// Returns the sum of squared residuals; below 0 if there is no solution.
+  double minimise(int iterations);
+  /// Moves `scale` towards where path and loops are likeliest.
+  void weigh();
+  /// -2 log of their likelihood at `scale`, whatever variance both have in common; solves.
+  double evidence();
   void decideOnLoops();
   /// Loops that were taken back and fit by now; true if there are any.
   bool takeIn();
@@ -53,7 +60,10 @@ struct MissionGraph::Impl {
   /// Whitened by its own covariance; squared.
   double residualOf(const JudgedLoop& loop) const;
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>* factorised();
+  std::unique_ptr<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>> factorOf(double of_path);
   std::optional<LevelGuess> relative(int older, int newer);
+  /// What the solution knows of the newest keyframe, into `newest`.
+  void remember();
   /// By the way alone, from one keyframe to a later one.
   LevelGuess along(std::size_t from, std::size_t to) const;
 
@@ -75,8 +85,11 @@ struct MissionGraph::Impl {
   double world[4] = {0, 0, 0, 0};  ///< W in M, for what ties keyframes to it
   std::vector<JudgedLoop> loops;
   std::vector<double> weights;  ///< of the loops, 0 to 1
-  std::size_t unsolved = 0;     ///< loops accepted since the last solution
+  double scale = 1;  ///< variances of the path against those of the loops, as both state them
+  std::size_t unsolved = 0;  ///< loops accepted since the last solution
   bool joined_anew = false;
+  std::optional<LevelGuess> newest;  ///< of `newest_at` as seen from the oldest; none without loops
+  std::size_t newest_at = 0;
 
   // Of the graph with its first `covered` keyframes; none when those or the loops have changed.
   std::unique_ptr<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>> factor;

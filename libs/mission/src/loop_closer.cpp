@@ -5,6 +5,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "graph_edges.h"
 #include "place_graph.h"
 #include "vir/camera/camera_model.h"
 #include "vir/core/option_check.h"
@@ -17,6 +18,25 @@ constexpr double kWorthTelling = 1e-3;  // [m]
 /// Rows of loops.csv that are kept of what was not accepted; the others are counted.
 constexpr std::size_t kMostRefusals = 20000;
 constexpr std::size_t kMostLandmarks = 200000;
+/// Rays that have moved by more than this are made anew, of so many keyframes at a time: others
+/// wait.
+constexpr double kRaysMoved_px = 0.1;
+constexpr std::size_t kRaysAtOnce = 50;
+
+/// The most that the ray of a pixel, of nine all over the image, differs between the two [px].
+double raysMoved(const camera::CameraModel& a, const camera::CameraModel& b) {
+  const CameraCalibration& c = a.calibration();
+  double most = 0;
+  for (const double x : {0.1, 0.5, 0.9}) {
+    for (const double y : {0.1, 0.5, 0.9}) {
+      const Vec2 px(x * c.width, y * c.height);
+      Vec3 of_a, of_b;
+      if (!a.unproject(px, &of_a) || !b.unproject(px, &of_b)) continue;
+      most = std::max(most, c.fx * (of_a - of_b).norm());
+    }
+  }
+  return most;
+}
 
 }  // namespace
 
@@ -43,7 +63,8 @@ struct LoopCloser::Impl {
       : options(o),
         calibration(c),
         log_sink(std::move(l)),
-        describer(o.describer, camera::makeCamera(c.camera)),
+        camera(camera::makeCamera(c.camera)),
+        describer(o.describer, camera),
         places(o) {}
 
   /// Was there a loop just before? The next metres would say the same again.
@@ -52,11 +73,17 @@ struct LoopCloser::Impl {
            (k.T_W_B.p - last_loop->T_W_B.p).norm() < options.pause_m;
   }
   void note(const std::vector<places::LoopAttempt>& attempts);
+  /// The calibration as the estimator has it by now: keyframes of the run see with it as well.
+  void calibrate(const Calibration& estimated);
+  /// How the estimator's covariance at the newest keyframe becomes that of the graph.
+  void learn(const StateEstimate& estimate);
+  void refuse(const Loop& loop, const std::string& why);
   LoopRecord recordOf(const Loop& loop) const;
 
   LoopOptions options;
   Calibration calibration;
   LogSink log_sink;
+  std::shared_ptr<const camera::CameraModel> camera;  ///< as it is known by now
   places::Describer describer;
   PlaceGraph places;
   MissionMap loaded;
@@ -64,7 +91,11 @@ struct LoopCloser::Impl {
   int segments_before = 0;  ///< of the map
   std::optional<StampedPose> last, last_loop;
   int last_segment = 0;
-  std::map<TimeNs, std::uint64_t> ids;  ///< of the run's keyframes
+  std::map<TimeNs, std::uint64_t> ids;            ///< of the run's keyframes
+  std::vector<std::weak_ptr<PlaceKeyframe>> own;  ///< the run's, as far as they are remembered
+  std::optional<Eigen::Matrix4d> known;           ///< see learn()
+  std::optional<StateEstimate> newest;            ///< of the keyframes
+  std::size_t rays_done = 0;  ///< of `own`: the first so many have rays of `camera`
   std::vector<LoopRecord> refusals;
   std::vector<StampedPose> told;  ///< as of the last revision
   std::optional<Revision> revision;
@@ -93,6 +124,12 @@ void LoopCloser::begin(const MissionMap& map) {
   m.was_found = map.keyframes.empty();
 }
 
+void LoopCloser::setAnchors(const std::vector<Anchor>& in_W) {
+  Impl& m = *impl_;
+  if (m.was_found) return;
+  m.places.setAnchors(m.loaded.anchors, in_W);
+}
+
 bool LoopCloser::wants(const StateEstimate& e) const {
   const Impl& m = *impl_;
   if (!e.valid) return false;
@@ -115,8 +152,8 @@ void LoopCloser::add(const SeenKeyframe& seen) {
   k->t = s.t;
   k->segment = seen.estimate.segment;
   k->T_W_B = s.T_W_B;
-  const bool estimated = seen.estimate.calibration.camera.width > 0;
-  k->T_B_C = estimated ? seen.estimate.calibration.T_B_C : m.calibration.T_B_C;
+  if (seen.estimate.calibration.camera.width > 0) m.calibrate(seen.estimate.calibration);
+  k->T_B_C = m.calibration.T_B_C;
   k->points = m.describer.points(seen.gray, (k->T_W_B * k->T_B_C).q, seen.landmarks);
   try {
     const bool look = !m.pauses(*k);
@@ -128,15 +165,38 @@ void LoopCloser::add(const SeenKeyframe& seen) {
     log(m.log_sink, LogLevel::debug, std::string("no place: ") + e.what());
     return;
   }
+  if (m.rays_done == m.own.size()) ++m.rays_done;
+  m.own.push_back(k);
   ++m.next_id;
   ++m.keyframes;
   m.ids[k->t] = k->id;
   m.last = StampedPose{s.t, s.T_W_B};
   m.last_segment = k->segment;
+  m.newest = seen.estimate;
+  m.learn(*m.newest);
   m.note(m.places.attempts());
+  for (const Loop& loop : m.places.againstAnchors()) m.refuse(loop, "against anchors");
   if (m.was_found || !m.places.graph().joined()) return;
   m.was_found = true;
+  m.places.setAnchors({}, {});
   log(m.log_sink, LogLevel::info, "the run was found in the map");
+}
+
+void LoopCloser::Impl::calibrate(const Calibration& estimated) {
+  calibration.T_B_C = estimated.T_B_C;
+  auto now = camera::makeCamera(estimated.camera);
+  if (raysMoved(*camera, *now) > kRaysMoved_px) {
+    calibration.camera = estimated.camera;
+    camera = std::move(now);
+    describer.setCamera(camera);
+    rays_done = 0;
+  }
+  for (std::size_t n = 0; n < kRaysAtOnce && rays_done < own.size(); ++n, ++rays_done) {
+    const auto k = own[rays_done].lock();
+    if (!k) continue;
+    places::setRays(*camera, &k->points);
+    k->T_B_C = calibration.T_B_C;
+  }
 }
 
 void LoopCloser::Impl::note(const std::vector<places::LoopAttempt>& looked) {
@@ -149,12 +209,16 @@ void LoopCloser::Impl::note(const std::vector<places::LoopAttempt>& looked) {
         a.decision == "second to another") {
       continue;
     }
-    ++refused;
-    if (refusals.size() >= kMostRefusals) continue;
-    LoopRecord r = recordOf(*found);
-    r.decision = a.decision;
-    refusals.push_back(r);
+    refuse(*found, a.decision);
   }
+}
+
+void LoopCloser::Impl::refuse(const Loop& loop, const std::string& why) {
+  ++refused;
+  if (refusals.size() >= kMostRefusals) return;
+  LoopRecord r = recordOf(loop);
+  r.decision = why;
+  refusals.push_back(r);
 }
 
 LoopRecord LoopCloser::Impl::recordOf(const Loop& loop) const {
@@ -180,6 +244,7 @@ void LoopCloser::solve(const std::vector<StampedPose>& keyframes) {
   }
   m.places.graph().solve();
   ++m.solutions;
+  if (m.newest) m.learn(*m.newest);
   const std::vector<StampedPose> path = m.places.graph().path();
   Revision out;
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -196,6 +261,42 @@ void LoopCloser::solve(const std::vector<StampedPose>& keyframes) {
 LevelTransform LoopCloser::correction() const { return impl_->places.graph().correction(); }
 LevelTransform LoopCloser::correctionAt(TimeNs t) const {
   return impl_->places.graph().correctionAt(t);
+}
+
+void LoopCloser::Impl::learn(const StateEstimate& e) {
+  known.reset();
+  const auto now = places.graph().covariance();
+  if (!now) return;
+  const Mat3 R = rotZ(places.graph().correction().yaw_rad);
+  Eigen::Matrix4d before = levelCovariance(e.covariance, e.state.T_W_B.R());
+  before.topRows<3>() = R * before.topRows<3>();
+  before.leftCols<3>() = before.leftCols<3>() * R.transpose();
+  // What the estimator knows better by itself, as by anchors, is not the path's to say.
+  const double better = now->topLeftCorner<3, 3>().trace() / before.topLeftCorner<3, 3>().trace();
+  if (before.diagonal().minCoeff() > 0 && better < 1) known = transportOf(before, *now);
+}
+
+void LoopCloser::correct(StateEstimate* e) const {
+  const LevelTransform T_M_W = correction();
+  const Mat3 R = rotZ(T_M_W.yaw_rad);
+  e->state.T_W_B = T_M_W.pose() * e->state.T_W_B;
+  e->state.v = R * e->state.v;
+  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Identity();
+  turn.topLeftCorner<3, 3>() = R;
+  if (impl_->known) {
+    const Eigen::Matrix4d& S = *impl_->known;
+    // Of the turn only the part about the vertical: roll and pitch are the estimator's.
+    const Mat3 R_M_B = e->state.T_W_B.R();
+    Mat3 yaw = Mat3::Identity();
+    yaw(2, 2) = S(3, 3);
+    Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
+    J.topLeftCorner<3, 3>() = S.topLeftCorner<3, 3>();
+    J.topRightCorner<3, 3>() = S.topRightCorner<3, 1>() * R_M_B.row(2);
+    J.bottomLeftCorner<3, 3>() = R_M_B.row(2).transpose() * S.bottomLeftCorner<1, 3>();
+    J.bottomRightCorner<3, 3>() = R_M_B.transpose() * yaw * R_M_B;
+    turn = J * turn;
+  }
+  e->covariance = turn * e->covariance * turn.transpose();
 }
 
 std::optional<Revision> LoopCloser::takeRevision() {

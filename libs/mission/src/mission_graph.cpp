@@ -169,7 +169,28 @@ void MissionGraph::solve() {
   if (g.nodes.empty() || g.nodes.back().fixed) return;
   g.minimise(g.options.iterations);
   g.decideOnLoops();
+  g.weigh();
   g.factor.reset();
+  g.remember();
+}
+
+void MissionGraph::Impl::remember() {
+  newest.reset();
+  const bool acts = std::any_of(loops.begin(), loops.end(),
+                                [](const JudgedLoop& l) { return l.state == LoopState::accepted; });
+  newest_at = nodes.size() - 1;
+  if (!acts || !tied(0, static_cast<int>(newest_at))) return;
+  newest = relative(0, static_cast<int>(newest_at));
+  if (newest && !nodes.front().fixed) {
+    newest->P += levelCovariance(nodes.front().path.covariance, nodes.front().path.T_W_B.R());
+  }
+}
+
+std::optional<Eigen::Matrix4d> MissionGraph::covariance() const {
+  const Impl& g = *impl_;
+  if (!g.newest || g.nodes.back().stretch != g.nodes[g.newest_at].stretch) return std::nullopt;
+  const LevelGuess now = *g.newest * g.along(g.newest_at, g.nodes.size() - 1);
+  return now.P;
 }
 
 bool MissionGraph::empty() const { return impl_->nodes.empty(); }

@@ -4,7 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include "level_algebra.h"
 #include "vir/mission/loop_closer.h"
+#include "vir/types/anchor.h"
 
 namespace vir::mission {
 
@@ -18,6 +20,10 @@ class PlaceGraph {
   /// The next one of a run; without `look` its place is only remembered. How many loops were
   /// accepted by it. Throws what MissionGraph::add() throws.
   long add(std::shared_ptr<const PlaceKeyframe> keyframe, const PathNode& node, bool look = true);
+  /// What is known of anchors in the map and in the run, as long as nothing ties the two.
+  void setAnchors(const std::vector<Anchor>& in_M, const std::vector<Anchor>& in_W);
+  /// Loops of the last add() that the anchors contradict.
+  const std::vector<Loop>& againstAnchors() const { return against_anchors_; }
   /// Of the last add().
   std::vector<places::LoopAttempt> attempts() const;
 
@@ -26,6 +32,15 @@ class PlaceGraph {
   const places::LoopFinder& finder() const { return finder_; }
 
  private:
+  std::optional<places::RelativePrior> priorOf(const PlaceKeyframe& older,
+                                               const PlaceKeyframe& newer) const;
+  /// Can the place be in sight, as the anchors have it?
+  bool inReach(const PlaceKeyframe& older, const PlaceKeyframe& newer) const;
+  bool anchorsAllow(const Loop& loop, const PlaceKeyframe& newer) const;
+
+  std::vector<Anchor> anchors_M_, anchors_W_;
+  std::optional<LevelGuess> T_M_W_;  ///< by anchors; none once loops say it
+  std::vector<Loop> against_anchors_;
   places::LoopFinder finder_;
   MissionGraph graph_;
   bool looked_ = false;

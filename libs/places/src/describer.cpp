@@ -72,6 +72,10 @@ Describer::Describer(const DescriberOptions& options,
 
 Describer::~Describer() = default;
 
+void Describer::setCamera(std::shared_ptr<const camera::CameraModel> camera) {
+  if (camera) impl_->camera = std::move(camera);
+}
+
 std::vector<PlacePoint> Describer::points(const Image& image, const Quat& R_W_C,
                                           const std::vector<SeenLandmark>& landmarks) {
   const CameraCalibration& c = impl_->camera->calibration();
@@ -123,6 +127,13 @@ std::vector<PlacePoint> Describer::points(const Image& image, const Quat& R_W_C,
     described.push_back(p);
   }
   return described;
+}
+
+void setRays(const camera::CameraModel& camera, std::vector<PlacePoint>* points) {
+  for (PlacePoint& p : *points) {
+    Vec3 ray;
+    if (camera.unproject(p.px.cast<double>(), &ray)) p.ray_C = ray.cast<float>();
+  }
 }
 
 }  // namespace vir::places

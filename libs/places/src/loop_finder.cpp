@@ -56,12 +56,12 @@ void LoopFinder::remember(std::shared_ptr<const PlaceKeyframe> keyframe) {
   index_.add(std::move(keyframe));
 }
 
-std::vector<Loop> LoopFinder::add(std::shared_ptr<const PlaceKeyframe> keyframe,
-                                  const Prior& prior) {
+std::vector<Loop> LoopFinder::add(std::shared_ptr<const PlaceKeyframe> keyframe, const Prior& prior,
+                                  const PlaceIndex::Allowed& allowed) {
   attempts_.clear();
   std::vector<Loop> out;
   if (keyframe) {
-    for (Opinion& o : look(keyframe, prior)) {
+    for (Opinion& o : look(keyframe, prior, allowed)) {
       const std::vector<Loop> believed = confirm(std::move(o), prior);
       out.insert(out.end(), believed.begin(), believed.end());
     }
@@ -73,14 +73,15 @@ std::vector<Loop> LoopFinder::add(std::shared_ptr<const PlaceKeyframe> keyframe,
 
 /// Verifies the candidates; the best of them, unless another place is nearly as good.
 std::vector<LoopFinder::Opinion> LoopFinder::look(
-    const std::shared_ptr<const PlaceKeyframe>& keyframe, const Prior& prior) {
+    const std::shared_ptr<const PlaceKeyframe>& keyframe, const Prior& prior,
+    const PlaceIndex::Allowed& allowed) {
   while (!recent_.empty() && toSeconds(keyframe->t - recent_.front().second) > options_.recent_s) {
     recent_.pop_front();
   }
   const std::uint64_t before = recent_.empty() ? keyframe->id : recent_.front().first;
   std::vector<Opinion> found;
   std::vector<std::size_t> attempt_of;
-  for (const PlaceCandidate& c : index_.query(*keyframe, before)) {
+  for (const PlaceCandidate& c : index_.query(*keyframe, before, allowed)) {
     const auto older = index_.around(c.id, options_.neighbours);
     const std::optional<RelativePrior> known =
         prior ? prior(*older.front(), *keyframe) : std::nullopt;

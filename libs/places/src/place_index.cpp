@@ -225,8 +225,8 @@ void PlaceIndex::add(std::shared_ptr<const PlaceKeyframe> keyframe) {
   if (impl_->used_bits < kKeyBits && impl_->points > kFilled << impl_->used_bits) impl_->grow();
 }
 
-std::vector<PlaceCandidate> PlaceIndex::query(const PlaceKeyframe& keyframe,
-                                              std::uint64_t before) const {
+std::vector<PlaceCandidate> PlaceIndex::query(const PlaceKeyframe& keyframe, std::uint64_t before,
+                                              const Allowed& allowed) const {
   const std::size_t end = impl_->slotOf(before);
   std::vector<PlaceCandidate> out;
   std::vector<const PlaceKeyframe*> taken;
@@ -237,7 +237,7 @@ std::vector<PlaceCandidate> PlaceIndex::query(const PlaceKeyframe& keyframe,
       return other->segment == k->segment &&
              std::abs(toSeconds(other->t - k->t)) <= impl_->options.group_s;
     });
-    if (near) continue;
+    if (near || (allowed && !allowed(*k))) continue;
     taken.push_back(k);
     out.push_back(c);
   }

@@ -49,7 +49,8 @@ void LoopRun::setCamera(const Calibration& calibration) {
 void LoopRun::keep(TimeNs t, const cv::Mat& gray) {
   if (gray.empty()) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  kept_.push_back({t, gray.clone()});
+  // A Mat that owns its pixels shares them; others are of somebody whose pixels do not last.
+  kept_.push_back({t, gray.u != nullptr ? gray : gray.clone()});
   if (kept_.size() > kMostKept) kept_.pop_front();
 }
 
@@ -71,7 +72,9 @@ void LoopRun::see(const StateEstimate& estimate, const estimator::KeyframeSights
   seen.estimate = estimate;
   for (const auto& s : sights.of) seen.landmarks.push_back({s.px, s.inverse_distance, s.sigma});
   seen.segment_since = segment_since_;
-  seen.held = isHeld(estimator.anchors());
+  const std::vector<Anchor> anchors = estimator.anchors();
+  seen.held = isHeld(anchors);
+  if (!closer_->found()) closer_->setAnchors(anchors);
   closer_->add(seen);
   if (closer_->solveDue()) solve(estimator);
 }
@@ -88,16 +91,6 @@ std::vector<StampedPose> LoopRun::inWorld(
 
 void LoopRun::solve(const estimator::VisualInertialEstimator& estimator) {
   closer_->solve(inWorld(estimator));
-}
-
-void LoopRun::correct(StateEstimate* e) const {
-  const LevelTransform T_M_W = closer_->correction();
-  const Mat3 R = rotZ(T_M_W.yaw_rad);
-  e->state.T_W_B = T_M_W.pose() * e->state.T_W_B;
-  e->state.v = R * e->state.v;
-  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Identity();
-  turn.topLeftCorner<3, 3>() = R;
-  e->covariance = turn * e->covariance * turn.transpose();
 }
 
 roles::EstimatorOutput LoopRun::take(estimator::VisualInertialEstimator* estimator, TimeNs t,
@@ -119,7 +112,7 @@ roles::EstimatorOutput LoopRun::take(estimator::VisualInertialEstimator* estimat
       const bool given = gray != nullptr && e.t_image == t;
       see(e, *sights, given ? *gray : kept, *estimator);
     }
-    correct(&e);
+    closer_->correct(&e);
     if (auto revision = closer_->takeRevision()) out.revisions.push_back(std::move(*revision));
   }
   if (last_revision_) out.revisions.push_back(*std::exchange(last_revision_, std::nullopt));

@@ -21,6 +21,8 @@ struct LoopSettings {
   std::string map;       ///< file to begin with; empty: none
   std::string save_map;  ///< file to write at the end; empty: none
   mission::LoopOptions options;
+
+  bool hasMaps() const { return !map.empty() || !save_map.empty(); }
 };
 /// `loops` of the section at hand.
 void describeUse(OptionVisitor& v, LoopSettings& o);
@@ -34,7 +36,8 @@ class LoopRun {
 
   /// Throws std::runtime_error if the map is of another camera.
   void setCamera(const Calibration& calibration);
-  /// An image that may become a keyframe; its pixels are copied. From any thread.
+  /// An image that may become a keyframe. Its pixels are shared, which nobody may change from now
+  /// on; they are copied only if `gray` does not own them. From any thread.
   void keep(TimeNs t, const cv::Mat& gray);
   /// The estimator's states since the last call, which become those of the mission. `gray` (may be
   /// null): the image of `t`, which was not kept.
@@ -60,7 +63,6 @@ class LoopRun {
   cv::Mat release(TimeNs t);
   void see(const StateEstimate& estimate, const estimator::KeyframeSights& sights,
            const cv::Mat& gray, const estimator::VisualInertialEstimator& estimator);
-  void correct(StateEstimate* estimate) const;
   std::string notFound() const;
   void solve(const estimator::VisualInertialEstimator& estimator);
   /// Its keyframes, those included that have left its windows.

@@ -159,8 +159,8 @@ void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& 
                            "): the tracks are not used");
     return;
   }
-  if (loops_) {
-    warnOnce("loops", "places are found by images: with feature tracks alone there are no loops");
+  if (loops_ && settings_.loops.hasMaps()) {
+    warnOnce("loops", "places are found by images: with feature tracks alone there are no maps");
   }
   if (!knowsCamera(o.cameraLeft, mrpt::poses::CPose3D(o.cameraPoseOnRobot))) return;
   startRig();

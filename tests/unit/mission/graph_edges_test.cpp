@@ -4,6 +4,7 @@
 
 #include "level_algebra.h"
 #include "rounds.h"
+#include "vir/core/random.h"
 
 namespace vir::mission {
 namespace {
@@ -113,6 +114,22 @@ TEST(LevelAlgebra, CovariancesByDifferences) {
     other.P(k, k) = 1;
     const Eigen::Vector4d dB = (vector(A * moved(B, k, h)) - vector(A * moved(B, k, -h))) / (2 * h);
     EXPECT_NEAR(((plain(A) * other).P - dB * dB.transpose()).norm(), 0, 1e-7) << k;
+  }
+}
+
+TEST(GraphEdges, TransportTakesOneCovarianceToTheOther) {
+  Random random(3);
+  for (int i = 0; i < 20; ++i) {
+    Eigen::Matrix4d A, B;
+    for (int k = 0; k < 16; ++k) {
+      A(k) = random.normal();
+      B(k) = 0.1 * random.normal();
+    }
+    A = (A * A.transpose()).eval();
+    B = (B * B.transpose()).eval();
+    const Eigen::Matrix4d S = transportOf(A, B);
+    EXPECT_LT((S - S.transpose()).norm(), 1e-6 * S.norm());
+    EXPECT_LT((S * A * S.transpose() - B).norm(), 1e-6 * B.norm());
   }
 }
 

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+
 #include "rendered_places.h"
+#include "vir/camera/camera_model.h"
 #include "vir/mission/map_merge.h"
 #include "vir/rendering/make_scene.h"
 
@@ -59,7 +62,9 @@ struct Robot {
     e.state.T_W_B = drift * truth;
     e.segment = segment;
     e.covariance.diagonal() << Vec3::Constant(sigma_m * sigma_m), Vec3::Constant(1e-4);
+    e.calibration = told;
     closer->add(seen);
+    last = e;
     if (closer->solveDue()) closer->solve({});
   }
   /// One visit, and what the closer says of its last pose.
@@ -72,6 +77,8 @@ struct Robot {
   }
 
   PlaceMaker maker;
+  Calibration told;  ///< as the estimator has it; without intrinsics: as given
+  StateEstimate last;
 };
 
 const Pose kDrift(Quat(rotZ(0.03)), Vec3(0.3, -0.2, 0.1));
@@ -101,6 +108,62 @@ TEST(LoopCloser, ASecondVisitTakesTheDriftOff) {
   }
   EXPECT_GE(accepted, 3);
   EXPECT_GT(closer.landmarks().size(), 100u);
+}
+
+/// A pose is known as well as the first visit once it was tied to it; roll and pitch are not the
+/// path's.
+TEST(LoopCloser, TheCovarianceShrinksToWhatIsKnown) {
+  Robot robot;
+  LoopCloser closer({}, cameraOf());
+  robot.visit(&closer, Pose(), 0, 0.01);
+  StateEstimate before = robot.last;
+  closer.correct(&before);
+  EXPECT_EQ(before.covariance, robot.last.covariance);
+  robot.visit(&closer, kDrift, 60, 0.5, 0.15);
+  closer.solve({});
+  StateEstimate after = robot.last;
+  closer.correct(&after);
+  const Pose truth = onTheWay(kVisit - 1, 0.15);
+  const Vec3 error = after.state.T_W_B.p - truth.p;
+  const Mat3 P = after.covariance.topLeftCorner<3, 3>();
+  EXPECT_LT(std::sqrt(P.trace() / 3), 0.1);
+  EXPECT_LT(error.dot(P.ldlt().solve(error)), 11.3);  // 99 % of three degrees of freedom
+  const Mat3 R = after.state.T_W_B.R();
+  const Mat3 of_turn = R * after.covariance.bottomRightCorner<3, 3>() * R.transpose();
+  EXPECT_NEAR(of_turn(0, 0), 1e-4, 1e-9);
+  EXPECT_NEAR(of_turn(1, 1), 1e-4, 1e-9);
+  EXPECT_LT(of_turn(2, 2), 1.2e-4);
+  EXPECT_LT((after.covariance - after.covariance.transpose()).norm(), 1e-12);
+}
+
+/// The first visit was seen with a wrong calibration, which the estimator has mended by the second.
+TEST(LoopCloser, KeyframesSeeWithTheCalibrationThatIsKnownByNow) {
+  Robot robot;
+  Calibration given = cameraOf();
+  given.camera.fx *= 1.012;
+  given.camera.fy *= 1.012;
+  given.camera.cx += 3;
+  given.T_B_C.q = given.T_B_C.q * expQuat(Vec3(0.01, 0.015, -0.01));
+  LoopCloser closer({}, given);
+  robot.visit(&closer, Pose(), 0, 0.01);
+  robot.told = cameraOf();
+  robot.visit(&closer, kDrift, 60, 0.5, 0.15);
+  const auto camera = camera::makeCamera(cameraOf().camera);
+  std::size_t points = 0;
+  for (const auto& k : closer.map(cameraOf(), {}).keyframes) {
+    EXPECT_LT(k->T_B_C.q.angularDistance(cameraOf().T_B_C.q), 1e-12);
+    for (const PlacePoint& p : k->points) {
+      Vec3 ray;
+      ASSERT_TRUE(camera->unproject(p.px.cast<double>(), &ray));
+      EXPECT_LT((ray - p.ray_C.cast<double>()).norm(), 1e-6);
+      ++points;
+    }
+  }
+  EXPECT_GT(points, 1000u);
+  EXPECT_LT((closer.correction().pose() * kDrift * onTheWay(kVisit - 1, 0.15).p -
+             onTheWay(kVisit - 1, 0.15).p)
+                .norm(),
+            0.05);
 }
 
 TEST(LoopCloser, AnotherRoomIsNoSecondVisit) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <limits>
 
 #include "rounds.h"
@@ -340,6 +341,47 @@ TEST(MissionGraph, WhatCannotBeIsRefused) {
   empty.solve();
   EXPECT_TRUE(empty.joined());
   EXPECT_EQ(empty.offer(good), LoopState::refused);
+}
+
+/// The covariance of the newest keyframe is that of its error, in metres and radians: normalised
+/// squared errors of four degrees of freedom over flights that differ.
+TEST(MissionGraph, TheCovarianceAfterLoopsIsHonest) {
+  GraphOptions o;
+  o.loop_sigma_m = 1e-4;  // the loops here have no errors beside those they know of
+  o.loop_sigma_rad = 1e-5;
+  double sum = 0;
+  int asked = 0;
+  for (std::uint64_t seed = 1; seed <= 16; ++seed) {
+    RoundsOptions flight;
+    flight.rounds = 3;
+    flight.seed = seed;
+    const Rounds r = makeRounds(flight);
+    MissionGraph graph(o);
+    Random random(seed + 100);
+    for (std::size_t i = 0; i < r.path.size(); ++i) {
+      graph.add(r.path[i]);
+      const int k = static_cast<int>(i);
+      if (k < r.per_round) {
+        EXPECT_FALSE(graph.covariance());
+      }
+      if (k >= r.per_round && k % 40 == 0) {
+        graph.offer(trueLoop(r, k - r.per_round, k, &random));
+        graph.solve();
+      }
+      if (k < r.per_round || k % 40 != 25) continue;  // 12 m after a loop
+      const auto P = graph.covariance();
+      ASSERT_TRUE(P);
+      const LevelTransform T_M_W = graph.correction();
+      Eigen::Vector4d e;
+      e << T_M_W * r.path[i].T_W_B.p - r.truth[i].p,
+          nearestYaw((T_M_W.pose() * r.path[i].T_W_B).R() * r.truth[i].R().transpose());
+      sum += e.dot(P->ldlt().solve(e)) / 4;
+      ++asked;
+    }
+  }
+  ASSERT_GT(asked, 80);
+  EXPECT_GT(sum / asked, 0.7);
+  EXPECT_LT(sum / asked, 1.4);
 }
 
 }  // namespace

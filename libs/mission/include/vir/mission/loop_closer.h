@@ -56,6 +56,11 @@ class LoopCloser {
   /// on. Throws std::invalid_argument if the map is of another camera.
   void begin(const MissionMap& map);
 
+  /// The run's anchors, in W, as they are known by now. With a map that knows them they say where
+  /// to look in it: two or more where the robot is, a single one what cannot be. Nothing once the
+  /// run was found.
+  void setAnchors(const std::vector<Anchor>& in_W);
+
   /// Whether add() would take a keyframe of this state: those too near to the last one are not.
   bool wants(const StateEstimate& estimate) const;
   void add(const SeenKeyframe& keyframe);
@@ -67,6 +72,9 @@ class LoopCloser {
   /// T_M_W now, and at a time of the run.
   LevelTransform correction() const;
   LevelTransform correctionAt(TimeNs t) const;
+  /// A state not older than the newest keyframe, from W to M. Where loops make its position known
+  /// better than the estimator has it, its covariance becomes that of path and loops together.
+  void correct(StateEstimate* estimate) const;
   /// Keyframes that the last solution moved by more than a millimetre, in M; none since it was last
   /// asked: nothing.
   std::optional<Revision> takeRevision();

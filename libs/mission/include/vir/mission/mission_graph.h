@@ -116,6 +116,10 @@ class MissionGraph {
   /// Nothing for keyframes that are unknown or not tied to one another.
   std::optional<Relative> relative(std::uint64_t older, std::uint64_t newer) const;
 
+  /// How well the newest keyframe is known in M, by path and loops together, of (position in M [m],
+  /// yaw [rad]); nothing before a loop acts, or where nothing ties it to the oldest.
+  std::optional<Eigen::Matrix4d> covariance() const;
+
   const std::vector<JudgedLoop>& loops() const;
   LoopCounts counts() const;
 

@@ -42,9 +42,16 @@ class Describer {
   std::vector<PlacePoint> points(const Image& gray, const Quat& R_W_C,
                                  const std::vector<SeenLandmark>& landmarks);
 
+  /// The camera as it is known by now: of the same size.
+  void setCamera(std::shared_ptr<const camera::CameraModel> camera);
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Rays of points that were described with another calibration of the camera. Those that this one
+/// has no ray for keep theirs.
+void setRays(const camera::CameraModel& camera, std::vector<PlacePoint>* points);
 
 }  // namespace vir::places

@@ -54,8 +54,9 @@ class LoopFinder {
 
   /// Looks for the place of `keyframe` among those remembered, then remembers it. Returns the loops
   /// that became believed by it (also of the keyframes just before that waited for it), oldest
-  /// first. Ids must rise.
-  std::vector<Loop> add(std::shared_ptr<const PlaceKeyframe> keyframe, const Prior& prior = {});
+  /// first. Places that `allowed` rules out are not looked at. Ids must rise.
+  std::vector<Loop> add(std::shared_ptr<const PlaceKeyframe> keyframe, const Prior& prior = {},
+                        const PlaceIndex::Allowed& allowed = {});
   /// Remembers without looking: a map that was loaded.
   void remember(std::shared_ptr<const PlaceKeyframe> keyframe);
 
@@ -74,7 +75,7 @@ class LoopFinder {
     bool told = false;
   };
   std::vector<Opinion> look(const std::shared_ptr<const PlaceKeyframe>& keyframe,
-                            const Prior& prior);
+                            const Prior& prior, const PlaceIndex::Allowed& allowed);
   std::optional<std::size_t> choose(const std::vector<Opinion>& found) const;
   bool unique(const std::vector<Opinion>& found, std::size_t chosen, const Prior& prior) const;
   std::vector<Loop> confirm(Opinion opinion, const Prior& prior);

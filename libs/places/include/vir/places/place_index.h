@@ -4,6 +4,7 @@
 /// trained.
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -44,10 +45,13 @@ class PlaceIndex {
   /// Ids must rise from call to call. At most 1023 points count. Throws std::invalid_argument
   /// otherwise.
   void add(std::shared_ptr<const PlaceKeyframe> keyframe);
-  /// Best first, one per place, of keyframes with an id below `before`.
+  using Allowed = std::function<bool(const PlaceKeyframe&)>;
+  /// Best first, one per place, of keyframes with an id below `before` that `allowed` (none: all)
+  /// does not rule out.
   std::vector<PlaceCandidate> query(
       const PlaceKeyframe& keyframe,
-      std::uint64_t before = std::numeric_limits<std::uint64_t>::max()) const;
+      std::uint64_t before = std::numeric_limits<std::uint64_t>::max(),
+      const Allowed& allowed = {}) const;
 
   /// Null if it is not, or no longer, remembered.
   std::shared_ptr<const PlaceKeyframe> find(std::uint64_t id) const;
