@@ -76,6 +76,7 @@ class VirEstimator final : public roles::Estimator {
     int number = 0;                    ///< in the estimator; 0: the first, or not used
     long images = 0, undecodable = 0;
   };
+  static constexpr std::size_t kMostHeld = 3000;  ///< where the first camera falls silent at once
   Camera* cameraOf(const std::string& label);
   void addImage(const mrpt::obs::CObservationImage& image, Camera* of);
   void addFirstImage(TimeNs t, const cv::Mat& gray);
@@ -85,11 +86,12 @@ class VirEstimator final : public roles::Estimator {
   /// Now, or when the cameras are known.
   template <typename Action>
   void inTurn(Action&& action) {
-    if (rig_started_) {
+    if (rig_started_ || !any_image_) {
       action();
-    } else {
-      held_.emplace_back(std::forward<Action>(action));
+      return;
     }
+    held_.emplace_back(std::forward<Action>(action));
+    if (held_.size() > kMostHeld) startRig();
   }
   void addTracks(const mrpt::obs::CObservationStereoImagesFeatures& tracks);
   bool knowsCamera(const mrpt::img::TCamera& camera, const mrpt::poses::CPose3D& T_B_C);
