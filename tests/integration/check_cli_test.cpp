@@ -240,6 +240,14 @@ TEST(CheckCli, NamesTheCauseOfAWrongPoseOfTheCamera) {
     const Checked c = check(v, "--calibration " + quoted(calibration));
     EXPECT_EQ(c.code, 1) << c.text;
     EXPECT_EQ(c.kinds, std::vector<std::string>{kind}) << c.text;
+    if (kind != std::string("camera_pose_inverted")) continue;
+    // Import knows by gravity that something is wrong, and asks the images what.
+    const auto o = virSlam("import " + v.folder() + " --calibration " + quoted(calibration) +
+                           " --out " + quoted(v.out("x.rawlog")));
+    EXPECT_EQ(o.code, 0) << o.text;
+    EXPECT_TRUE(vir::test::contains(o.text, "is given the wrong way round")) << o.text;
+    EXPECT_TRUE(vir::test::contains(o.text, "give the inverse")) << o.text;
+    EXPECT_FALSE(vir::test::contains(o.text, "the accelerometer is negated")) << o.text;
   }
 }
 

@@ -34,7 +34,9 @@ void addAnchorRows(const results::AnchorResult& anchor, std::vector<TableRow>* r
 }
 
 void addRangeRows(const results::RunSummary& s, std::vector<TableRow>* rows) {
-  if (s.anchors.empty() && s.ranges_accepted + s.ranges_collected + s.ranges_rejected == 0) return;
+  if (s.anchors.empty() &&
+      s.ranges_accepted + s.ranges_collected + s.ranges_rejected + s.ranges_before_start == 0)
+    return;
   const auto found =
       std::count_if(s.anchors.begin(), s.anchors.end(),
                     [](const results::AnchorResult& a) { return a.estimate.has_position; });
@@ -51,6 +53,7 @@ void addRangeRows(const results::RunSummary& s, std::vector<TableRow>* rows) {
   }
   rows->push_back({"ranges used", std::to_string(s.ranges_accepted), ""});
   rows->push_back({"ranges before there was an anchor", std::to_string(s.ranges_collected), ""});
+  rows->push_back({"ranges before the first pose", std::to_string(s.ranges_before_start), ""});
   rows->push_back({"ranges rejected", std::to_string(s.ranges_rejected), ""});
 }
 

@@ -1,7 +1,9 @@
 #include "recordings/full_check.h"
 
+#include <algorithm>
 #include <stdexcept>
 
+#include "recordings/companion.h"
 #include "vir/core/settings.h"
 #include "vir/imu/preintegration.h"
 
@@ -32,8 +34,9 @@ SourceReport checkAll(const SourceToRead& what, GivenCalibration* calibration,
 }
 
 std::vector<std::string> causesIn(const std::string& rawlog, const Settings& used,
-                                  GivenCalibration calibration) {
+                                  GivenCalibration calibration, const std::string& driver) {
   RecordingCheck check(RecordingCheck::Depth::full);
+  check.setDriver(driver);
   try {
     assumeAsIn(used, &check);
     checkAll({rawlog, {}, {}}, &calibration, &check, {});
@@ -42,6 +45,19 @@ std::vector<std::string> causesIn(const std::string& rawlog, const Settings& use
     // counts.
   }
   return briefLines(check);
+}
+
+std::vector<std::string> doubtsOf(const RecordingCheck& brief, const std::string& rawlog,
+                                  const std::string& driver) {
+  const std::vector<check::Finding> findings = brief.findings();
+  const bool open = std::any_of(findings.begin(), findings.end(), [](const check::Finding& f) {
+    return f.kind == "acc_negated" && f.severity == check::Severity::doubtful;
+  });
+  if (!open) return briefLines(brief);
+  const std::string companion = companionOf(rawlog);
+  const Settings settings = companion.empty() ? Settings() : Settings::fromFile(companion);
+  const std::vector<std::string> lines = causesIn(rawlog, settings, GivenCalibration(), driver);
+  return lines.empty() ? briefLines(brief) : lines;
 }
 
 }  // namespace vir::app

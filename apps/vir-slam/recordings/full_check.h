@@ -21,7 +21,13 @@ SourceReport checkAll(const SourceToRead& what, GivenCalibration* calibration,
 
 /// Why a run of this rawlog may have gone wrong: a line for each finding that is more than a note,
 /// the worst first; empty where it cannot be read once more. `used` is the run's own ini.
+/// `driver` made the rawlog; empty: not known.
 std::vector<std::string> causesIn(const std::string& rawlog, const Settings& used,
-                                  GivenCalibration calibration);
+                                  GivenCalibration calibration, const std::string& driver = {});
+
+/// What a brief check of a rawlog that has just been written found, a line each. What only images
+/// can decide (is the accelerometer negated, or the camera's pose wrong?) they are asked for.
+std::vector<std::string> doubtsOf(const RecordingCheck& brief, const std::string& rawlog,
+                                  const std::string& driver);
 
 }  // namespace vir::app

@@ -11,6 +11,7 @@
 #include "commands/commands.h"
 #include "output/check_report.h"
 #include "output/console.h"
+#include "recordings/full_check.h"
 #include "recordings/image_folder.h"
 #include "recordings/recording_check.h"
 #include "recordings/source_reader.h"
@@ -217,7 +218,7 @@ bool recordToRawlog(const RecordingJob& job) {
       writeCompanion(stem + "_anchors_truth.csv", kAnchorsMark, anchorsText(*job.source)) +
       writeSurvey(*job.source, stem, job.out);
   report(*job.source, statistics, job.out, companions);
-  const std::vector<std::string> doubts = briefLines(check);
+  const std::vector<std::string> doubts = doubtsOf(check, job.out, job.driver);
   // What is left out here a look at the rawlog can no longer find. Damage is said below.
   SourceReport read = reportOf(*job.source);
   read.damaged = false;

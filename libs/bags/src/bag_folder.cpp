@@ -127,7 +127,7 @@ class PackedReader : public BagReader {
   bool next(BagMessage* message) override {
     if (inner_->next(message)) return true;
     if (!told_) {
-      for (const std::string& d : inner_->damage()) report(d);
+      takeOver(*inner_);
     }
     told_ = true;
     return false;
@@ -166,7 +166,7 @@ class FolderReader : public BagReader {
     while (at_ < files_.size()) {
       if (!reader_ && !open()) continue;
       if (reader_->next(message)) return true;
-      for (const std::string& d : reader_->damage()) report(d);
+      takeOver(*reader_);
       // Channels live as long as the reader.
       used_.push_back(std::move(reader_));
       ++at_;

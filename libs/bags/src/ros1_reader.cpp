@@ -109,6 +109,12 @@ class Ros1Reader : public BagReader {
       if (op == kBagHeader && !fields_.text("encryptor").empty()) {
         throw BagError(file_.name() + ": is encrypted; decrypt it first (`rosbag encrypt`)");
       }
+      // Written last, into a place that is kept for it.
+      if (op == kBagHeader && fields_.number<std::uint64_t>("index_pos").value_or(1) == 0) {
+        note(file_.name() +
+             ": has no index: whoever recorded it was ended before closing it, so that its last "
+             "seconds may be missing; what is there is read (`rosbag reindex` is not needed)");
+      }
       if (size > file_.left()) return stop("the file is cut off");
       file_.skip(size);
       return false;

@@ -92,7 +92,7 @@ class SplitReader : public BagReader {
   void advance(Part* p) {
     p->has_message = p->reader->next(&p->message);
     if (p->has_message) return;
-    for (const std::string& d : p->reader->damage()) report(d);
+    takeOver(*p->reader);
   }
 
   void requireOneRecording(const std::string& folder) const {

@@ -57,6 +57,8 @@ void RangeRecorder::add(const RangeRecord& record) {
     ++accepted_;
   } else if (record.decision == RangeDecision::collected) {
     ++collected_;
+  } else if (record.decision == RangeDecision::before_the_start) {
+    ++before_start_;
   } else {
     ++rejected_;
   }

@@ -23,6 +23,7 @@ class RangeRecorder {
   long accepted() const { return accepted_; }
   long collected() const { return collected_; }
   long rejected() const { return rejected_; }
+  long beforeStart() const { return before_start_; }
   /// "ranges_accepted", "ranges_collected" and one for each reason a range was not used.
   std::vector<std::pair<std::string, long>> counters() const;
   /// What pictures show: evenly thinned out, at most twice kShown.
@@ -34,7 +35,7 @@ class RangeRecorder {
   const ResultsFolder& folder_;
   OutputFile file_;
   std::map<RangeDecision, long> decisions_;
-  long accepted_ = 0, collected_ = 0, rejected_ = 0;
+  long accepted_ = 0, collected_ = 0, rejected_ = 0, before_start_ = 0;
   ThinnedOut<RangeRecord> sample_{kShown};
 };
 

@@ -50,9 +50,10 @@ std::string summaryTable(const RunSummary& s) {
     t += row("NEES of the position per axis (1: as sure as it should be; above: too sure)",
              number(s.nees_position, 2));
   }
-  if (s.ranges_accepted + s.ranges_collected + s.ranges_rejected > 0) {
+  if (s.ranges_accepted + s.ranges_collected + s.ranges_rejected + s.ranges_before_start > 0) {
     t += row("ranges used", std::to_string(s.ranges_accepted));
     t += row("ranges before there was an anchor", std::to_string(s.ranges_collected));
+    t += row("ranges before the first pose", std::to_string(s.ranges_before_start));
     t += row("ranges rejected", std::to_string(s.ranges_rejected));
   }
   if (s.loops) {

@@ -290,6 +290,7 @@ void RunRecorder::summariseRanges(RunSummary* summary) const {
   summary->ranges_accepted = ranges_->accepted();
   summary->ranges_collected = ranges_->collected();
   summary->ranges_rejected = ranges_->rejected();
+  summary->ranges_before_start = ranges_->beforeStart();
   const auto counters = ranges_->counters();
   summary->counters.insert(summary->counters.end(), counters.begin(), counters.end());
 }

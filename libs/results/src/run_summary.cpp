@@ -145,7 +145,8 @@ std::string toJson(const RunSummary& s) {
   for (const AnchorResult& a : s.anchors) json["anchors"].push_back(toJson(a));
   json["ranges"] = {{"accepted", s.ranges_accepted},
                     {"collected", s.ranges_collected},
-                    {"rejected", s.ranges_rejected}};
+                    {"rejected", s.ranges_rejected},
+                    {"before_start", s.ranges_before_start}};
   if (s.loops) json["loops"] = {{"accepted", s.loops->first}, {"rejected", s.loops->second}};
   if (s.survey) json["survey"] = toJson(*s.survey);
   if (!s.peers.empty()) json["peers"] = Json::array();

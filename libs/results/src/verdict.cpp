@@ -60,7 +60,7 @@ void doubtLosses(RunSummary* s) {
     const long left_out = never_given + sum(stream.useless);
     long all = never_given + sum(stream.given);
     if (stream.what == kRanges) {
-      all += s->ranges_accepted + s->ranges_collected + s->ranges_rejected;
+      all += s->ranges_accepted + s->ranges_collected + s->ranges_rejected + s->ranges_before_start;
     }
     const double share = all > 0 ? static_cast<double>(left_out) / static_cast<double>(all) : 0;
     if (share <= kShareLeftOut) continue;

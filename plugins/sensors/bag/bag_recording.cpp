@@ -166,6 +166,7 @@ bool BagRecording::next(Reading* reading) {
 }
 
 void BagRecording::tellDamage() {
+  for (const std::string& n : reader_->notes()) log_->note(n);
   for (const std::string& d : reader_->damage()) log_->note(d);
   // roles::kDamageCounter: import then says that the recording ends early.
   if (!reader_->damage().empty())

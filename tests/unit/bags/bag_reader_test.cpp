@@ -358,5 +358,18 @@ TEST(BagFolder, APartThatIsMissingIsSaid) {
   EXPECT_NE(reader->damage()[0].find("split_0.db3"), std::string::npos) << reader->damage()[0];
 }
 
+TEST(BagReader, ABagWithoutAnIndexIsSaidToBeOne) {
+  for (const char* name : {"ros1_unindexed.bag", "ros1_lz4.bag", "ros1_none.bag"}) {
+    const auto reader = openBag(fixture(name));
+    BagMessage message;
+    while (reader->next(&message)) continue;
+    EXPECT_TRUE(reader->damage().empty()) << name;
+    const bool unindexed = name == std::string("ros1_unindexed.bag");
+    ASSERT_EQ(reader->notes().size(), unindexed ? 1u : 0u) << name;
+    if (!unindexed) continue;
+    EXPECT_NE(reader->notes()[0].find("has no index"), std::string::npos) << reader->notes()[0];
+  }
+}
+
 }  // namespace
 }  // namespace vir::bags

@@ -142,6 +142,7 @@ TEST_F(RangeOutputs, SummaryNamesTheAnchors) {
   EXPECT_FALSE(a.contains("error")) << "the truth is not known";
   EXPECT_TRUE(json["anchors"][2]["p"].is_null());
   EXPECT_EQ(json["ranges"]["rejected"], 1);
+  EXPECT_EQ(json["ranges"]["before_start"], 0);
 }
 
 TEST_F(RangeOutputs, AnchorsAreComparedWhereTheTruthIsKnown) {

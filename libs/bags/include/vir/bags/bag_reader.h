@@ -44,6 +44,8 @@ class BagReader {
   virtual double progress() const = 0;
   /// What is wrong with the file so far, one line each.
   const std::vector<std::string>& damage() const { return damage_; }
+  /// What else is to be known of it, and is no fault of what can be read, one line each.
+  const std::vector<std::string>& notes() const { return notes_; }
 
  protected:
   /// A time of receipt as a file says it, which may be anything: the difference of two always fits
@@ -56,9 +58,17 @@ class BagReader {
   void report(const std::string& text) {
     if (damage_.size() < 20) damage_.push_back(text);
   }
+  void note(const std::string& text) {
+    if (notes_.size() < 20) notes_.push_back(text);
+  }
+  /// All that another one, which has read a part of this, says.
+  void takeOver(const BagReader& part) {
+    for (const std::string& d : part.damage()) report(d);
+    for (const std::string& n : part.notes()) note(n);
+  }
 
  private:
-  std::vector<std::string> damage_;
+  std::vector<std::string> damage_, notes_;
 };
 
 enum class BagKind { none, ros1, mcap, sqlite, folder, ros1_folder };

@@ -69,6 +69,7 @@ struct RunSummary {
   std::vector<AnchorResult> anchors;  ///< ordered by id
   /// Ranges by what became of them: used, kept for an anchor without a position, not used.
   long ranges_accepted = 0, ranges_collected = 0, ranges_rejected = 0;
+  long ranges_before_start = 0;  ///< before there was a pose to hang them on
   /// Second visits; empty if they were not looked for.
   std::optional<std::pair<long, long>> loops;  ///< accepted, rejected
   std::optional<SurveyFit> survey;             ///< of the anchors, if one was given
