@@ -12,6 +12,7 @@
 #include "input_error.h"
 #include "lever_arms.h"
 #include "table_folder.h"
+#include "vir/rawlog/anchor_ranges.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
@@ -145,6 +146,14 @@ void FolderSource::emit(const Event& event) {
     counter = "imu_samples";
   } else if (const auto* range = std::get_if<euroc::RangeRow>(&event.what)) {
     const auto& streams = recording_->rangeStreams();
+    if (range->from) {
+      obs = rawlog::toObservation(AnchorRange{event.t, static_cast<std::uint32_t>(*range->from),
+                                              static_cast<std::uint32_t>(range->anchor),
+                                              range->range_m, range->sigma_m});
+      ++given_["anchor_ranges"];
+      appendObservation(obs);
+      return;
+    }
     const bool drawn = streams.empty();
     const std::string label = drawn ? rawlog::kRangeLabel : streams[event.stream].label;
     const Range measured{event.t, static_cast<std::uint32_t>(range->anchor), range->range_m,

@@ -19,7 +19,9 @@ void describe(OptionVisitor& v, EurocOptions& o) {
     v.value("source", o.source, "the folder, or a video beside its tables");
     v.value("topics", o.topics,
             "ROLE=FILE with blanks between; roles: imu, accel, gyro, camera (a list, a folder or a "
-            "video), times (of a video's frames), range, truth; ROLE=none leaves one out; empty: "
+            "video), times (of a video's frames), range, anchor_range (between anchors), truth; "
+            "ROLE=none "
+            "leaves one out; empty: "
             "found by headers and names");
     v.value(
         "video_start", o.video_start,

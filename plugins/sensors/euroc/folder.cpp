@@ -128,6 +128,10 @@ Folder findFolder(const std::string& source, const std::string& camera) {
     f.ranges.push_back({name, (dir / "data.csv").string(), ifThere(dir / "sensor.yaml"),
                         ifThere(dir / "anchors_truth.csv")});
   }
+  for (const std::string& name : numbered(mav0, "uwb")) {
+    const std::string file = ifThere(mav0 / name / "anchor_ranges.csv");
+    if (!file.empty()) f.ranges.push_back({name, file, "", "", true});
+  }
   findGroundTruth(mav0, &f);
   return f;
 }

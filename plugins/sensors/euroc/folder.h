@@ -16,8 +16,9 @@ struct CameraFiles {
 struct RangeFiles {
   std::string name;  ///< "uwb0", ...; its ranges are UWB0
   std::string file;
-  std::string yaml;     ///< where the antenna is; empty: none
-  std::string anchors;  ///< where the anchors truly are; empty: none
+  std::string yaml;              ///< where the antenna is; empty: none
+  std::string anchors;           ///< where the anchors truly are; empty: none
+  bool between_anchors = false;  ///< what anchors have measured to one another; no label of its own
 };
 
 struct Folder {

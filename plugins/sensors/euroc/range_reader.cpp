@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <set>
 
+#include "input_error.h"
 #include "readers.h"
 #include "row_values.h"
 #include "vir/core/text.h"
@@ -23,6 +24,7 @@ struct RangeTable {
   tables::AnchorNames* names;
   ProblemLog* log;
   std::string path;
+  bool between_anchors = false;  // the column of antennas has anchors too
 };
 
 /// A word or a number; a share counts as true from a half on.
@@ -101,6 +103,12 @@ bool parseRange(const Fields& f, const RangeTable& table, RangeRow* row, RowFaul
       !anchorId(at(f, c.anchor), table.names, &row->anchor, fault)) {
     return false;
   }
+  int from = 0;
+  if (table.between_anchors) {
+    if (!anchorId(at(f, c.antenna), table.names, &from, fault)) return false;
+    if (from == row->anchor) return implausible(fault, "a range of an anchor to itself");
+    row->from = from;
+  }
   if (c.unit_m != 1) row->range_m *= c.unit_m;
   return plausible(f, c.range, row->range_m, fault) && parseRest(f, table, row, fault);
 }
@@ -127,12 +135,11 @@ bool parseOneOf(const Fields& f, const RangeTable& table, const tables::AnchorCo
   return plausible(f, to.column, row->range_m, fault) && parseRest(f, table, row, fault);
 }
 
-}  // namespace
-
-std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const Units& units,
-                                                tables::AnchorNames* names, ProblemLog* log) {
+std::unique_ptr<RowStream<RangeRow>> open(const std::string& path, const Units& units,
+                                          tables::AnchorNames* names, ProblemLog* log,
+                                          bool between_anchors) {
   const tables::Layout layout = tables::layoutOf(path);
-  RangeTable table{tables::rangeColumns(layout), {}, names, log, path};
+  RangeTable table{tables::rangeColumns(layout), {}, names, log, path, between_anchors};
   tables::RangeColumns& c = table.c;
   if (units.range > 0 && !c.flight) {
     c.unit_m = units.range;
@@ -149,7 +156,10 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
     log->note(path + ": " + unknown);
     log->count("unknown_unit");
   }
-  for (const std::string& remark : c.remarks) log->note(path + ": " + remark);
+  // Whose the columns are is said for a robot.
+  for (std::size_t i = 0; i < c.remarks.size() && !between_anchors; ++i) {
+    log->note(path + ": " + c.remarks[i]);
+  }
   const std::string why_not = tables::whyNoRanges(layout);
   const std::string no_text = whyNoText(path);
   if (!no_text.empty()) log->note(path + " " + no_text);
@@ -184,6 +194,24 @@ std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const U
     }
   }
   return std::make_unique<RowCursor<RangeRow>>(std::move(spec), log);
+}
+
+}  // namespace
+
+std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const Units& units,
+                                                tables::AnchorNames* names, ProblemLog* log) {
+  return open(path, units, names, log, false);
+}
+
+std::unique_ptr<RowStream<RangeRow>> openAnchorRanges(const std::string& path, const Units& units,
+                                                      tables::AnchorNames* names, ProblemLog* log) {
+  const tables::RangeColumns c = tables::rangeColumns(tables::layoutOf(path));
+  if (!c.named || c.antenna < 0) {
+    throw InputError(path +
+                     ": of ranges between anchors a header has to name both ends and the range, as "
+                     "in `t,from,to,range`");
+  }
+  return open(path, units, names, log, true);
 }
 
 std::vector<std::string> antennasIn(const std::string& path) {

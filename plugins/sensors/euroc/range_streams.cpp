@@ -21,7 +21,9 @@ class Opener {
   std::vector<RangeStream> open() {
     checkLeverArms(o_.lever_arm_m);
     for (const RangeFiles& f : files_) labels_.insert(labelOf(f.name, rawlog::kRangeLabel));
-    for (const RangeFiles& f : files_) add(f);
+    for (const RangeFiles& f : files_) {
+      f.between_anchors ? addBetweenAnchors(f) : add(f);
+    }
     return std::move(streams_);
   }
 
@@ -31,6 +33,12 @@ class Opener {
       const std::string label = rawlog::furtherLabel(rawlog::kRangeLabel, std::to_string(n));
       if (labels_.insert(label).second) return label;
     }
+  }
+
+  void addBetweenAnchors(const RangeFiles& files) {
+    RangeStream s;
+    s.rows = openAnchorRanges(files.file, unitsOf(o_), names_, log_);
+    streams_.push_back(std::move(s));
   }
 
   void add(const RangeFiles& files) {

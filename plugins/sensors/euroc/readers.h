@@ -35,6 +35,7 @@ struct RangeRow {
   std::optional<Vec3> place;              ///< of the antenna, in our body [m]; none: not said
   double sigma_m = 0;                     ///< standard deviation; 0: not said
   std::optional<Vec3> anchor_place = {};  ///< in a frame of its own [m]; none: not said
+  std::optional<int> from = {};           ///< the anchor that measured it; none: the robot did
 };
 
 struct PoseRow {
@@ -76,6 +77,10 @@ std::unique_ptr<RowStream<ImageRow>> openImageList(const std::string& path, Prob
 /// range. The places of antennas are in our body, the IMU. `names` must outlive the stream.
 std::unique_ptr<RowStream<RangeRow>> openRanges(const std::string& path, const Units& units,
                                                 tables::AnchorNames* names, ProblemLog* log);
+/// What anchors have measured to one another: by a header with `from`, `to` (or `src`, `dst`;
+/// `initiator`, `responder`) and a range. Throws InputError where there is none.
+std::unique_ptr<RowStream<RangeRow>> openAnchorRanges(const std::string& path, const Units& units,
+                                                      tables::AnchorNames* names, ProblemLog* log);
 /// What a column calls the robot's own antennas, sorted; empty: there is no such column.
 std::vector<std::string> antennasIn(const std::string& path);
 /// Without names: t, p xyz, q wxyz where there are commas or semicolons, q xyzw (TUM) where there

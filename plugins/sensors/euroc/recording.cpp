@@ -292,6 +292,7 @@ bool Recording::takeRange(Event* event) {
     if (rows.peek() == nullptr || rows.peek()->t != event->t) continue;
     RangeRow row = *rows.peek();
     if (ranges_[i].by_settings || !row.place) row.place = ranges_[i].antenna;
+    // Of ranges between anchors the run's own setting is the noise.
     if (!(row.sigma_m > 0)) row.sigma_m = ranges_[i].sigma_m;
     if (row.anchor_place) {
       anchor_places_.add(static_cast<std::uint32_t>(row.anchor), *row.anchor_place);

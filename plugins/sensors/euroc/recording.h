@@ -38,7 +38,7 @@ struct CameraStream {
 };
 
 struct RangeStream {
-  std::string label;
+  std::string label;            ///< empty: ranges between anchors
   Vec3 antenna = Vec3::Zero();  ///< in our body [m], where a row does not say its place
   bool by_settings = false;     ///< `antenna` holds, whatever a row says
   double sigma_m = 0;           ///< where a row does not say it

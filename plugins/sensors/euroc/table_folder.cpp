@@ -57,12 +57,12 @@ class Finder {
   void addWish(const std::string& word) {
     const std::size_t at = word.find('=');
     const std::string role = word.substr(0, at);
-    static const std::set<std::string> roles{"imu",   "accel", "gyro", "camera",
-                                             "times", "range", "truth"};
+    static const std::set<std::string> roles{"imu",   "accel", "gyro",         "camera",
+                                             "times", "range", "anchor_range", "truth"};
     if (at == std::string::npos || roles.count(role) == 0) {
-      throw InputError(
-          "[csv] topics: `" + word +
-          "` is not ROLE=FILE with a role of imu, accel, gyro, camera, times, range, truth");
+      throw InputError("[csv] topics: `" + word +
+                       "` is not ROLE=FILE with a role of imu, accel, gyro, camera, times, range, "
+                       "anchor_range, truth");
     }
     const std::string file = word.substr(at + 1);
     if (file == "none") {
@@ -276,7 +276,13 @@ class Finder {
   void findRanges() {
     const std::vector<std::string> files =
         wished("range") ? wishes_["range"] : found_.tables[TableKind::range];
+    std::vector<std::string> between;
+    if (wished("anchor_range")) between = wishes_["anchor_range"];
     for (const std::string& file : files) {
+      if (!wished("range") && isBetweenAnchors(file)) {
+        if (!wished("anchor_range")) between.push_back(file);
+        continue;
+      }
       RangeFiles r;
       r.name = "uwb" + std::to_string(folder_.ranges.size());
       r.file = file;
@@ -289,6 +295,18 @@ class Finder {
       say("ranges (" + labelOf(r.name, rawlog::kRangeLabel) + ")", file);
       folder_.ranges.push_back(r);
     }
+    for (const std::string& file : between) {
+      say("ranges between anchors", file);
+      folder_.ranges.push_back({"anchors", file, "", "", true});
+    }
+  }
+
+  /// Told by its name: its columns are those of a robot with several antennas.
+  static bool isBetweenAnchors(const std::string& file) {
+    const std::string name = lowerCase(fs::path(file).filename().string());
+    return name.find("anchor_range") != std::string::npos ||
+           name.find("anchor_to_anchor") != std::string::npos ||
+           name.find("inter_anchor") != std::string::npos;
   }
 
   void findTruth() {

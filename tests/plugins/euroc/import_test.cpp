@@ -60,6 +60,20 @@ class Import : public ::testing::Test {
   test::EurocFolder folder;
 };
 
+TEST_F(Import, RangesBetweenAnchorsHaveTheLabelOfTheOneThatMeasured) {
+  std::string text = "#timestamp,from,to,range\n";
+  for (int i = 0; i < 6; ++i) {
+    text += std::to_string(folder.imageStamp(i)) + (i % 3 == 0 ? ",4,5" : ",5,6") + ",7.25\n";
+  }
+  folder.write("uwb0/anchor_ranges.csv", text);
+  const Outcome outcome = run();
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  auto counts = countByLabel(rawlog());
+  EXPECT_EQ(counts["ANCHOR:4"], 2) << outcome.text;
+  EXPECT_EQ(counts["ANCHOR:5"], 4) << outcome.text;
+  EXPECT_GT(counts["UWB0"], 0) << outcome.text;
+}
+
 TEST_F(Import, WritesRawlogImagesAndNoise) {
   const Outcome o = run();
   ASSERT_EQ(o.code, 0) << o.text;

@@ -1,8 +1,10 @@
 /// What tables of ranges say beside the ranges, and other ways to write them.
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <sstream>
 
+#include "input_error.h"
 #include "recording.h"
 #include "table_folder.h"
 #include "vir_test_temp_folder.h"
@@ -220,6 +222,88 @@ TEST(RangeTables, AnchorsThatAreNowhereAreNotSurveyed) {
   }));
   EXPECT_EQ(c.ranges.size(), 6u) << c.notes;
   EXPECT_TRUE(c.standing.empty());
+}
+
+/// Two tables: the robot's own, and what anchors have measured to one another.
+Content readBoth(const std::string& between, const std::string& name = "anchor_ranges.csv",
+                 const std::string& topics = "") {
+  const test::TempFolder temp;
+  test::writeText(temp.path() / "uwb.csv", rows("timestamp,anchor_id,range", 20, [](int i) {
+                    return std::to_string(7 + i % 2) + ",4.5";
+                  }));
+  test::writeText(temp.path() / name, between);
+  EurocOptions o;
+  o.section = "csv";
+  o.source = temp.path().string();
+  o.topics = topics;
+  Content c;
+  Recording recording(findTables(o), o, &c.log);
+  Event e;
+  while (recording.next(&e)) {
+    const auto* range = std::get_if<RangeRow>(&e.what);
+    if (range == nullptr) continue;
+    c.ranges.push_back(*range);
+    c.labels.push_back(recording.rangeStreams()[e.stream].label);
+  }
+  for (const std::string& m : c.log.messages()) c.notes += m + "\n";
+  return c;
+}
+
+TEST(RangeTables, WhatAnchorsMeasureToOneAnotherIsKeptApart) {
+  const std::string table = rows("timestamp,from,to,range [mm],std [mm]", 10, [](int i) {
+    return std::string(i % 2 == 0 ? "7,8" : "9,7") + ",6250,80";
+  });
+  for (const bool by_name : {true, false}) {
+    const Content c = by_name
+                          ? readBoth(table)
+                          : readBoth(table, "links.csv", "range=uwb.csv anchor_range=links.csv");
+    int own = 0, between = 0;
+    for (std::size_t i = 0; i < c.ranges.size(); ++i) {
+      const RangeRow& r = c.ranges[i];
+      if (!r.from) {
+        ++own;
+        EXPECT_EQ(c.labels[i], "UWB0");
+        continue;
+      }
+      EXPECT_EQ(c.labels[i], "");
+      EXPECT_EQ(*r.from, between % 2 == 0 ? 7 : 9);
+      EXPECT_EQ(r.anchor, between % 2 == 0 ? 8 : 7);
+      EXPECT_DOUBLE_EQ(r.range_m, 6.25);
+      EXPECT_DOUBLE_EQ(r.sigma_m, 0.08);
+      ++between;
+    }
+    EXPECT_EQ(own, 20) << c.notes;
+    EXPECT_EQ(between, 10) << c.notes;
+    EXPECT_FALSE(contains(c.notes, "the robot's antennas are")) << c.notes;
+  }
+}
+
+TEST(RangeTables, NamesOfAnchorsAreTheSameInBothTables) {
+  const Content c = readBoth(rows("timestamp,from,to,range", 4, [](int) { return "7,gate,3.5"; }));
+  int between = 0;
+  std::optional<int> gate;
+  for (const RangeRow& r : c.ranges) {
+    if (!r.from) continue;
+    ++between;
+    EXPECT_EQ(*r.from, 7);
+    EXPECT_EQ(r.anchor, gate.value_or(r.anchor));
+    gate = r.anchor;
+  }
+  EXPECT_EQ(between, 4) << c.notes;
+  EXPECT_TRUE(contains(c.notes, "anchor gate is " + std::to_string(gate.value_or(-1)))) << c.notes;
+}
+
+TEST(RangeTables, BetweenAnchorsWhatIsNoRangeIsSaid) {
+  const Content c = readBoth(rows("timestamp,from,to,range", 4, [](int i) {
+    return i == 0 ? "7,7,3.5" : i == 1 ? "7,8,-2" : "7,8,3.5";
+  }));
+  int between = 0;
+  for (const RangeRow& r : c.ranges) between += r.from.has_value();
+  EXPECT_EQ(between, 2) << c.notes;
+  EXPECT_EQ(c.log.get("range_implausible"), 2) << c.notes;
+  EXPECT_TRUE(contains(c.notes, "to itself")) << c.notes;
+  EXPECT_THROW(readBoth(rows("timestamp,anchor,range", 4, [](int) { return "7,3.5"; })),
+               InputError);
 }
 
 }  // namespace
