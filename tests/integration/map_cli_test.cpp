@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
 
 #include "end_to_end.h"
 #include "vir_test_paths.h"
@@ -51,7 +53,7 @@ TEST_F(MapCli, ARunLeavesAMap) {
 }
 
 TEST_F(MapCli, WithoutLoopsNothingOfThemIsWritten) {
-  const RunResult plain = run("plain", "");
+  const RunResult plain = run("plain", "--set Estimator.loops=false");
   ASSERT_EQ(plain.outcome.code, 0) << plain.outcome.text;
   EXPECT_FALSE(plain.summary.contains("loops"));
   EXPECT_FALSE(std::filesystem::exists(plain.folder + "/loops.csv"));
@@ -79,6 +81,25 @@ TEST_F(MapCli, TheNextRunIsFoundInIt) {
               " --out " + quoted(file("abc.virmap")));
   EXPECT_EQ(merged.code, 0) << merged.text;
   EXPECT_TRUE(contains(merged.text, "joined by")) << merged.text;
+}
+
+/// Live it is the same: found in the map of the recording that is played, and a map at the end.
+TEST_F(MapCli, ALiveRunTakesAMapAndLeavesOne) {
+  std::string record = "record " + quoted(test::sourceDir() + "/ini/live_replay.ini") + " --out " +
+                       quoted(file("live.rawlog")) + " --results " + quoted(file("live")) +
+                       " --save-map " + quoted(file("live.virmap"));
+  for (const char* sensor : {"camera", "imu", "uwb", "truth"}) {
+    record += " --set replay_" + std::string(sensor) + ".speed=2";
+  }
+  const Outcome none = virSlam(record + " --map " + quoted(file("none.virmap")));
+  EXPECT_EQ(none.code, 2) << none.text;
+  EXPECT_TRUE(contains(none.text, "none.virmap")) << none.text;
+  const Outcome outcome = virSlam(record + " --map " + quoted(file("a.virmap")));
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  const auto summary = nlohmann::json::parse(test::readText(file("live/summary.json")));
+  EXPECT_GE(summary["loops"]["accepted"].get<long>(), 3) << outcome.text;
+  const Outcome info = virSlam("map info " + quoted(file("live.virmap")));
+  EXPECT_EQ(info.code, 0) << info.text;
 }
 
 TEST_F(MapCli, WhatIsWrongIsSaid) {

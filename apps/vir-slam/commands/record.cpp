@@ -11,6 +11,7 @@
 #include "recordings/companion.h"
 #include "setup/auto_driver.h"
 #include "setup/calibration_option.h"
+#include "setup/given_maps.h"
 #include "setup/given_survey.h"
 #include "setup/record_options.h"
 #include "setup/run_options.h"
@@ -32,7 +33,7 @@ Examples:
 The ini is one of rawlog-grabber: a section per sensor. docs/live.md tells of the sensors.)";
 
 struct Arguments {
-  std::string ini, out, results, calibration, anchors;
+  std::string ini, out, results, calibration, anchors, map, save_map;
   std::vector<std::string> set;
   double duration_s = -1;
   bool estimate = false, view = false, verbose = false;
@@ -102,9 +103,9 @@ void run(const Arguments& a, Common& common) {
     if (companion.empty()) companion = companionOf(rawlog->value);
     if (recorded.empty()) recorded = rawlog->value;
   }
-
   takeSurvey(a.anchors, recorded, &settings);
-  if (a.estimate || a.view) settings.set("Recording.estimate=true");
+  if (takeMaps(a.map, a.save_map, &settings) || a.estimate || a.view)
+    settings.set("Recording.estimate=true");
   if (a.view) settings.set("Recording.view=true");
 
   LiveSessionPlan plan;
@@ -132,6 +133,7 @@ void addRecord(CLI::App& app, Common& common) {
   addCalibrationOption(*command, a->calibration,
                        "File that goes before what the sensors' sections say");
   command->add_option("--anchors", a->anchors, "Table id,x,y,z,sigma of surveyed anchors");
+  addMapOptions(*command, &a->map, &a->save_map);
   command->add_flag("--estimate", a->estimate, "Estimate while recording");
   command->add_flag("--view", a->view, "Show path, anchors and tracks; implies --estimate");
   command->add_option("--duration-s", a->duration_s, "End after so long")

@@ -14,6 +14,7 @@
 #include "recordings/full_check.h"
 #include "recordings/recording_check.h"
 #include "setup/calibration_option.h"
+#include "setup/given_maps.h"
 #include "setup/prepared_run.h"
 #include "setup/run_source.h"
 #include "vir/runs/offline_run.h"
@@ -121,9 +122,7 @@ void addRun(CLI::App& app, Common& common) {
                        "File that goes before the calibration in the recording");
   command->add_option("--anchors", arguments->anchors,
                       "Table id,x,y,z,sigma of surveyed anchors: results also in its frame");
-  command->add_option("--map", arguments->map,
-                      "Map of an earlier run, in whose frame this one is to go on");
-  command->add_option("--save-map", arguments->save_map, "Map to write at the end");
+  addMapOptions(*command, &arguments->map, &arguments->save_map);
   command->add_option("--out", arguments->out, "Results folder (default: results/<date-time>)");
   command
       ->add_option("--set", arguments->assignments, "Section.key=value, before what the ini says")

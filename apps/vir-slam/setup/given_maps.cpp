@@ -1,5 +1,6 @@
 #include "setup/given_maps.h"
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 
 #include "commands/commands.h"
@@ -25,7 +26,12 @@ std::string named(const std::string& given, const std::string& key, const Settin
 
 }  // namespace
 
-void takeMaps(const std::string& map, const std::string& save_map, Settings* settings) {
+void addMapOptions(CLI::App& command, std::string* map, std::string* save_map) {
+  command.add_option("--map", *map, "Map of an earlier run, in whose frame this one is to go on");
+  command.add_option("--save-map", *save_map, "Map to write at the end");
+}
+
+bool takeMaps(const std::string& map, const std::string& save_map, Settings* settings) {
   const std::string from = named(map, "map", *settings),
                     to = named(save_map, "save_map", *settings);
   if (!from.empty()) {
@@ -39,7 +45,9 @@ void takeMaps(const std::string& map, const std::string& save_map, Settings* set
     }
     settings->set("Loops.save_map=" + to);
   }
-  if (!map.empty() || !save_map.empty()) settings->set("Estimator.loops=true");
+  const bool any = !map.empty() || !save_map.empty();
+  if (any) settings->set("Estimator.loops=true");
+  return any;
 }
 
 }  // namespace vir::app

@@ -3,11 +3,19 @@
 
 #include "vir/core/settings.h"
 
+namespace CLI {
+class App;
+}
+
 namespace vir::app {
+
+/// --map and --save-map.
+void addMapOptions(CLI::App& command, std::string* map, std::string* save_map);
 
 /// Maps for the estimator: files as given on the command line (may be empty) go before [Loops] map
 /// and save_map, whose paths are relative to their ini. Where there are any, loops are looked for.
-/// Throws UsageError where there is no such map, or no folder for the one to be written.
-void takeMaps(const std::string& map, const std::string& save_map, Settings* settings);
+/// Returns whether the command line names any. Throws UsageError where there is no such map, or no
+/// folder for the one to be written.
+bool takeMaps(const std::string& map, const std::string& save_map, Settings* settings);
 
 }  // namespace vir::app

@@ -14,6 +14,8 @@ constexpr int kStepsAtOnce = 8;
 /// That the two state their variances rightly counts as so many numbers that were seen.
 constexpr double kBelievedAsStated = 8;
 constexpr int kIterations = 2;
+/// Where loops say little the path is left alone: a factor of e in its variances must gain so much.
+constexpr double kLeftAlone = 4;
 
 }  // namespace
 
@@ -27,17 +29,16 @@ double MissionGraph::Impl::evidence() {
   if (squared < 0 || !H || !(H->vectorD().minCoeff() > 0)) {
     return std::numeric_limits<double>::infinity();
   }
+  // Edges and ties of a keyframe are one statement of four numbers.
   double scaled = 0, seen = 0;
   for (std::size_t i = 1; i < nodes.size(); ++i) {
     if (nodes[i].fixed || nodes[i - 1].fixed || nodes[i].stretch != nodes[i - 1].stretch) continue;
-    const auto ties = static_cast<double>((nodes[i].step.tie.array() > 0).count());
-    scaled += 4 + ties;
-    seen += ties;
+    scaled += 4;
   }
   for (const double w : weights) seen += w > 0 ? 4 : 0;
   const double numbers = seen + kBelievedAsStated;
-  return numbers * std::log((squared + kBelievedAsStated) / numbers) + scaled * std::log(scale) +
-         H->vectorD().array().log().sum();
+  return numbers * std::log((squared + kBelievedAsStated) / numbers) +
+         (scaled + kLeftAlone) * std::log(scale) + H->vectorD().array().log().sum();
 }
 
 void MissionGraph::Impl::weigh() {

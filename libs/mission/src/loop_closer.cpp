@@ -23,21 +23,6 @@ constexpr std::size_t kMostLandmarks = 200000;
 constexpr double kRaysMoved_px = 0.1;
 constexpr std::size_t kRaysAtOnce = 50;
 
-/// The most that the ray of a pixel, of nine all over the image, differs between the two [px].
-double raysMoved(const camera::CameraModel& a, const camera::CameraModel& b) {
-  const CameraCalibration& c = a.calibration();
-  double most = 0;
-  for (const double x : {0.1, 0.5, 0.9}) {
-    for (const double y : {0.1, 0.5, 0.9}) {
-      const Vec2 px(x * c.width, y * c.height);
-      Vec3 of_a, of_b;
-      if (!a.unproject(px, &of_a) || !b.unproject(px, &of_b)) continue;
-      most = std::max(most, c.fx * (of_a - of_b).norm());
-    }
-  }
-  return most;
-}
-
 }  // namespace
 
 void describe(OptionVisitor& v, LoopOptions& o) {
@@ -93,9 +78,11 @@ struct LoopCloser::Impl {
   int last_segment = 0;
   std::map<TimeNs, std::uint64_t> ids;            ///< of the run's keyframes
   std::vector<std::weak_ptr<PlaceKeyframe>> own;  ///< the run's, as far as they are remembered
-  std::optional<Eigen::Matrix4d> known;           ///< see learn()
-  std::optional<StateEstimate> newest;            ///< of the keyframes
-  std::size_t rays_done = 0;  ///< of `own`: the first so many have rays of `camera`
+  /// While ranges hold the path its newest pose stays where they have it; only the past is bent.
+  std::optional<LevelTransform> frozen;
+  std::optional<Eigen::Matrix4d> known;  ///< see learn()
+  std::optional<StateEstimate> newest;   ///< of the keyframes
+  std::size_t rays_done = 0;             ///< of `own`: the first so many have rays of `camera`
   std::vector<LoopRecord> refusals;
   std::vector<StampedPose> told;  ///< as of the last revision
   std::optional<Revision> revision;
@@ -146,6 +133,11 @@ bool LoopCloser::wants(const StateEstimate& e) const {
 void LoopCloser::add(const SeenKeyframe& seen) {
   Impl& m = *impl_;
   if (!wants(seen.estimate)) return;
+  if (!seen.held || !m.loaded.keyframes.empty()) {
+    m.frozen.reset();
+  } else if (!m.frozen) {
+    m.frozen = m.places.graph().correction();
+  }
   const State& s = seen.estimate.state;
   auto k = std::make_shared<PlaceKeyframe>();
   k->id = m.next_id;
@@ -185,7 +177,7 @@ void LoopCloser::add(const SeenKeyframe& seen) {
 void LoopCloser::Impl::calibrate(const Calibration& estimated) {
   calibration.T_B_C = estimated.T_B_C;
   auto now = camera::makeCamera(estimated.camera);
-  if (raysMoved(*camera, *now) > kRaysMoved_px) {
+  if (places::raysMoved(*camera, *now) > kRaysMoved_px) {
     calibration.camera = estimated.camera;
     camera = std::move(now);
     describer.setCamera(camera);
@@ -258,7 +250,9 @@ void LoopCloser::solve(const std::vector<StampedPose>& keyframes) {
   m.revision = std::move(out);
 }
 
-LevelTransform LoopCloser::correction() const { return impl_->places.graph().correction(); }
+LevelTransform LoopCloser::correction() const {
+  return impl_->frozen ? *impl_->frozen : impl_->places.graph().correction();
+}
 LevelTransform LoopCloser::correctionAt(TimeNs t) const {
   return impl_->places.graph().correctionAt(t);
 }
@@ -266,7 +260,7 @@ LevelTransform LoopCloser::correctionAt(TimeNs t) const {
 void LoopCloser::Impl::learn(const StateEstimate& e) {
   known.reset();
   const auto now = places.graph().covariance();
-  if (!now) return;
+  if (!now || frozen) return;
   const Mat3 R = rotZ(places.graph().correction().yaw_rad);
   Eigen::Matrix4d before = levelCovariance(e.covariance, e.state.T_W_B.R());
   before.topRows<3>() = R * before.topRows<3>();
@@ -303,6 +297,7 @@ std::optional<Revision> LoopCloser::takeRevision() {
   return std::exchange(impl_->revision, std::nullopt);
 }
 
+bool LoopCloser::acts() const { return impl_->places.graph().counts().accepted > 0; }
 bool LoopCloser::found() const { return impl_->was_found; }
 
 std::vector<LoopRecord> LoopCloser::records() const {

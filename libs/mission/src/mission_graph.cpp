@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "graph_state.h"
 #include "vir/core/option_check.h"
@@ -12,6 +13,8 @@ namespace {
 
 /// So many loops that change little are worth a solution together.
 constexpr std::size_t kLoopsTogether = 20;
+/// Below, the path is taken for better than it states.
+constexpr double kAsStated = 0.1;
 /// An accepted loop that is this far off (four degrees of freedom) is worth one alone.
 constexpr double kPull = 9;
 
@@ -167,8 +170,12 @@ void MissionGraph::solve() {
   g.unsolved = 0;
   g.joined_anew = false;
   if (g.nodes.empty() || g.nodes.back().fixed) return;
+  // Loops are judged by variances as they are stated: a path that is held too fast would throw out
+  // those that say so.
+  const double weighed = std::exchange(g.scale, 1.0);
   g.minimise(g.options.iterations);
   g.decideOnLoops();
+  g.scale = weighed;
   g.weigh();
   g.factor.reset();
   g.remember();
@@ -179,7 +186,8 @@ void MissionGraph::Impl::remember() {
   const bool acts = std::any_of(loops.begin(), loops.end(),
                                 [](const JudgedLoop& l) { return l.state == LoopState::accepted; });
   newest_at = nodes.size() - 1;
-  if (!acts || !tied(0, static_cast<int>(newest_at))) return;
+  // A path that is better than its loops was left where it is, and so is its covariance.
+  if (!acts || scale < kAsStated || !tied(0, static_cast<int>(newest_at))) return;
   newest = relative(0, static_cast<int>(newest_at));
   if (newest && !nodes.front().fixed) {
     newest->P += levelCovariance(nodes.front().path.covariance, nodes.front().path.T_W_B.R());

@@ -136,4 +136,18 @@ void setRays(const camera::CameraModel& camera, std::vector<PlacePoint>* points)
   }
 }
 
+double raysMoved(const camera::CameraModel& a, const camera::CameraModel& b) {
+  const CameraCalibration& c = a.calibration();
+  double most = 0;
+  for (const double x : {0.1, 0.5, 0.9}) {
+    for (const double y : {0.1, 0.5, 0.9}) {
+      const Vec2 px(x * c.width, y * c.height);
+      Vec3 of_a, of_b;
+      if (!a.unproject(px, &of_a) || !b.unproject(px, &of_b)) continue;
+      most = std::max(most, c.fx * (of_a - of_b).norm());
+    }
+  }
+  return most;
+}
+
 }  // namespace vir::places

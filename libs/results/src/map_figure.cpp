@@ -11,7 +11,9 @@ const evaluation::Color kTruth{120, 120, 120}, kInk{40, 40, 40};
 const evaluation::Color kCausal = evaluation::figureColor(0),
                         kSmoothed = evaluation::figureColor(2),
                         kAnchor = evaluation::figureColor(1);
-const evaluation::Color kLoop{200, 60, 160};
+const evaluation::Color kLoop{200, 60, 160}, kRefused{170, 170, 150};
+/// More refused second visits than this would hide the path: every n-th is drawn.
+constexpr std::size_t kMostRefused = 300;
 constexpr double kSigmas = 2;
 /// An anchor this many times as far away as the path is long would make the path a speck.
 constexpr double kFarAway = 10;
@@ -106,7 +108,8 @@ class Map {
       entries.push_back(
           {"ground truth, laid onto the causal trajectory by position and yaw", kTruth});
     }
-    if (hasLoops()) entries.push_back({"places seen twice", kLoop});
+    if (hasLoops(true)) entries.push_back({"places seen twice", kLoop});
+    if (hasLoops(false)) entries.push_back({"refused", kRefused});
     if (!anchors_.empty()) {
       entries.push_back(
           {"anchors with 2 sigma ellipse (ring: mirror position not yet ruled out; "
@@ -147,18 +150,27 @@ class Map {
     return panel;
   }
 
-  bool hasLoops() const {
+  bool hasLoops(bool accepted) const {
     return std::any_of(run_.loops.begin(), run_.loops.end(),
-                       [](const LoopRecord& l) { return l.accepted; });
+                       [&](const LoopRecord& l) { return l.accepted == accepted; });
   }
 
   void addLoops(int a, int b, evaluation::Panel* panel) const {
-    std::vector<std::vector<Vec2>> strokes;
+    std::vector<std::vector<Vec2>> accepted, refused;
     for (const LoopRecord& l : run_.loops) {
-      if (!l.accepted) continue;
-      strokes.push_back({{l.p_older[a], l.p_older[b]}, {l.p_newer[a], l.p_newer[b]}});
+      (l.accepted ? accepted : refused)
+          .push_back({{l.p_older[a], l.p_older[b]}, {l.p_newer[a], l.p_newer[b]}});
+      if (l.in_map && l.accepted) {
+        panel->marks.push_back(
+            {{l.p_older[a], l.p_older[b]}, kLoop, 2, evaluation::Mark::Shape::ring, ""});
+      }
     }
-    if (!strokes.empty()) panel->curves.push_back({kLoop, 1.2, strokes});
+    const std::size_t every = refused.size() / kMostRefused + 1;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < refused.size(); i += every) refused[kept++] = refused[i];
+    refused.resize(kept);
+    if (!refused.empty()) panel->curves.push_back({kRefused, 0.8, refused});
+    if (!accepted.empty()) panel->curves.push_back({kLoop, 1.2, accepted});
   }
 
   void addAnchor(const Anchor& anchor, int a, int b, evaluation::Panel* panel) const {

@@ -156,8 +156,9 @@ std::optional<SurveyFit> LoopRun::survey(std::optional<SurveyFit> of_W) const {
   return of_W;
 }
 
-std::vector<Landmark> LoopRun::landmarks() const {
-  return closer_ ? closer_->landmarks() : std::vector<Landmark>();
+std::vector<Landmark> LoopRun::landmarks(
+    const estimator::VisualInertialEstimator& estimator) const {
+  return closer_ && closer_->acts() ? closer_->landmarks() : estimator.landmarks();
 }
 
 std::string LoopRun::notFound() const {

@@ -17,7 +17,7 @@
 namespace vir {
 
 struct LoopSettings {
-  bool use = false;      ///< [Estimator] loops
+  bool use = true;       ///< [Estimator] loops
   std::string map;       ///< file to begin with; empty: none
   std::string save_map;  ///< file to write at the end; empty: none
   mission::LoopOptions options;
@@ -49,8 +49,8 @@ class LoopRun {
   std::vector<StampedPose> keyframes(const estimator::VisualInertialEstimator& estimator) const;
   std::vector<Anchor> anchors(std::vector<Anchor> in_W) const;
   std::optional<SurveyFit> survey(std::optional<SurveyFit> of_W) const;
-  /// Of the run, in M; nothing before there is a camera.
-  std::vector<Landmark> landmarks() const;
+  /// In M: the estimator's, or once a loop acts those of the keyframes, which move with them.
+  std::vector<Landmark> landmarks(const estimator::VisualInertialEstimator& estimator) const;
   std::vector<LoopRecord> records() const;
   void report(roles::EstimatorReport* report) const;
 

@@ -203,7 +203,7 @@ roles::EstimatorOutput VirEstimator::take() {
 }
 
 std::vector<Landmark> VirEstimator::landmarks() const {
-  return loops_ ? loops_->landmarks() : estimator_->landmarks();
+  return loops_ ? loops_->landmarks(*estimator_) : estimator_->landmarks();
 }
 
 std::vector<StampedPose> VirEstimator::keyframes() const {

@@ -28,10 +28,12 @@ class Told : public roles::Estimator {
   std::vector<Landmark> landmarks() const override { return {}; }
   std::vector<StampedPose> keyframes() const override { return keyframes_; }
   std::vector<Anchor> anchors() const override { return anchors_; }
+  std::optional<std::vector<LoopRecord>> loops() const override { return loops_; }
   roles::EstimatorReport report() const override { return {}; }
 
   std::vector<StampedPose> keyframes_;
   std::vector<Anchor> anchors_;
+  std::optional<std::vector<LoopRecord>> loops_;
 };
 
 Vec3 path(double t) {
@@ -254,6 +256,23 @@ TEST_F(Report, WithoutTruthAndRanges) {
   EXPECT_EQ(count(html, "ground truth"), 0);
   EXPECT_TRUE(exists("map.svg"));
   EXPECT_FALSE(exists("ranges.svg"));
+}
+
+TEST_F(Report, SecondVisitsAreOnTheMap) {
+  flight(false);
+  LoopRecord l;
+  l.p_older = path(2);
+  l.p_newer = path(54);
+  l.accepted = true;
+  estimator_.loops_.emplace({l});
+  l.accepted = false;
+  l.p_newer = path(31);
+  estimator_.loops_->insert(estimator_.loops_->end(), 20000, l);
+  page();
+  const std::string map = read("map.svg");
+  EXPECT_GT(count(map, "places seen twice"), 0);
+  EXPECT_GT(count(map, ">refused"), 0);
+  EXPECT_LT(map.size(), 200000u);  // not all of them
 }
 
 TEST_F(Report, NoPoseAtAll) {

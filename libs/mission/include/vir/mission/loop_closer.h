@@ -78,6 +78,8 @@ class LoopCloser {
   /// Keyframes that the last solution moved by more than a millimetre, in M; none since it was last
   /// asked: nothing.
   std::optional<Revision> takeRevision();
+  /// Is any loop accepted? Else M is W.
+  bool acts() const;
   /// False as long as a map was loaded and the run was not found in it.
   bool found() const;
 

@@ -117,7 +117,8 @@ class MissionGraph {
   std::optional<Relative> relative(std::uint64_t older, std::uint64_t newer) const;
 
   /// How well the newest keyframe is known in M, by path and loops together, of (position in M [m],
-  /// yaw [rad]); nothing before a loop acts, or where nothing ties it to the oldest.
+  /// yaw [rad]); nothing before a loop acts, where nothing ties it to the oldest, or where the path
+  /// proved better than the loops.
   std::optional<Eigen::Matrix4d> covariance() const;
 
   const std::vector<JudgedLoop>& loops() const;

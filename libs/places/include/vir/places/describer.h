@@ -54,4 +54,7 @@ class Describer {
 /// has no ray for keep theirs.
 void setRays(const camera::CameraModel& camera, std::vector<PlacePoint>* points);
 
+/// The most that the ray of a pixel, of nine all over the image, differs between the two [px].
+double raysMoved(const camera::CameraModel& a, const camera::CameraModel& b);
+
 }  // namespace vir::places
