@@ -45,7 +45,8 @@ std::vector<roles::EstimatorInput> VirSettings::inputs() const {
   using roles::InputKind;
   std::vector<roles::EstimatorInput> out{{InputKind::image, camera_label, 1},
                                          {InputKind::tracks, tracks_label, 1},
-                                         {InputKind::imu, imu_label, 2}};
+                                         {InputKind::imu, imu_label, 2},
+                                         {InputKind::image, "CAM1", 0}};
   roles::addRangeInputs(range_label, &out);
   return out;
 }
