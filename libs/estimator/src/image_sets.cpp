@@ -59,7 +59,8 @@ bool ImageSets::complete(TimeNs t) const {
   for (const Camera& c : cameras_) {
     if (c.waiting.size() > kMostWaiting) return true;
     if (c.last >= t - half && (!c.waiting.empty() || c.last > t + half)) continue;
-    if (c.last < t - kGone && &c != &cameras_.front()) continue;
+    const TimeNs silent_since = c.last == 0 ? begin_ : c.last;
+    if (silent_since < t - kGone && &c != &cameras_.front()) continue;
     return false;
   }
   return true;

@@ -43,7 +43,7 @@ constexpr double kRigSpanS = 0.14;
 /// Matches further beside their curves are those of another calibration [px]; depth is known of so
 /// many landmarks.
 constexpr double kRigFitsPx = 1.0;
-constexpr int kRigLandmarks = 25;
+constexpr std::size_t kRigLandmarks = 15;
 constexpr double kRigWay = 0.5;  ///< a shorter way is known as well as that [m]
 
 struct Parallax {
@@ -311,6 +311,7 @@ bool Startup::startWithRig(imu::ImuBuffer& imu, const Pose& origin, window::Shor
          toSeconds(frames_.back().t - frames_[first + 1].t) >= options_.min_span_s) {
     ++first;
   }
+  while (first + 1 < frames_.size() && frames_[first].further.size() < kRigLandmarks) ++first;
   if (toSeconds(frames_.back().t - frames_[first].t) < kRigSpanS) return false;
   Vec3 gyro, acc;
   double gyro_std = 0, acc_std = 0;
@@ -327,7 +328,7 @@ bool Startup::startWithRig(imu::ImuBuffer& imu, const Pose& origin, window::Shor
   prior.bias_acc = options_.sigma_bias_acc;
   window->start(s, prior, allSights(frames_[first]), false);
   window->triangulate();
-  if (window->landmarksInNewest() < kRigLandmarks) {
+  if (window->landmarksInNewest() < static_cast<int>(kRigLandmarks)) {
     window->clear();
     return false;
   }

@@ -98,7 +98,7 @@ bool insideHalf(const cv::Mat& image, int x, int y) {
 
 /// Along the curve from infinity to the nearest, about a pixel of the half resolution apart.
 std::vector<Sample> curveOf(const EpipolarView& from, const Vec2& px, const EpipolarView& to,
-                            const Pose& T_to_from) {
+                            const Pose& T_to_from, double most_inverse_m) {
   std::vector<Sample> out;
   Vec3 bearing;
   Vec2 again;
@@ -112,7 +112,7 @@ std::vector<Sample> curveOf(const EpipolarView& from, const Vec2& px, const Epip
   const Vec3 far = R * bearing;
   const double nearest =
       std::clamp(kNearestBaselines * T_to_from.p.norm(), kNearestLeast, kNearestMost);
-  const double last = 1 / nearest;
+  const double last = most_inverse_m > 0 ? std::min(most_inverse_m, 1 / nearest) : 1 / nearest;
   double rho = 0;
   for (int k = 0; k < kMostSamples && rho <= last; ++k) {
     const Vec3 p = far + rho * T_to_from.p;
@@ -133,10 +133,46 @@ std::vector<Sample> curveOf(const EpipolarView& from, const Vec2& px, const Epip
 }
 
 struct Peak {
-  const Sample* sample = nullptr;
+  Eigen::Matrix2d A = Eigen::Matrix2d::Identity();  ///< see Sample
   Vec2 half_px = Vec2::Zero();
   float value = 0;
 };
+
+/// To the top nearby, between the pixels: what is aligned from a pixel off may end anywhere.
+void climb(const Template& t, const cv::Mat& image, Peak* peak) {
+  constexpr int kSteps = 3;
+  int x = static_cast<int>(std::lround(peak->half_px.x()));
+  int y = static_cast<int>(std::lround(peak->half_px.y()));
+  const auto at = [&](int dx, int dy) {
+    return insideHalf(image, x + dx, y + dy) ? correlation(t, image, x + dx, y + dy) : 0.0f;
+  };
+  float middle = at(0, 0);
+  for (int step = 0; step < kSteps; ++step) {
+    int best_x = 0, best_y = 0;
+    float best = middle;
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const float c = at(dx, dy);
+        if (c > best) {
+          best = c;
+          best_x = dx;
+          best_y = dy;
+        }
+      }
+    }
+    if (best_x == 0 && best_y == 0) break;
+    x += best_x;
+    y += best_y;
+    middle = best;
+  }
+  const auto top = [middle](float before, float after) {
+    const float curvature = before - 2 * middle + after;
+    if (!(curvature < 0)) return 0.0;
+    return static_cast<double>(std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f));
+  };
+  peak->half_px = Vec2(x + top(at(-1, 0), at(1, 0)), y + top(at(0, -1), at(0, 1)));
+  peak->value = middle;
+}
 
 /// The best along the curve if it is clearly that.
 std::optional<Peak> searchCurve(const cv::Mat& from, const Vec2& px, const cv::Mat& to,
@@ -153,14 +189,14 @@ std::optional<Peak> searchCurve(const cv::Mat& from, const Vec2& px, const cv::M
       any = makeTemplate(from, px, curve[middle].A, &t);
     }
     if (!any) continue;
-    Peak best{&s, Vec2::Zero(), -1};
+    Peak best{s.A, Vec2::Zero(), -1};
     for (int i = -band; i <= band; ++i) {
       const Vec2 at = 0.5 * s.px + i * Vec2(-s.along.y(), s.along.x());
       const int x = static_cast<int>(std::lround(at.x())),
                 y = static_cast<int>(std::lround(at.y()));
       if (!insideHalf(to, x, y)) continue;
       const float c = correlation(t, to, x, y);
-      if (c > best.value) best = {&s, Vec2(x, y), c};
+      if (c > best.value) best = {s.A, Vec2(x, y), c};
     }
     if (best.value > 0) peaks.push_back(best);
   }
@@ -171,7 +207,10 @@ std::optional<Peak> searchCurve(const cv::Mat& from, const Vec2& px, const cv::M
     if ((p.half_px - best->half_px).norm() <= kSamePeakPx) continue;
     if (1 - best->value > kClearly * (1 - p.value)) return std::nullopt;
   }
-  return *best;
+  Peak out = *best;
+  if (!makeTemplate(from, px, out.A, &t)) return std::nullopt;
+  climb(t, to, &out);
+  return out;
 }
 
 }  // namespace
@@ -191,19 +230,28 @@ std::optional<Vec2> matchAlongCurve(const EpipolarView& from, const Vec2& px,
   const cv::Mat& half_from = from.image->halvings().front();
   const cv::Mat& half_to = to.image->halvings().front();
   const auto found =
-      searchCurve(half_from, px, half_to, curveOf(from, px, to, T_to_from), options.band_px);
+      searchCurve(half_from, px, half_to, curveOf(from, px, to, T_to_from, options.most_inverse_m),
+                  options.band_px);
   if (!found) return std::nullopt;
   Patch patch;
   if (!patch.take(from.image->full(), px, options.patch_px / 2)) return std::nullopt;
-  PatchWarp warp{found->sample->A, Vec2::Zero()};
+  PatchWarp warp{found->A, Vec2::Zero()};
   warp.c = 2 * found->half_px - patch.feature(warp);
   const AlignOptions align{options.max_iterations, 4.0, options.min_similarity};
   if (!patch.align(to.image->full(), align, &warp)) return std::nullopt;
   const Vec2 at = patch.feature(warp);
-  const auto back = searchCurve(half_to, at, half_from, curveOf(to, at, from, T_to_from.inverse()),
+  const auto back = searchCurve(half_to, at, half_from,
+                                curveOf(to, at, from, T_to_from.inverse(), options.most_inverse_m),
                                 options.band_px);
   if (!back || (2 * back->half_px - px).norm() > kBackPx) return std::nullopt;
   return at;
+}
+
+double inverseDistance(const Pose& T_b_a, const Vec3& a, const Vec3& b) {
+  // Across b: R a + rho t has nothing there.
+  const Vec3 u = (T_b_a.q * a).cross(b), v = T_b_a.p.cross(b);
+  const double squares = v.squaredNorm();
+  return squares > 1e-18 ? std::max(0.0, -u.dot(v) / squares) : 0;
 }
 
 double overlapOf(const camera::CameraModel& a, const camera::CameraModel& b, const Pose& T_b_a) {

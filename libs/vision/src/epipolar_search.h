@@ -18,6 +18,8 @@ struct EpipolarView {
 
 struct EpipolarOptions {
   double band_px = 2;  ///< to each side of the curve
+  double most_inverse_m =
+      0;  ///< inverse distance of the nearest that is looked for; 0: by baseline
   int patch_px = 15;
   int max_iterations = 8;
   double min_similarity = 0.88;
@@ -34,6 +36,9 @@ double besideCurvePx(const Pose& T_b_a, const Vec3& a, const Vec3& b, const Mat2
 std::optional<Vec2> matchAlongCurve(const EpipolarView& from, const Vec2& px,
                                     const EpipolarView& to, const Pose& T_to_from,
                                     const EpipolarOptions& options);
+
+/// Inverse distance from camera a [1/m], by where both see it.
+double inverseDistance(const Pose& T_b_a, const Vec3& a, const Vec3& b);
 
 /// Share of the first camera's image that the second sees, of a scene some metres away.
 double overlapOf(const camera::CameraModel& a, const camera::CameraModel& b, const Pose& T_b_a);

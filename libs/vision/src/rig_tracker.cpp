@@ -22,12 +22,20 @@ namespace {
 constexpr double kOverlap = 0.15;
 /// Of what all may have: the first of cameras that overlap, and the share of it that another one
 /// looks for beside what was matched into it.
-constexpr double kFirstShare = 0.7, kOwnShare = 0.2;
+constexpr double kFirstShare = 0.6, kOwnShare = 0.05;
+/// Of a sight that began as a match: what that was off by stays with it from image to image.
+constexpr double kMatchedNoise = 2;
 /// A match is tried when a track begins, and then after so many images, doubled every time.
-constexpr long kTryAgain = 4, kMostTries = 5;
+constexpr long kTryAgain = 6, kMostTries = 3;
 /// Half the band that is searched, before anything is known and at least, and in medians of what
 /// was found [px].
 constexpr double kFirstBandPx = 10, kLeastBandPx = 2, kMedians = 4;
+/// What is looked for first is at most so many times nearer than nine of ten matches of late.
+constexpr double kNearer = 1.8;
+/// Two cameras see a thing less alike than one does from image to image, and what is searched in
+/// whole pixels begins farther off.
+constexpr double kLooksAlike = 0.75;
+constexpr int kAlignIterations = 20;
 constexpr std::size_t kFewMatches = 20, kManyMatches = 200;
 
 }  // namespace
@@ -46,8 +54,10 @@ struct RigTracker::Impl {
   std::vector<Camera> cameras;
   std::vector<std::unique_ptr<FeatureTracker>> trackers;
   std::vector<Pair> pairs;
-  std::vector<bool> overlaps;  ///< by both cameras
-  std::deque<double> beside;   ///< curves, of the latest matches and pairs [px]
+  std::vector<bool> overlaps;    ///< by both cameras
+  std::deque<double> beside;     ///< curves, of the latest matches and pairs [px]
+  std::deque<double> inverse_m;  ///< distances of the latest matches [1/m]
+  double most_inverse_m = 0;     ///< where matches are looked for first; 0: not known yet
   double band_px = kFirstBandPx;
   long round = 0;  ///< of process()
 
@@ -227,8 +237,8 @@ void RigTracker::Impl::match(Pair* pair) {
   const Pose T_b_a = between(pair->a, pair->b);
   const EpipolarView from{first.camera.get(), &first.current};
   const EpipolarView to{second.camera.get(), &second.current};
-  const EpipolarOptions search{band_px, options.patch_px, options.max_iterations,
-                               options.min_similarity};
+  EpipolarOptions search{band_px, 0, options.patch_px, kAlignIterations,
+                         kLooksAlike * options.min_similarity};
   std::map<std::uint64_t, Tries> tries;
   for (const Track& track : first.tracks) {
     const std::uint64_t id = track.seen.id;
@@ -239,6 +249,8 @@ void RigTracker::Impl::match(Pair* pair) {
     const auto before = pair->tries.find(id);
     Tries now = before == pair->tries.end() ? Tries() : before->second;
     if (round >= now.next && now.done < kMostTries) {
+      // Once more: it may be nearer than what was found of late.
+      search.most_inverse_m = now.done == 0 ? most_inverse_m : 0;
       const auto px = matchAlongCurve(from, track.seen.px, to, T_b_a, search);
       if (px && second.adopt(id, *px)) {
         const Track& found =
@@ -246,6 +258,8 @@ void RigTracker::Impl::match(Pair* pair) {
                               [](const Track& t, std::uint64_t x) { return t.seen.id < x; });
         noteBeside(
             besideCurvePx(T_b_a, track.seen.bearing, found.seen.bearing, found.seen.dpx_dbearing));
+        inverse_m.push_back(inverseDistance(T_b_a, track.seen.bearing, found.seen.bearing));
+        if (inverse_m.size() > kManyMatches) inverse_m.pop_front();
         continue;
       }
       now.next = round + (kTryAgain << now.done);
@@ -320,6 +334,13 @@ TrackedFrame RigTracker::Impl::process(TimeNs t, const std::vector<RigImage>& im
   }
   if (beside.size() >= kFewMatches) {
     std::vector<double> off(beside.begin(), beside.end());
+    std::vector<double> inverse(inverse_m.begin(), inverse_m.end());
+    const auto at_share = static_cast<std::size_t>(0.9 * static_cast<double>(inverse.size()));
+    if (inverse.size() >= kFewMatches) {
+      std::nth_element(inverse.begin(), inverse.begin() + static_cast<std::ptrdiff_t>(at_share),
+                       inverse.end());
+      most_inverse_m = kNearer * inverse[at_share];
+    }
     band_px = std::clamp(kMedians * medianInPlace(&off), kLeastBandPx, kFirstBandPx);
   }
   for (const std::size_t k : usable) {
@@ -327,6 +348,9 @@ TrackedFrame RigTracker::Impl::process(TimeNs t, const std::vector<RigImage>& im
     own.before_last_t = own.last_t;
     own.conclude(&frames[k]);
     carry(images[k], t, &frames[k]);
+    for (FeatureObservation& f : frames[k].features) {
+      if ((f.id >> kIdBits) != static_cast<std::uint64_t>(f.camera)) f.noise *= kMatchedNoise;
+    }
   }
   // The first camera's, or, without it, none of its features and the rest.
   TrackedFrame out;

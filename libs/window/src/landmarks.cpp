@@ -7,6 +7,9 @@
 namespace vir::window {
 namespace {
 
+/// Parallax between two cameras from which on it tells a distance, in sigma_px.
+constexpr double kAtOnceSigmas = 4;
+
 /// Inverse distance along the host's ray that fits the other sights best (linear least squares);
 /// false without parallax, behind a camera, or where the sights contradict each other.
 bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
@@ -14,6 +17,8 @@ bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
   const Pose T_W_Ci = l.host()->T_W_B() * T_B_Ci;
   const factors::CameraVector camera = w.cameraVector(l.hostCamera());
   double cc = 0, ca = 0, parallax = 0;
+  // What two cameras see at once is known whatever the poses are.
+  bool at_once = false;
   for (std::size_t k = 1; k < l.sights.size(); ++k) {
     const int number = l.sights[k].camera;
     const Pose T_Cj_Ci = (l.sights[k].frame->T_W_B() * w.T_B_C(number)).inverse() * T_W_Ci;
@@ -25,10 +30,14 @@ bool triangulate(const WindowState& w, const WindowLandmark& l, double* rho) {
     const Vec2 Wc = W * T_Cj_Ci.p;
     cc += Wc.squaredNorm();
     ca += Wc.dot(Wa);
+    at_once = at_once || l.sights[k].frame == l.host();
     const double angle = std::acos(std::clamp(a.dot(seen), -1.0, 1.0));
     parallax = std::max(parallax, angle);
   }
-  if (parallax * w.focalPx() < w.options.min_parallax_px || cc <= 0) return false;
+  const double least_px =
+      at_once ? std::min(kAtOnceSigmas * w.options.sigma_px, w.options.min_parallax_px)
+              : w.options.min_parallax_px;
+  if (parallax * w.focalPx() < least_px || cc <= 0) return false;
   *rho = -ca / cc;
   if (!(*rho > 1.0 / 200.0 && *rho < 1.0 / 0.1)) return false;
   double worst = 0;
