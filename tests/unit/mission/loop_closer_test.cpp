@@ -215,6 +215,38 @@ TEST(LoopCloser, ARunIsFoundInAMap) {
   EXPECT_LT((merged.map.keyframes.back()->T_W_B.p - onTheWay(kVisit - 1, 0.2).p).norm(), 0.1);
 }
 
+/// Anchors that map and run know: they fit, and the run is found; they contradict, and it is not.
+TEST(LoopCloser, AnchorsOfAMapHaveASay) {
+  const auto anchorAt = [](std::uint64_t id, const Vec3& p) {
+    Anchor a;
+    a.id = id;
+    a.has_position = true;
+    a.p_W = p;
+    a.covariance = 0.01 * Mat3::Identity();
+    a.state = AnchorState::estimated;
+    return a;
+  };
+  const Vec3 first(-4, 3, 2), second(4, 2, 1);
+  Robot before_robot;
+  LoopCloser before({}, cameraOf());
+  before_robot.visit(&before, Pose(), 0, 0.01);
+  before.solve({});
+  const MissionMap map = before.map(cameraOf(), {anchorAt(1, first), anchorAt(2, second)});
+  const Pose elsewhere(Quat(rotZ(-1.3)), Vec3(20, 5, -1));
+  for (const double off : {0.0, 5.0}) {
+    for (const bool both : {false, true}) {
+      Robot robot;
+      LoopCloser after({}, cameraOf());
+      after.begin(map);
+      std::vector<Anchor> known{anchorAt(1, elsewhere * first + Vec3(off, 0, 0))};
+      if (both) known.push_back(anchorAt(2, elsewhere * second + Vec3(off, 0, 0)));
+      after.setAnchors(known);
+      robot.visit(&after, elsewhere, 0.2, 0.01, 0.2);
+      EXPECT_EQ(after.found(), off == 0) << off << both;
+    }
+  }
+}
+
 TEST(LoopCloser, AMapOfAnotherPlaceOrCamera) {
   Robot here(3), there(4);
   LoopCloser before({}, cameraOf());
