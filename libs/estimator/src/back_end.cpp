@@ -19,18 +19,6 @@ constexpr int kLandmarksThatHold = 30;
 constexpr const char* kOffsetFound = "the camera's time offset has just been found";
 constexpr const char* kClockSetBack = "the clock of the IMU was set back";
 
-/// Points that are followed, in whatever camera.
-int tracksOf(const vision::TrackedFrame& frame) {
-  std::size_t n = frame.features.size(), j = 0;
-  for (std::size_t k = 0; k < frame.further.size(); ++k) {
-    const std::uint64_t id = frame.further[k].id;
-    if (k > 0 && frame.further[k - 1].id == id) continue;
-    while (j < frame.features.size() && frame.features[j].id < id) ++j;
-    n += j == frame.features.size() || frame.features[j].id != id;
-  }
-  return static_cast<int>(n);
-}
-
 }  // namespace
 
 void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrinsics) {
@@ -49,11 +37,6 @@ void BackEnd::setCamera(const CameraCalibration& calibration, const Pose& extrin
   if (!config.window.calibrate) return;
   timing = std::make_unique<CameraTiming>(focalPx());
   expectUnknownPose();
-}
-
-void BackEnd::addCamera(const CameraMount& mount) {
-  given.further.push_back(mount);
-  window->setCalibration(given);
 }
 
 Feedback BackEnd::process(Packet packet) {

@@ -27,7 +27,10 @@ struct BackEnd {
         time_offset_s(c.camera_time_offset_s) {}
 
   void setCamera(const CameraCalibration& calibration, const Pose& extrinsics);
-  void addCamera(const CameraMount& mount);
+  void addCamera(const CameraMount& mount) {
+    given.further.push_back(mount);
+    window->setCalibration(given);
+  }
   /// Packets in the order they were made.
   Feedback process(Packet packet);
 

@@ -49,6 +49,18 @@ inline std::vector<vision::FeatureObservation> allSights(const vision::TrackedFr
   return out;
 }
 
+/// Points that are followed, in whatever camera.
+inline int tracksOf(const vision::TrackedFrame& frame) {
+  std::size_t n = frame.features.size(), j = 0;
+  for (std::size_t k = 0; k < frame.further.size(); ++k) {
+    const std::uint64_t id = frame.further[k].id;
+    if (k > 0 && frame.further[k - 1].id == id) continue;
+    while (j < frame.features.size() && frame.features[j].id < id) ++j;
+    n += j == frame.features.size() || frame.features[j].id != id;
+  }
+  return static_cast<int>(n);
+}
+
 /// What the tracker needs to know of the state, after each packet.
 struct Feedback {
   /// Of the camera by the images alone [rad/s], its frame, while they contradict the readings.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "tracker_impl.h"
@@ -11,9 +12,9 @@
 namespace vir::vision {
 namespace {
 
-/// Edge of what is compared, at half the resolution, to each side [px].
+/// Edge of what is compared, at half the resolution [px]: from -kHalf to kHalf - 1.
 constexpr int kHalf = 4;
-constexpr int kSide = 2 * kHalf + 1, kArea = kSide * kSide;
+constexpr int kSide = 2 * kHalf, kArea = kSide * kSide;
 /// Nothing is expected nearer than so many baselines, within these bounds [m].
 constexpr double kNearestBaselines = 3, kNearestLeast = 0.2, kNearestMost = 1.0;
 constexpr int kMostSamples = 600;
@@ -32,7 +33,8 @@ struct Sample {
 
 /// Grey levels about a pixel, as they would look in the other camera; their mean taken off.
 struct Template {
-  std::array<float, kArea> values;
+  std::array<std::int16_t, kArea> values;
+  int sum = 0;  ///< what rounding left
   float norm = 0;
 };
 
@@ -57,39 +59,46 @@ bool makeTemplate(const cv::Mat& image, const Vec2& px, const Eigen::Matrix2d& A
         centre.y() + reach < image.rows - 1)) {
     return false;
   }
-  float sum = 0;
-  int k = 0;
-  for (int y = -kHalf; y <= kHalf; ++y) {
-    for (int x = -kHalf; x <= kHalf; ++x, ++k) {
+  std::array<float, kArea> grey;
+  float mean = 0;
+  std::size_t k = 0;
+  for (int y = -kHalf; y < kHalf; ++y) {
+    for (int x = -kHalf; x < kHalf; ++x, ++k) {
       const Vec2 at = centre + back * Vec2(x, y);
-      sum += out->values[static_cast<std::size_t>(k)] = greyAt(image, at.x(), at.y());
+      grey[k] = greyAt(image, at.x(), at.y());
+      mean += grey[k] / kArea;
     }
   }
-  float squares = 0;
-  for (float& v : out->values) {
-    v -= sum / kArea;
+  // Finer than grey levels, and small enough for sums of whole numbers.
+  constexpr float kFiner = 16;
+  int squares = 0;
+  out->sum = 0;
+  for (k = 0; k < kArea; ++k) {
+    const auto v = static_cast<std::int16_t>(std::lround(kFiner * (grey[k] - mean)));
+    out->values[k] = v;
+    out->sum += v;
     squares += v * v;
   }
-  out->norm = std::sqrt(squares);
-  return out->norm > 1.5f * kSide;  // else there is only noise to compare
+  out->norm = std::sqrt(static_cast<float>(squares));
+  return out->norm > 1.5f * kFiner * kSide;  // else there is only noise to compare
 }
 
 float correlation(const Template& t, const cv::Mat& image, int cx, int cy) {
-  float cross = 0;
-  int sum = 0, squares = 0;
-  const float* v = t.values.data();
-  for (int y = -kHalf; y <= kHalf; ++y, v += kSide) {
+  int cross = 0, sum = 0, squares = 0;
+  const std::int16_t* v = t.values.data();
+  for (int y = -kHalf; y < kHalf; ++y, v += kSide) {
     const uchar* row = image.ptr<uchar>(cy + y) + cx - kHalf;
     for (int x = 0; x < kSide; ++x) {
-      const int g = row[x];
-      cross += v[x] * static_cast<float>(g);
+      const auto g = static_cast<std::int16_t>(row[x]);
+      cross += v[x] * g;
       sum += g;
       squares += g * g;
     }
   }
-  const float variance =
-      static_cast<float>(squares) - static_cast<float>(sum) * static_cast<float>(sum) / kArea;
-  return variance > 4.0f * kArea * 0.25f ? cross / (t.norm * std::sqrt(variance)) : 0.0f;
+  const float mean = static_cast<float>(sum) / kArea;
+  const float variance = static_cast<float>(squares) - static_cast<float>(sum) * mean;
+  const float common = static_cast<float>(cross) - static_cast<float>(t.sum) * mean;
+  return variance > 1.0f * kArea ? common / (t.norm * std::sqrt(variance)) : 0.0f;
 }
 
 bool insideHalf(const cv::Mat& image, int x, int y) {

@@ -310,7 +310,8 @@ void Linearization::scatter(const TermLayout& layout, const Entry& e,
 void Linearization::addOfLandmark(const TermLayout& layout, const Entry& e, OwnBlock* own) {
   const std::vector<int>& sizes = e.term->cost->parameter_block_sizes();
   evaluateStacked(e);
-  product_.noalias() = J_.transpose() * J_;
+  // Two rows: not worth what Eigen does for large products.
+  product_ = J_.transpose().lazyProduct(J_);
   gradient_.noalias() = J_.transpose() * r_;
   scatter(layout, e, stacked_);
   int landmark = 0;

@@ -8,37 +8,6 @@
 #include "window_state.h"
 
 namespace vir::window {
-namespace {
-
-/// A camera with what was estimated of it.
-CameraCalibration cameraWith(CameraCalibration camera, const factors::CameraVector& c) {
-  camera.fx *= 1 + c[factors::kFocal] + c[factors::kAspect];
-  camera.fy *= 1 + c[factors::kFocal] - c[factors::kAspect];
-  camera.cx += c[factors::kCx];
-  camera.cy += c[factors::kCy];
-  const Vec2 radial = c.segment<2>(factors::kRadial1);
-  return radial.isZero(0) ? camera : withRadialChange(camera, radial);
-}
-
-/// What is known of a further camera against the first: rigs are calibrated as one, far better than
-/// a camera is against an IMU, unless the matches say otherwise.
-CalibrationSigma rigSigma(const WindowState& w, const FurtherCamera& camera, bool doubted) {
-  CalibrationSigma out = w.options.calibration;
-  // What is given as a global shutter is taken for one [s].
-  constexpr double kHeldS = 1e-5;
-  if (camera.parameters[factors::kReadout] == 0) out.readout_s = kHeldS;
-  if (doubted) return out;
-  out.position_m = std::min(out.position_m, 0.0005);
-  out.rotation_rad = std::min(out.rotation_rad, 0.0005);
-  out.time_offset_s = std::min(out.time_offset_s, 0.0005);
-  out.focal = std::min(out.focal, 0.002);
-  out.aspect = std::min(out.aspect, 0.0005);
-  out.centre_px = std::min(out.centre_px, 1.0);
-  return out;
-}
-
-}  // namespace
-
 struct ShortWindow::Impl : WindowState {
   Frame& add(const State& s, const std::vector<vision::FeatureObservation>& features,
              bool standing) {
@@ -70,63 +39,6 @@ struct ShortWindow::Impl : WindowState {
       if (first == l.sights.begin()) l.setHostRay();
     }
     return *frames.back();
-  }
-
-  /// Appends one block whose local coordinates are known to `sigmas`.
-  void addPriorBlock(double* data, int ambient, const std::vector<double>& sigmas) {
-    const int rows = static_cast<int>(prior.J.rows()), cols = static_cast<int>(prior.J.cols());
-    const int n = static_cast<int>(sigmas.size());
-    prior.J.conservativeResizeLike(Eigen::MatrixXd::Zero(rows + n, cols + n));
-    for (int i = 0; i < n; ++i) prior.J(rows + i, cols + i) = 1.0 / sigmas[i];
-    prior.blocks.push_back({ambient, cols, std::vector<double>(data, data + ambient)});
-    prior_blocks.push_back(data);
-  }
-
-  void addCalibrationPrior() {
-    if (!options.calibrate) return;
-    const CalibrationSigma& c = calibration_sigma;
-    addPriorBlock(
-        extrinsic, 7,
-        {c.position_m, c.position_m, c.position_m, c.rotation_rad, c.rotation_rad, c.rotation_rad});
-    // In the order of factors::CameraParameter.
-    addPriorBlock(camera_parameters, factors::kCameraParameters,
-                  {c.time_offset_s, c.readout_s, c.focal, c.aspect, c.centre_px, c.centre_px,
-                   c.distortion, c.distortion});
-    std::vector<double> imu(imu::kImuIntrinsicsSize, c.gyro_gain);
-    for (int i = 0; i < 3; ++i) {
-      imu[static_cast<std::size_t>(imu::kGyroAxes + i)] = c.gyro_axes_rad;
-      imu[static_cast<std::size_t>(imu::kAccGain + i)] = c.acc_gain;
-    }
-    addPriorBlock(imu_intrinsics, imu::kImuIntrinsicsSize, imu);
-    for (FurtherCamera& further_camera : further) addFurtherPrior(&further_camera);
-  }
-
-  /// Cameras of a rig are calibrated together: what is known of another one is known against the
-  /// first. Call after the first one's blocks were added.
-  void addFurtherPrior(FurtherCamera* added) {
-    const CalibrationSigma& c = added->sigma;
-    const int rows = static_cast<int>(prior.J.rows());
-    const auto column_of = [this](const double* data) {
-      for (std::size_t k = 0; k < prior_blocks.size(); ++k) {
-        if (prior_blocks[k] == data) return prior.blocks[k].offset;
-      }
-      return -1;
-    };
-    const int first = column_of(extrinsic), first_camera = column_of(camera_parameters);
-    addPriorBlock(
-        added->extrinsic, 7,
-        {c.position_m, c.position_m, c.position_m, c.rotation_rad, c.rotation_rad, c.rotation_rad});
-    addPriorBlock(added->parameters, factors::kCameraParameters,
-                  {c.time_offset_s, c.readout_s, c.focal, c.aspect, c.centre_px, c.centre_px,
-                   c.distortion, c.distortion});
-    const Pose T_B_C0 = T_B_C(), T_B_Ck = factors::poseFrom(added->extrinsic);
-    const Mat3 R_Ck_C0 = T_B_Ck.R().transpose() * T_B_C0.R();
-    const Vec3 arm_C0 = T_B_C0.inverse() * T_B_Ck.p;
-    auto& J = prior.J;
-    J.block<3, 3>(rows, first) = -Mat3::Identity() / c.position_m;
-    J.block<3, 3>(rows, first + 3) = T_B_C0.R() * hat(arm_C0) / c.position_m;
-    J.block<3, 3>(rows + 3, first + 3) = -R_Ck_C0 / c.rotation_rad;
-    J(rows + 6, first_camera + factors::kTimeOffset) = -1 / c.time_offset_s;
   }
 };
 
@@ -183,7 +95,7 @@ void ShortWindow::start(const State& state, const StartPrior& p,
   prior.blocks = {{7, 0, std::vector<double>(f.pose, f.pose + 7)},
                   {9, 6, std::vector<double>(f.speed_bias, f.speed_bias + 9)}};
   impl_->prior_blocks = {f.pose, f.speed_bias};
-  impl_->addCalibrationPrior();
+  addCalibrationPrior(*impl_);
   prior.r0 = Eigen::VectorXd::Zero(prior.J.rows());
 }
 
@@ -382,30 +294,7 @@ void ShortWindow::setRigDoubted(bool doubted) {
 }
 
 void ShortWindow::setCalibration(const Calibration& calibration) {
-  impl_->camera = calibration.camera;
-  const bool looked_for = impl_->options.calibrate && impl_->options.lens != LensMode::given;
-  impl_->radial_response =
-      looked_for ? camera::RadialResponse(calibration.camera) : camera::RadialResponse();
-  impl_->camera_parameters[factors::kTimeOffset] = calibration.time_offset_s;
-  impl_->stamp_offset_s = calibration.time_offset_s;
-  factors::poseTo(calibration.T_B_C, impl_->extrinsic);
-  impl_->further.clear();
-  for (const CameraMount& mount : calibration.further) {
-    FurtherCamera c;
-    c.given = mount.camera;
-    if (looked_for) c.radial_response = camera::RadialResponse(mount.camera);
-    c.offset_to_first_s = mount.time_offset_s - calibration.time_offset_s;
-    factors::poseTo(mount.T_B_C, c.extrinsic);
-    c.parameters[factors::kTimeOffset] = mount.time_offset_s;
-    c.parameters[factors::kReadout] = mount.readout_s;
-    c.sigma = rigSigma(*impl_, c, false);
-    impl_->further.push_back(c);
-  }
-  for (int i = 0; i < 3; ++i) {
-    impl_->imu_intrinsics[imu::kGyroGain + i] = calibration.gyro_gain[i];
-    impl_->imu_intrinsics[imu::kGyroAxes + i] = calibration.gyro_axes_rad[i];
-    impl_->imu_intrinsics[imu::kAccGain + i] = calibration.acc_gain[i];
-  }
+  takeCalibration(*impl_, calibration);
 }
 
 void ShortWindow::setExtrinsicsSigma(double position_m, double rotation_rad) {
@@ -430,23 +319,6 @@ bool ShortWindow::lensContradicted() const {
 void ShortWindow::stampWith(double time_offset_s) { impl_->stamp_offset_s = time_offset_s; }
 void ShortWindow::setStampSigma(double sigma_s) { impl_->stamp_sigma_s = sigma_s; }
 
-Calibration ShortWindow::calibration() const {
-  const factors::CameraVector c = impl_->cameraVector();
-  Calibration out;
-  out.T_B_C = impl_->T_B_C();
-  out.time_offset_s = c[factors::kTimeOffset];
-  out.readout_s = c[factors::kReadout];
-  out.camera = cameraWith(impl_->camera, c);
-  for (int k = 1; k < impl_->cameras(); ++k) {
-    const factors::CameraVector v = impl_->cameraVector(k);
-    out.further.push_back({cameraWith(impl_->beside(k).given, v), impl_->T_B_C(k),
-                           v[factors::kTimeOffset], v[factors::kReadout]});
-  }
-  const imu::ImuIntrinsics k = impl_->imuIntrinsics();
-  out.gyro_gain = k.segment<3>(imu::kGyroGain);
-  out.gyro_axes_rad = k.segment<3>(imu::kGyroAxes);
-  out.acc_gain = k.segment<3>(imu::kAccGain);
-  return out;
-}
+Calibration ShortWindow::calibration() const { return calibrationOf(*impl_); }
 
 }  // namespace vir::window

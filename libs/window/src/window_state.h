@@ -280,6 +280,14 @@ std::vector<BlockRef> frameBlocks(WindowState& w, std::size_t first, std::size_t
 Vec2 sightResidual(const WindowState& w, const WindowLandmark& l, const LandmarkSight& s,
                    const factors::SightGeometry& between, const Vec3& x);
 
+/// What is known of a further camera against the first: rigs are calibrated as one, far better than
+/// a camera is against an IMU, unless the matches between them say otherwise (`doubted`).
+CalibrationSigma rigSigma(const WindowState& w, const FurtherCamera& camera, bool doubted);
+/// What is known of the calibration at the beginning, to a prior that has the first frame's blocks.
+void addCalibrationPrior(WindowState& w);
+void takeCalibration(WindowState& w, const Calibration& calibration);
+Calibration calibrationOf(const WindowState& w);
+
 /// Of the cameras, behind all frames, if they are estimated.
 void addCalibrationBlocks(WindowState& w, std::vector<BlockRef>* order);
 

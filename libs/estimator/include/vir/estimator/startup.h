@@ -83,6 +83,8 @@ class Startup {
   std::vector<const vision::TrackedFrame*> selectFrames() const;
   bool enoughMotion(const std::vector<const vision::TrackedFrame*>& frames, imu::ImuBuffer& imu);
   bool refine(window::ShortWindow* window);
+  /// Do matches between cameras lie where the calibration has them?
+  bool rigFits() const;
   /// With depth from several cameras: scale and pose by the images, the tilt by the readings.
   bool startWithRig(imu::ImuBuffer& imu, const Pose& origin, window::ShortWindow* window);
 
