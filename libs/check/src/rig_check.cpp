@@ -264,11 +264,14 @@ std::optional<Finding> RigCheck::faultOf(const std::vector<Rays>& plain, const F
 }
 
 std::vector<Finding> RigCheck::findings() const {
-  if (pairs_ < kLeastPairs || !overlaps()) return {};
-  std::vector<Finding> out = lightFindings();
+  if (pairs_ < kLeastPairs) return {};
+  std::vector<Finding> out;
+  const bool overlap = overlaps();
+  if (overlap) out = lightFindings();
   const Pose T_0_1 = cameras_[0].T_B_C.inverse() * cameras_[1].T_B_C;
   const auto rays = raysOf({models_[0].get(), models_[1].get()});
   if (matches_.size() < kFewMatches || rays.size() < kFewMatches) {
+    if (!overlap) return out;
     out.push_back({Severity::doubtful, "rig_no_matches", cameras_[1].label,
                    "its images show nothing of what " + cameras_[0].label +
                        " sees, and by the calibration they should",

@@ -125,7 +125,7 @@ void LiveEstimation::handle(const Arrival& arrival) {
   }
   if (!roles::takes(inputs_, observation)) return;
   if ((rawlog::isImage(observation) || observation.sensorLabel == rawlog::kOdometryLabel) &&
-      roles::isOfNeeded(inputs_, observation)) {
+      !roles::isOfFurtherCamera(inputs_, observation)) {
     if (!first_frame_) first_frame_ = t;
     last_frame_ = t;
     ++summary_.frames;

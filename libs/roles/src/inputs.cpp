@@ -58,12 +58,15 @@ bool takes(const std::vector<EstimatorInput>& inputs, const mrpt::obs::CObservat
                      [&](const EstimatorInput& input) { return matches(input, observation); });
 }
 
-bool isOfNeeded(const std::vector<EstimatorInput>& inputs,
-                const mrpt::obs::CObservation& observation) {
-  return inputs.empty() ||
-         std::any_of(inputs.begin(), inputs.end(), [&](const EstimatorInput& input) {
-           return input.group > 0 && matches(input, observation);
-         });
+bool isOfFurtherCamera(const std::vector<EstimatorInput>& inputs,
+                       const mrpt::obs::CObservation& observation) {
+  bool first = true;
+  for (const EstimatorInput& input : inputs) {
+    if (input.kind != InputKind::image) continue;
+    if (matches(input, observation)) return !first;
+    first = false;
+  }
+  return false;
 }
 
 }  // namespace vir::roles

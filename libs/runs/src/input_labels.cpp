@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/rawlog_reader.h"
@@ -46,6 +47,7 @@ class Survey {
   InputLabels result() const {
     InputLabels out;
     noteOtherRanges(&out);
+    noteOtherImages(&out);
     bool images_told = false;
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
       const roles::EstimatorInput& input = inputs_[k];
@@ -53,12 +55,9 @@ class Survey {
       const std::string what = name(input.kind), wanted = what + " under the label " + input.label;
       std::string labels;
       for (const std::string& l : others_[k]) labels += (labels.empty() ? "" : ", ") + l;
-      if (input.group == 0 && input.kind == roles::InputKind::image) {
-        if (images_told) continue;
-        images_told = true;
-        out.notes.push_back("images under " + labels +
-                            " are not used; further cameras are named by other_cameras");
-      } else if (input.group == 0) {
+      if (input.group == 0) {
+        const bool image = input.kind == roles::InputKind::image;
+        if (image && std::exchange(images_told, true)) continue;  // several may be asked for
         out.notes.push_back("no " + wanted + ": those under " + labels +
                             " are not used; the label is a setting of the estimator");
       } else if (missing_.count(input.group) == 0) {
@@ -88,6 +87,17 @@ class Survey {
     out->notes.push_back("ranges under " + used + " are used, those under " + others +
                          " are not: range_label = " + used + " " + others +
                          " takes them too, each with the antenna's place as in the recording");
+  }
+
+  void noteOtherImages(InputLabels* out) const {
+    for (std::size_t k = 0; k < inputs_.size(); ++k) {
+      const bool first = inputs_[k].kind == roles::InputKind::image && inputs_[k].group > 0;
+      if (!first || seen_.count(k) == 0 || others_[k].empty()) continue;
+      std::string others;
+      for (const std::string& l : others_[k]) others += (others.empty() ? "" : " ") + l;
+      out->notes.push_back("images under " + inputs_[k].label + " are used, those under " + others +
+                           " are not: [Estimator] other_cameras = " + others + " takes them too");
+    }
   }
 
   const std::vector<roles::EstimatorInput>& inputs_;

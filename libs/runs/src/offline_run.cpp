@@ -163,7 +163,7 @@ class OfflineRun {
     if (hooks_.prepare) hooks_.prepare(observation.get());
     // States are of the first camera's images, and pictures show them.
     const bool seen = rawlog::isImage(*observation);
-    const bool further = seen && !roles::isOfNeeded(options_.inputs, *observation);
+    const bool further = roles::isOfFurtherCamera(options_.inputs, *observation);
     if (seen && !further) images_.add(t);
     if (!image && observation->sensorLabel == rawlog::kOdometryLabel) odometry_.add(t);
     if (!further) recorder_.onObservation(*observation);

@@ -29,7 +29,9 @@ std::vector<std::string> VirSettings::otherCameraLabels() const {
       out.push_back(rawlog::furtherLabel(rawlog::kCameraLabel, std::to_string(k)));
     }
   } else if (other_cameras != "none") {
-    std::istringstream in(other_cameras);
+    std::string labels = other_cameras;
+    std::replace(labels.begin(), labels.end(), ',', ' ');
+    std::istringstream in(labels);
     for (std::string label; in >> label;) out.push_back(label);
   }
   out.erase(std::remove(out.begin(), out.end(), camera_label), out.end());
@@ -79,7 +81,7 @@ void VirEstimator::startRig() {
       try {
         c.number = estimator_->addCamera(*c.mount);
       } catch (const std::exception& e) {
-        why = e.what();
+        why = rawlog::shortReason(e);
       }
     }
     if (why.empty()) continue;

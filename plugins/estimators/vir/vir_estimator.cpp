@@ -25,7 +25,7 @@ void VirSettings::describe(OptionVisitor& v) {
   v.value("camera_label", camera_label, "sensor label of the images");
   v.value("other_cameras", other_cameras,
           "sensor labels of further cameras of the robot, with blanks between; auto: CAM1 to CAM7, "
-          "where there are any; none");
+          "where there are any; none: one camera");
   v.value("tracks_label", tracks_label,
           "sensor label of feature tracks, for a recording without images");
   v.value("imu_label", imu_label, "sensor label of the IMU");

@@ -42,7 +42,7 @@ class VirSettings final : public roles::EstimatorSettings {
   std::vector<std::string> otherCameraLabels() const;
 
   std::string camera_label = rawlog::kCameraLabel;
-  std::string other_cameras = "auto";
+  std::string other_cameras = "none";
   std::string tracks_label = rawlog::kTracksLabel;
   std::string imu_label = rawlog::kImuLabel;
   std::string range_label = rawlog::kRangeLabel;

@@ -73,6 +73,23 @@ TEST_F(MatchLabels, RangesOfFurtherAntennasAreSaid) {
   EXPECT_FALSE(roles::isAmong("UWB", "UWB0 UWB1"));
 }
 
+TEST_F(MatchLabels, ImagesOfFurtherCamerasAreSaid) {
+  {
+    rawlog::RawlogWriter writer(rawlog_);
+    for (int i = 0; i < 4; ++i) {
+      const auto image = test::imageAt(test::kStart + i * test::kMs);
+      image->sensorLabel = i % 2 == 0 ? "CAM0" : "CAM1";
+      writer.write(*image);
+    }
+    writer.finish();
+  }
+  const EstimatorInput first{InputKind::image, "CAM0", 1};
+  const InputLabels one = match({first});
+  ASSERT_EQ(one.notes.size(), 1u);
+  EXPECT_NE(one.notes[0].find("other_cameras = CAM1"), std::string::npos) << one.notes[0];
+  EXPECT_TRUE(match({first, {InputKind::image, "CAM1", 0}}).notes.empty());
+}
+
 TEST_F(MatchLabels, AnotherInputOfTheGroupDoes) {
   const InputLabels l =
       match({{InputKind::image, "front", 1}, {InputKind::imu, rawlog::kImuLabel, 1}});

@@ -38,10 +38,9 @@ struct EstimatorInput {
 bool matches(const EstimatorInput& input, const mrpt::obs::CObservation& observation);
 /// Does any of `inputs` match, or is it an anchor put down by the robot (label `ANCHOR:<id>`)?
 bool takes(const std::vector<EstimatorInput>& inputs, const mrpt::obs::CObservation& observation);
-/// Is it one of an input that is needed, and not of one used where there is any (a further camera)?
-/// True for anything where nothing is known of inputs.
-bool isOfNeeded(const std::vector<EstimatorInput>& inputs,
-                const mrpt::obs::CObservation& observation);
+/// Is it of a camera beside the first among the inputs? States are of images of the first.
+bool isOfFurtherCamera(const std::vector<EstimatorInput>& inputs,
+                       const mrpt::obs::CObservation& observation);
 
 /// Counted, never silent: what the estimator could not use, and what happened to it.
 struct EstimatorReport {
