@@ -33,6 +33,25 @@ SourceReport checkAll(const SourceToRead& what, GivenCalibration* calibration,
   return report;
 }
 
+namespace {
+
+/// Labels of cameras that a run of these settings leaves alone beside the one it looks through.
+std::vector<std::string> unusedCameras(const RecordingCheck& check, const Settings& used) {
+  const Setting* others = used.find("Estimator", "other_cameras");
+  const Setting* first = used.find("Estimator", "camera_label");
+  if (first == nullptr || others == nullptr || others->value != "none") return {};
+  std::vector<std::string> out;
+  bool there = false;
+  for (const check::StreamSummary& s : check.streams()) {
+    if (s.kind != check::StreamKind::images) continue;
+    if (s.label == first->value) there = true;
+    if (s.label != first->value) out.push_back(s.label);
+  }
+  return there ? out : std::vector<std::string>();
+}
+
+}  // namespace
+
 std::vector<std::string> causesIn(const std::string& rawlog, const Settings& used,
                                   GivenCalibration calibration, const std::string& driver) {
   RecordingCheck check(RecordingCheck::Depth::full);
@@ -44,7 +63,13 @@ std::vector<std::string> causesIn(const std::string& rawlog, const Settings& use
     // The run has said what there is to say of a file that ends in the middle; what was read
     // counts.
   }
-  return briefLines(check);
+  std::vector<std::string> out;
+  const std::vector<std::string> unused = unusedCameras(check, used);
+  for (const check::Finding& f : check.findings()) {
+    const bool counts = std::find(unused.begin(), unused.end(), f.stream) == unused.end();
+    if (counts && f.severity != check::Severity::note) out.push_back(check::line(f));
+  }
+  return out;
 }
 
 std::vector<std::string> doubtsOf(const RecordingCheck& brief, const std::string& rawlog,

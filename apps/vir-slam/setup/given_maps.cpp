@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "commands/commands.h"
+#include "vir/core/text.h"
 
 namespace vir::app {
 namespace {
@@ -46,6 +47,12 @@ bool takeMaps(const std::string& map, const std::string& save_map, Settings* set
     settings->set("Loops.save_map=" + to);
   }
   const bool any = !map.empty() || !save_map.empty();
+  const Setting* loops = settings->find("Estimator", "loops");
+  if (any && loops != nullptr && lowerCase(loops->value) == "false") {
+    throw UsageError(
+        "--map and --save-map need the places that loops are found by: leave out [Estimator] "
+        "loops = false");
+  }
   if (any) settings->set("Estimator.loops=true");
   return any;
 }

@@ -23,7 +23,7 @@ constexpr double kNearLinePx = 2;
 constexpr double kParallaxPx = 3;
 /// Of matches that fit: a calibration that is right, one that another must be better than by so
 /// much to be named, and what chance alone gives.
-constexpr double kGood = 0.6, kBetterBy = 0.2;
+constexpr double kGood = 0.6, kBetterBy = 0.2, kChance = 0.2;
 constexpr double kTurnedDeg = 2.5;  ///< that an estimator corrects by itself
 constexpr double kBrighter = 1.8;
 
@@ -263,15 +263,40 @@ std::optional<Finding> RigCheck::faultOf(const std::vector<Rays>& plain, const F
   return out;
 }
 
+Finding RigCheck::unexplained(const Fit& given) const {
+  return {
+      Severity::doubtful,
+      "rig_geometry",
+      cameras_[1].label,
+      "what it and " + cameras_[0].label +
+          " see does not lie in the directions that the calibration says, nor in those of any "
+          "mistake that is known",
+      "of " + std::to_string(given.of) + " matches between the images, " + num(100 * given.share) +
+          " % do",
+      "look at the poses of both cameras (T_BS takes the camera to the body), their lenses, and "
+      "whether the images are of one time"};
+}
+
+Finding RigCheck::apart() const {
+  return {Severity::note,
+          "rig",
+          cameras_[1].label,
+          "by the calibration it looks elsewhere than " + cameras_[0].label +
+              ", and the images do not contradict",
+          std::to_string(pairs_) + " pairs of images",
+          ""};
+}
+
 std::vector<Finding> RigCheck::findings() const {
   if (pairs_ < kLeastPairs) return {};
   std::vector<Finding> out;
   const bool overlap = overlaps();
   if (overlap) out = lightFindings();
+  const std::size_t light = out.size();
   const Pose T_0_1 = cameras_[0].T_B_C.inverse() * cameras_[1].T_B_C;
   const auto rays = raysOf({models_[0].get(), models_[1].get()});
   if (matches_.size() < kFewMatches || rays.size() < kFewMatches) {
-    if (!overlap) return out;
+    if (!overlap) return {apart()};
     out.push_back({Severity::doubtful, "rig_no_matches", cameras_[1].label,
                    "its images show nothing of what " + cameras_[0].label +
                        " sees, and by the calibration they should",
@@ -283,14 +308,17 @@ std::vector<Finding> RigCheck::findings() const {
   const Fit given = fitOf(rays, T_0_1);
   if (given.share < kGood) {
     if (auto fault = faultOf(rays, given)) out.push_back(std::move(*fault));
+    if (out.empty() && !overlap) out.push_back(apart());
+    if (overlap && given.share < kChance && out.size() == light) out.push_back(unexplained(given));
     return out;
   }
-  out.push_back({Severity::note, "rig", cameras_[1].label,
-                 "it stands to " + cameras_[0].label + " as the calibration says",
-                 num(100 * given.share) + " % of " + std::to_string(given.of) +
-                     " matches fit, median " + num(given.median_px, 2) +
-                     " px from their line, parallax " + num(given.parallax_px) + " px",
-                 ""});
+  out.push_back(
+      {Severity::note, "rig", cameras_[1].label,
+       "what it and " + cameras_[0].label + " see lies in the directions that the calibration says",
+       num(100 * given.share) + " % of " + std::to_string(given.of) + " matches fit, median " +
+           num(given.median_px, 2) + " px from their line, parallax " + num(given.parallax_px) +
+           " px; how far the cameras are apart is not tested by that",
+       ""});
   return out;
 }
 

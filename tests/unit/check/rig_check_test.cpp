@@ -157,9 +157,24 @@ TEST(RigCheck, WhatAnEstimatorCorrectsIsANote) {
   EXPECT_EQ(found[0].severity, Severity::note);
 }
 
-TEST(RigCheck, CamerasThatLookElsewhereAreLeftAlone) {
+TEST(RigCheck, CamerasThatLookElsewhereAreNotCompared) {
   const Pose behind{expQuat(Vec3(0, kPi, 0)), Vec3(0, 0, -0.1)};
-  EXPECT_TRUE(findingsOf(rawPairs(), lenses(), behind).empty());
+  const auto found = findingsOf(seen(lenses(), behind), lenses(), behind);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, "rig");
+  EXPECT_NE(found[0].what.find("looks elsewhere"), std::string::npos);
+}
+
+/// As the inverse of T_BS has it.
+TEST(RigCheck, ACalibrationByWhichTheyLookElsewhereIsContradictedByWhatTheySee) {
+  const Pose aside{expQuat(Vec3(0, 2, 0)), Vec3(0, 0, -0.1)};
+  EXPECT_EQ(seriousKinds(findingsOf(rawPairs(), lenses(), aside)), Kinds{"rig_geometry"});
+}
+
+TEST(RigCheck, APoseThatNothingExplainsIsNamed) {
+  const Pose odd{expQuat(Vec3(0, 0, 2.2)), Vec3(0, 0.1, 0)};
+  const auto found = findingsOf(rawPairs(), lenses(), odd);
+  EXPECT_EQ(seriousKinds(found), Kinds{"rig_geometry"});
 }
 
 TEST(RigCheck, ACoveredCameraShowsNothing) {

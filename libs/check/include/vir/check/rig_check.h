@@ -29,8 +29,7 @@ class RigCheck {
   bool wants(TimeNs t) const;
   /// One channel of 8 bits; in order of time per camera. Copied.
   void add(int camera, TimeNs t, const cv::Mat& gray);
-  /// Nothing where too few pairs were seen, or where the calibration says that the cameras look
-  /// at different things.
+  /// Nothing where too few pairs were seen.
   std::vector<Finding> findings() const;
 
  private:
@@ -51,6 +50,8 @@ class RigCheck {
   std::optional<Finding> faultOf(const std::vector<Rays>& plain, const Fit& given) const;
   double focalPx() const { return 0.5 * (cameras_[0].calibration.fx + cameras_[0].calibration.fy); }
   std::vector<Finding> lightFindings() const;
+  Finding apart() const;
+  Finding unexplained(const Fit& given) const;
 
   std::array<RigCamera, 2> cameras_;
   std::array<std::shared_ptr<const camera::CameraModel>, 2> models_;
