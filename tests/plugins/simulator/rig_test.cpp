@@ -17,8 +17,8 @@ namespace {
 SimulatorOptions read(const std::vector<std::string>& assignments) {
   Settings settings;
   for (const char* a : {"simulator.cameras=2", "Flight.length_m=8", "Camera.width_px=96",
-                               "Camera.height_px=64", "Camera.fx_px=60", "Camera.fy_px=60",
-                               "Camera.cx_px=48", "Camera.cy_px=32", "Camera.distortion=none"}) {
+                        "Camera.height_px=64", "Camera.fx_px=60", "Camera.fy_px=60",
+                        "Camera.cx_px=48", "Camera.cy_px=32", "Camera.distortion=none"}) {
     settings.set(a);
   }
   for (const std::string& a : assignments) settings.set(a);

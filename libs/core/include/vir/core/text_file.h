@@ -21,8 +21,8 @@ std::string notAFile(const std::string& path);
 /// Why there is no text in a file: "is empty"; empty for all others, and for what is not there.
 std::string whyNoText(const std::string& path);
 
-/// All of a text file, in UTF-8 (see TextStream). Throws std::runtime_error without the path in it: no such file, a folder or
-/// a device, larger than `most` bytes, or why it cannot be read.
+/// All of a text file, in UTF-8 (see TextStream). Throws std::runtime_error without the path in it:
+/// no such file, a folder or a device, larger than `most` bytes, or why it cannot be read.
 std::string readTextFile(const std::string& path, std::size_t most);
 
 }  // namespace core
