@@ -17,8 +17,10 @@ constexpr double kDoubtful = 0.15;        // [m] of bias
 constexpr double kDoubtfulOffset = 0.03;  // [s]
 constexpr double kSigmas = 5;             // of an estimate, to speak against what is given
 constexpr double kTellingSigma = 0.1;     // [m] of a bias, to note it
-constexpr double kDisplaced = 0.5;        // [m] of an anchor
-constexpr double kMisfit = 1;             // [m] of spread about the best anchor
+// What is known less well may as well come from an anchor that moves, as another robot does.
+constexpr double kKnownOffset = 0.1, kKnownBias = 0.25;  // [s], [m]
+constexpr double kDisplaced = 0.5;                       // [m] of an anchor
+constexpr double kMisfit = 1;                            // [m] of spread about the best anchor
 constexpr double kUnitGain = 25, kUnitRatio = 1.5, kPlaceGain = 15;
 constexpr double kOdometryGap = 1.4;  // factor between two units that an odometry tells apart
 constexpr TimeNs kOdometrySpan = 60'000'000'000;
@@ -193,7 +195,7 @@ void addOffsets(const std::string& label, const std::vector<Fit>& fits, std::vec
   std::vector<double> offsets, sigmas;
   for (const Fit& f : fits) {
     const AnchorFit& b = f.best();
-    if (std::abs(b.offset_s) < kDoubtfulOffset ||
+    if (std::abs(b.offset_s) < kDoubtfulOffset || b.offset_sigma_s > kKnownOffset ||
         std::abs(b.offset_s) < kSigmas * b.offset_sigma_s) {
       continue;
     }
@@ -219,8 +221,8 @@ void addBiases(const std::string& label, const std::vector<Fit>& fits, std::vect
   std::vector<const Fit*> wrong;
   for (const Fit& f : fits) {
     const AnchorFit& b = f.best();
-    const bool doubtful =
-        std::abs(b.bias_m) > kDoubtful && std::abs(b.bias_m) > kSigmas * b.bias_sigma_m;
+    const bool doubtful = std::abs(b.bias_m) > kDoubtful && b.bias_sigma_m < kKnownBias &&
+                          std::abs(b.bias_m) > kSigmas * b.bias_sigma_m;
     if (doubtful) wrong.push_back(&f);
     if (!doubtful && b.bias_sigma_m > kTellingSigma) continue;
     const std::string anchor = "anchor " + std::to_string(f.id);
