@@ -22,8 +22,8 @@ using vir::test::Row;
 using vir::test::Variant;
 using vir::test::virSlam;
 
-// Of a recording, from its first image on: for what images have a say in, and for the rest.
-constexpr double kSeconds = 15, kFewSeconds = 6;
+/// Of a recording, from its first image on.
+constexpr double kFewSeconds = 6;
 
 constexpr const char* kFlight = "euroc_MH01_clip30s";
 constexpr const char* kRoom = "rendered_V102_32s";

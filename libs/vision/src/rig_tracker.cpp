@@ -20,9 +20,10 @@ namespace {
 
 /// Cameras see the same if this share of an image is in the other's.
 constexpr double kOverlap = 0.15;
-/// Of what all may have: the first of cameras that overlap, and the share of it that another one
-/// looks for beside what was matched into it.
-constexpr double kFirstShare = 0.6, kOwnShare = 0.05;
+/// Of what one camera may have: the first of cameras that overlap (with less than all, two cameras
+/// were worse than one on MH01 and the rendered eight), and the share of it that another one looks
+/// for beside what was matched into it.
+constexpr double kFirstShare = 1, kOwnShare = 0.05;
 /// Of a sight that began as a match: what that was off by stays with it from image to image.
 constexpr double kMatchedNoise = 2;
 /// A match is tried when a track begins, and then after so many images, doubled every time.
