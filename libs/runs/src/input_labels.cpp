@@ -19,6 +19,12 @@ bool spokenFor(const std::string& label) {
          rawlog::isBroadcastLabel(label) || rawlog::isDeployedAnchorLabel(label);
 }
 
+std::string listed(const std::set<std::string>& labels, const char* between) {
+  std::string out;
+  for (const std::string& l : labels) out += (out.empty() ? "" : between) + l;
+  return out;
+}
+
 class Survey {
  public:
   explicit Survey(const std::vector<roles::EstimatorInput>& inputs)
@@ -53,8 +59,7 @@ class Survey {
       const roles::EstimatorInput& input = inputs_[k];
       if (others_[k].empty() || seen_.count(k) > 0) continue;
       const std::string what = name(input.kind), wanted = what + " under the label " + input.label;
-      std::string labels;
-      for (const std::string& l : others_[k]) labels += (labels.empty() ? "" : ", ") + l;
+      const std::string labels = listed(others_[k], ", ");
       if (input.group == 0) {
         const bool image = input.kind == roles::InputKind::image;
         if (image && std::exchange(images_told, true)) continue;  // several may be asked for
@@ -80,8 +85,7 @@ class Survey {
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
       if (inputs_[k].kind != roles::InputKind::ranges) continue;
       if (seen_.count(k) > 0) used += (used.empty() ? "" : " ") + inputs_[k].label;
-      others.clear();
-      for (const std::string& l : others_[k]) others += (others.empty() ? "" : " ") + l;
+      others = listed(others_[k], " ");
     }
     if (used.empty() || others.empty()) return;
     out->notes.push_back("ranges under " + used + " are used, those under " + others +
@@ -93,8 +97,7 @@ class Survey {
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
       const bool first = inputs_[k].kind == roles::InputKind::image && inputs_[k].group > 0;
       if (!first || seen_.count(k) == 0 || others_[k].empty()) continue;
-      std::string others;
-      for (const std::string& l : others_[k]) others += (others.empty() ? "" : " ") + l;
+      const std::string others = listed(others_[k], " ");
       out->notes.push_back("images under " + inputs_[k].label + " are used, those under " + others +
                            " are not: [Estimator] other_cameras = " + others + " takes them too");
     }
