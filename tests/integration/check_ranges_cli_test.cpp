@@ -41,6 +41,13 @@ TEST(CheckCli, HoldsRangesAgainstTheTruth) {
   c = check(*ranges(1, 0, 300'000'000));
   EXPECT_EQ(c.code, 3) << c.text;
   EXPECT_EQ(c.kinds, Kinds{"range_time_offset"}) << c.text;
+  // So are a factor and a shift.
+  const auto off = ranges(1.05, 0, 300'000'000);
+  c = check(*off);
+  EXPECT_EQ(c.code, 3) << c.text;
+  EXPECT_EQ(c.kinds, (Kinds{"range_scale", "range_time_offset"})) << c.text;
+  EXPECT_EQ(check(*off, "--set euroc.range_factor=0.952 --set euroc.range_time_offset_s=-0.3").code,
+            0);
   // The rawlog knows the anchors by the file beside it.
   const Variant v(source, 30);
   const std::string rawlog = v.out("x.rawlog");

@@ -145,12 +145,13 @@ TEST_F(Tables, WhatIsNotThereOrEmptyIsSaidFirst) {
 }
 
 TEST_F(Tables, NamesOfAnchorsGoThroughExportAndBack) {
-  const char* ids[] = {"9412036502", "0x84", "200A", "0x1122334455667788", "18446744073709551615"};
+  const char* ids[] = {"9412036502",           "0x84",       "200A",      "0x1122334455667788",
+                       "18446744073709551615", "north wall", "T\xc3\xbcr"};
   std::string text = "timestamp,anchor_id,range\n";
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 420; ++i) {
     char line[80];
-    std::snprintf(line, sizeof line, "%lld,%s,%.4f\n", kStart + i * 9'000'000LL, ids[i % 5],
-                  2 + i % 5 + 0.05 * std::sin(0.1 * i));
+    std::snprintf(line, sizeof line, "%lld,%s,%.4f\n", kStart + i * 9'000'000LL, ids[i % 7],
+                  2 + i % 7 + 0.05 * std::sin(0.1 * i));
     text += line;
   }
   test::writeText(root() / "uwb.csv", text);
@@ -160,7 +161,8 @@ TEST_F(Tables, NamesOfAnchorsGoThroughExportAndBack) {
   EXPECT_EQ(names,
             "\n// anchor 1000002 is '0x1122334455667788'\n"
             "// anchor 1000003 is '18446744073709551615'\n"
-            "// anchor 1000001 is '200A'\n// anchor 1000000 is '9412036502'\n");
+            "// anchor 1000001 is '200A'\n// anchor 1000000 is '9412036502'\n"
+            "// anchor 1000005 is 'T\xc3\xbcr'\n// anchor 1000004 is 'north wall'\n");
   for (const char* format : {"mcap", "csv"}) {
     const std::string out = file(std::string("e.") + format);
     ASSERT_EQ(virSlam("export " + quoted(file("a.rawlog")) + " --format " + format + " --out " +
@@ -172,7 +174,8 @@ TEST_F(Tables, NamesOfAnchorsGoThroughExportAndBack) {
     EXPECT_EQ(remarks(test::readText(file("b.ini"))), names) << format;
     // In findings they are called as in the recording, those that fit by their number.
     const Outcome checked = virSlam("check " + quoted(file("b.rawlog")));
-    for (const char* id : {"9412036502", "132", "200A", "0x1122334455667788"}) {
+    for (const char* id :
+         {"9412036502", "132", "200A", "0x1122334455667788", "north wall", "T\xc3\xbcr"}) {
       EXPECT_TRUE(contains(checked.text, std::string("anchor ") + id + ": noise")) << checked.text;
     }
     fs::remove(file("b.rawlog"));

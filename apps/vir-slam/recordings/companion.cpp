@@ -50,11 +50,11 @@ AnchorTexts anchorTextsIn(const std::string& ini) {
   AnchorTexts out;
   for (std::string line; readLine(in, &line);) {
     const auto words = wordsOf(line);
-    if (words.size() != 5 || words[0] != "//" || words[1] != "anchor" || words[3] != "is") continue;
+    if (words.size() < 5 || words[0] != "//" || words[1] != "anchor" || words[3] != "is") continue;
     std::uint64_t number = 0;
-    const std::string_view name = words[4];
-    if (!parseNumber(words[2], &number) || name.size() < 3 || name.front() != '\'') continue;
-    out[number] = name.substr(1, name.size() - 2);
+    const std::size_t first = line.find('\''), last = line.rfind('\'');
+    if (!parseNumber(words[2], &number) || first == line.npos || last < first + 2) continue;
+    out[number] = line.substr(first + 1, last - first - 1);
   }
   return out;
 }
@@ -93,12 +93,9 @@ void callAnchors(const AnchorTexts& texts, std::string* text) {
 }
 
 std::string anchorNamesOf(const std::string& rawlog) {
-  std::string out;
-  for (const auto& [number, name] : anchorTextsOf(rawlog)) {
-    if (!out.empty()) out += ' ';
-    out += name + "=" + std::to_string(number);
-  }
-  return out;
+  ranging::AnchorNumbers numbers;
+  for (const auto& [number, name] : anchorTextsOf(rawlog)) numbers[name] = number;
+  return ranging::anchorNumbersText(numbers);
 }
 
 AnchorTable anchorsTruthOf(const std::string& rawlog) {

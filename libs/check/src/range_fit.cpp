@@ -268,6 +268,7 @@ AnchorFit fitAnchor(const KnownPath& path, const std::vector<Range>& ranges, dou
   fit.noise_m = std::max(spreadOf(antennas, x), kLeastNoise);
   fit.antennas_W = antennas.points;
   fit.ranges_m = antennas.ranges;
+  fit.times = antennas.times;
   uncertainty(problem, antennas, x, fit.used, &fit);
   return fit;
 }

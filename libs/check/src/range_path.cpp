@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "range_scale.h"
 #include "text.h"
 #include "vir/core/length_units.h"
 #include "vir/core/order_statistics.h"
@@ -23,6 +24,11 @@ constexpr double kDisplaced = 0.5;                       // [m] of an anchor
 constexpr double kMisfit = 1;                            // [m] of spread about the best anchor
 constexpr double kUnitGain = 25, kUnitRatio = 1.5, kPlaceGain = 15;
 constexpr double kOdometryGap = 1.4;  // factor between two units that an odometry tells apart
+/// Of importers that have the same settings.
+constexpr const char* kSections =
+    " (csv. for tables, bag. for bags of ROS 1, rosbag2. for the others)";
+constexpr double kFarSigmas = 4, kFarAnyway = 0.1;        // [m] of one range
+constexpr double kNoteLonger = 0.05, kDoubtLonger = 0.2;  // share of ranges
 constexpr TimeNs kOdometrySpan = 60'000'000'000;
 
 struct Fit {
@@ -89,6 +95,46 @@ Finding unitFinding(const std::string& label, const LengthUnit& unit,
               num(medianInPlace(&noise)) + " m; taken as metres they fit no anchor anywhere",
           "import with --set euroc.range_unit=" + name + " (csv.range_unit for tables, unit=" +
               name + " in --topic range= of a bag), or multiply them by " + num(unit.in_m, 4)};
+}
+
+void dropMisfits(std::vector<Fit>* fits) {
+  const auto misfit = [](const Fit& f) { return f.free.noise_m >= kMisfit; };
+  fits->erase(std::remove_if(fits->begin(), fits->end(), misfit), fits->end());
+}
+
+/// Ranges in proportion too long or too short are a unit of their own; taken as right from then on.
+/// Returns metres per unit.
+double takeScale(const std::string& label, const KnownPath& path, const Lists& lists, double unit_m,
+                 const GivenAnchors& anchors, std::vector<Fit>* fits, std::vector<Finding>* out) {
+  std::vector<AnchorFit> at_places;
+  std::vector<const AnchorFit*> free, held;
+  for (const Fit& f : *fits) {
+    free.push_back(&f.free);
+    const auto known = anchors.truth.find(f.id);
+    if (known == anchors.truth.end()) continue;
+    at_places.push_back(fitAnchor(path, *f.ranges, unit_m, known->second));
+  }
+  for (const AnchorFit& f : at_places) {
+    if (f.found) held.push_back(&f);
+  }
+  // Known places tell it better, but they may be in another frame.
+  RangeScale scale = commonScale(held, true);
+  if (!scale.found || held.size() < fits->size()) scale = commonScale(free, false);
+  if (!scale.found) return unit_m;
+  const double percent = 100 * scale.error;
+  out->push_back(
+      {Severity::doubtful, "range_scale", label,
+       "the ranges are too " + std::string(percent > 0 ? "long" : "short") + " by " +
+           num(std::abs(percent), 2) + " % of the distance",
+       "so they fit the path best, sigma " + num(100 * scale.sigma, 1) + " %, by " +
+           std::to_string(scale.anchors) + (scale.anchors == 1 ? " anchor" : " anchors"),
+       "import with --set euroc.range_factor=" + num(1 / (1 + scale.error), 4) + kSections +
+           ", unless it is the ground truth whose scale is "
+           "off; a radio that counts time with a wrong clock, or another speed of light, does it"});
+  const double right_m = unit_m / (1 + scale.error);
+  *fits = fitAll(path, lists, right_m);
+  dropMisfits(fits);
+  return right_m;
 }
 
 /// Whether the given places hold; `at` and `given` of the fits.
@@ -211,10 +257,9 @@ void addOffsets(const std::string& label, const std::vector<Fit>& fits, std::vec
        std::string("the stamps of the ranges are too ") + (late ? "late" : "early") + " by " +
            num(std::abs(offset)) + " s" + (off.size() < fits.size() ? " (" + list(off) + ")" : ""),
        "so they fit the path best, sigma " + num(medianInPlace(&sigmas), 2) + " s",
-       std::string(late ? "take " : "add ") + num(std::abs(offset)) + " s " +
-           (late ? "off the" : "to the") +
-           " stamps of the ranges, unless it is the path's clock that is off; were they stamped on "
-           "arrival? A bag may have their own time in a field (stamp=FIELD in --topic range=)"});
+       "import with --set euroc.range_time_offset_s=" + num(offset) + kSections +
+           ", unless it is the path's clock that is off; were they stamped on arrival? A bag may "
+           "have their own time in a field (stamp=FIELD in --topic range=)"});
 }
 
 void addBiases(const std::string& label, const std::vector<Fit>& fits, std::vector<Finding>* out) {
@@ -237,6 +282,32 @@ void addBiases(const std::string& label, const std::vector<Fit>& fits, std::vect
                         std::string(b.bias_m > 0 ? "take " : "add ") + num(std::abs(b.bias_m)) +
                         (b.bias_m > 0 ? " m off" : " m")
                   : ""});
+  }
+}
+
+/// Ranges that went round something are too long, hardly ever too short.
+void addLengthened(const std::string& label, const std::vector<Fit>& fits,
+                   std::vector<Finding>* out) {
+  for (const Fit& f : fits) {
+    const AnchorFit& b = f.best();
+    const double far = kFarSigmas * b.noise_m + kFarAnyway;
+    long longer = 0, shorter = 0;
+    std::vector<double> by;
+    for (std::size_t i = 0; i < b.antennas_W.size(); ++i) {
+      const double rest = b.ranges_m[i] - (b.p_W - b.antennas_W[i]).norm() - b.bias_m;
+      if (rest > far) ++longer, by.push_back(rest);
+      if (rest < -far) ++shorter;
+    }
+    const double share = double(longer) / std::max(double(b.antennas_W.size()), 1.0);
+    if (share < kNoteLonger || longer < 3 * shorter) continue;
+    out->push_back({share > kDoubtLonger ? Severity::doubtful : Severity::note, "range_lengthened",
+                    label,
+                    "anchor " + std::to_string(f.id) + ": " + num(100 * share, 2) +
+                        " % of the ranges are far too long, as without line of sight",
+                    "by " + num(medianInPlace(&by)) + " m in the median, " + num(far, 2) +
+                        " m or more; " + std::to_string(shorter) + " too short by as much",
+                    "put the anchor where the robot sees it, or several anchors; a run leaves out "
+                    "what sticks out, but not what is wrong for long"});
   }
 }
 
@@ -271,14 +342,14 @@ std::vector<Finding> RangePathCheck::againstTruth(const KnownPath& path,
   if (fits.empty()) return out;
   if (unit.in_m != 1) out.push_back(unitFinding(label_, unit, fits));
   addMisfits(label_, fits, &out);
-  fits.erase(std::remove_if(fits.begin(), fits.end(),
-                            [](const Fit& f) { return f.free.noise_m >= kMisfit; }),
-             fits.end());
-  holdAgainst(path, anchors, unit.in_m, &fits);
+  dropMisfits(&fits);
+  const double unit_m = takeScale(label_, path, lists, unit.in_m, anchors, &fits, &out);
+  holdAgainst(path, anchors, unit_m, &fits);
   addPlaces(label_, fits, anchors, &out);
   if (anchors.truth.empty()) addSurvey(label_, fits, anchors, &out);
   addOffsets(label_, fits, &out);
   addBiases(label_, fits, &out);
+  addLengthened(label_, fits, &out);
   return out;
 }
 

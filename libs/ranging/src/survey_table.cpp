@@ -7,6 +7,7 @@
 
 #include "vir/core/parse_number.h"
 #include "vir/core/text.h"
+#include "vir/tables/anchor_names.h"
 #include "vir/tables/layout.h"
 
 namespace vir::ranging {
@@ -70,7 +71,7 @@ Columns columnsOf(const tables::Layout& layout, const std::string& name) {
 
 /// False for what is no id.
 bool idOf(std::string_view text, const AnchorNumbers& numbers, std::uint64_t* id) {
-  const auto known = numbers.find(std::string(text));
+  const auto known = numbers.find(tables::utf8Name(text));
   if (known != numbers.end()) {
     *id = known->second;
     return true;
@@ -169,6 +170,16 @@ tables::Layout layoutOfHeader(std::string_view header, char separator) {
 
 }  // namespace
 
+std::string anchorNumbersText(const AnchorNumbers& numbers) {
+  std::string out;
+  for (const auto& [name, number] : numbers) {
+    if (!out.empty()) out += ' ';
+    for (const char c : name) out += c == ' ' ? "%20" : c == '%' ? "%25" : std::string(1, c);
+    out += "=" + std::to_string(number);
+  }
+  return out;
+}
+
 AnchorNumbers anchorNumbers(const std::string& text) {
   AnchorNumbers out;
   for (const std::string_view word : wordsOf(text)) {
@@ -178,7 +189,12 @@ AnchorNumbers anchorNumbers(const std::string& text) {
       throw std::runtime_error("[Ranges] anchor_names: '" + std::string(word) +
                                "' is no name=number");
     }
-    out[std::string(word.substr(0, at))] = number;
+    std::string name(word.substr(0, at));
+    for (std::size_t i = 0; (i = name.find('%', i)) != std::string::npos; ++i) {
+      const std::string code = name.substr(i, 3);
+      if (code == "%20" || code == "%25") name.replace(i, 3, code == "%20" ? " " : "%");
+    }
+    out[name] = number;
   }
   return out;
 }

@@ -241,7 +241,7 @@ std::vector<SurveyedAnchor> BagSource::surveyedAnchors() const {
 
 std::string BagSource::companionIni() const {
   if (!recording_) return {};
-  return recording_->extras().ini + anchorRemarks(recording_->anchors().mapped());
+  return recording_->extras().ini + recording_->anchors().remarks();
 }
 
 }  // namespace vir

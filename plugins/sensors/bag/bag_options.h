@@ -22,6 +22,8 @@ struct BagOptions {
 
   std::string acc_unit = "auto", gyro_unit = "auto";  ///< words of imu_units.h
 
+  double range_factor = 1;         ///< on the ranges
+  double range_time_offset_s = 0;  ///< stamp of a range + this = time on the IMU's clock
   double range_sigma_m = 0.1;
   std::vector<double> lever_arm_m{0, 0, 0};  ///< antenna in body
 };

@@ -7,6 +7,7 @@
 #include "imu_units.h"
 #include "input_error.h"
 #include "lever_arms.h"
+#include "vir/core/time_bounds.h"
 #include "vir/rawlog/labels.h"
 #include "whole_png.h"
 
@@ -177,7 +178,8 @@ void BagRecording::tellDamage() {
                   " readings of the gyro had no accelerometer around them");
   }
   for (const auto& [name, number] : anchors_.mapped()) {
-    log_->note("anchor '" + name + "' has the number " + std::to_string(number) + " in the rawlog");
+    log_->note("anchor '" + tables::shownName(name) + "' has the number " + std::to_string(number) +
+               " in the rawlog");
   }
 }
 
@@ -353,8 +355,9 @@ void BagRecording::takeRanges(const MessageView& m, const Stream& s, TimeNs t, T
     }
     Range range;
     range.t = r.stamp.value_or(t);
+    if (isStamp(range.t)) range.t += fromSeconds(options_.range_time_offset_s);
     range.anchor = static_cast<std::uint64_t>(anchors_.numberOfAny(r.anchor));
-    range.range_m = r.range_m;
+    range.range_m = r.range_m * options_.range_factor;
     range.sigma_m = r.sigma_m > 0 ? r.sigma_m : options_.range_sigma_m;
     if (r.place) places_.add(range.anchor, *r.place);
     const std::size_t antenna = antennaOf(s, index, r.tag);

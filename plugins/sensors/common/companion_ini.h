@@ -21,16 +21,6 @@ std::string imuSection(const Noise& n) {
   return text;
 }
 
-/// Which number an anchor's name got, as remarks. `mapped`: pairs of name and number.
-template <typename Mapped>
-std::string anchorRemarks(const Mapped& mapped) {
-  std::string text;
-  for (const auto& [name, number] : mapped) {
-    text += "// anchor " + std::to_string(number) + " is '" + name + "'\n";
-  }
-  return text;
-}
-
 /// Section [Camera]: stamp of an image + this = its time on the IMU's clock, of the first camera
 /// and of those beside it. Empty where nothing is known.
 inline std::string cameraSection(const std::optional<double>& first_s,

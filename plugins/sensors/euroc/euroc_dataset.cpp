@@ -217,7 +217,7 @@ std::string FolderSource::companionIni() const {
   if (!recording_->cameras().empty()) {
     out += cameraSection(recording_->cameras()[0].time_offset_s, recording_->otherTimeOffsets());
   }
-  return out + anchorRemarks(recording_->anchorNames().mapped());
+  return out + recording_->anchorNames().remarks();
 }
 
 std::vector<roles::TrueAnchor> FolderSource::trueAnchors() const {

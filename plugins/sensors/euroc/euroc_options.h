@@ -27,6 +27,8 @@ struct EurocOptions {
   double start_s = 0;            ///< [s] after the first image
   double max_duration_s = 0;     ///< [s] from the start, 0 = all
 
+  double range_factor = 1;         ///< on the ranges read
+  double range_time_offset_s = 0;  ///< stamp of a range read + this = time on the IMU's clock
   bool simulate_ranges = false;
   std::vector<double> anchor_m;   ///< x y z of each anchor in the ground truth's world [m]
   std::vector<double> anchor_id;  ///< one per anchor; empty: 0, 1, 2, ...

@@ -55,9 +55,11 @@ struct AnchorRow {
 
 /// What the numbers are multiplied by; 0: as the header says, else SI.
 struct Units {
-  double gyro = 0;   ///< [rad/s]
-  double acc = 0;    ///< [m/s^2]
-  double range = 0;  ///< [m]
+  double gyro = 0;          ///< [rad/s]
+  double acc = 0;           ///< [m/s^2]
+  double range = 0;         ///< [m]
+  double range_factor = 1;  ///< on ranges, whatever their unit
+  TimeNs range_offset = 0;  ///< stamp of a range + this = time on the IMU's clock
   /// Take an accelerometer whose first second is about 1 (or 1000) long for one in g (mg).
   bool guess_acc = false;
 };

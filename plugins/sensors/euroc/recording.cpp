@@ -169,7 +169,8 @@ void Recording::findTrueAnchors(const EurocOptions& o) {
 
 void Recording::noteAnchorNames() {
   for (const auto& [name, number] : anchor_names_.mapped()) {
-    log_->note("anchor " + name + " is " + std::to_string(number) + " in the rawlog");
+    log_->note("anchor " + tables::shownName(name) + " is " + std::to_string(number) +
+               " in the rawlog");
   }
 }
 

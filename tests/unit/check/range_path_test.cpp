@@ -13,7 +13,8 @@ namespace {
 /// A flight about a room with anchors in it; every tenth range is a metre too long.
 struct Flight {
   std::map<std::uint64_t, Vec3> anchors{{7, Vec3(4, -3, 2.5)}};
-  double bias_m = 0, late_s = 0, unit_m = 1;
+  double bias_m = 0, late_s = 0, unit_m = 1, factor = 1;
+  int lengthened = 1;     ///< so many of ten are a metre too long
   double path_scale = 1;  ///< of an odometry
   GivenAnchors given;
   KnownPath path;
@@ -35,8 +36,8 @@ struct Flight {
           r.t = fromSeconds(t + late_s);
           r.anchor = id;
           r.p_B_U = antenna;
-          r.range_m = ((p - T * antenna).norm() + bias_m + 0.05 * random.normal() +
-                       (i % 100 == 5 ? 1.0 : 0)) /
+          r.range_m = (factor * (p - T * antenna).norm() + bias_m + 0.05 * random.normal() +
+                       (i / 10 % 10 < lengthened ? 1.0 : 0)) /
                       unit_m;
           check.add(r);
         }
@@ -64,7 +65,7 @@ TEST(RangePath, WithoutAFaultThereIsANote) {
   Flight flight;
   auto findings = flight.findings();
   EXPECT_EQ(seriousKinds(findings), Kinds{});
-  EXPECT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings.size(), 2u);  // the constant error, and a tenth without line of sight
   flight.given.truth = flight.anchors;
   EXPECT_EQ(seriousKinds(flight.findings()), Kinds{});
 }
@@ -79,6 +80,45 @@ TEST(RangePath, AConstantErrorIsFound) {
     EXPECT_EQ(seriousKinds(findings), Kinds{"range_bias"}) << bias;
     EXPECT_TRUE(says(findings, "range_bias", bias > 0 ? "too long" : "too short"));
   }
+}
+
+TEST(RangePath, RangesThatAreWrongInProportionAreNoConstantError) {
+  for (const double factor : {1.05, 0.96}) {
+    Flight flight;
+    flight.anchors = {{7, Vec3(4, -3, 2.5)}, {8, Vec3(-6, 3, 0.5)}};
+    flight.factor = factor;
+    const auto findings = flight.findings();
+    ASSERT_EQ(seriousKinds(findings), Kinds{"range_scale"}) << factor;
+    EXPECT_TRUE(says(findings, "range_scale", factor > 1 ? "too long by" : "too short by"));
+    const std::string remedy = findings.front().remedy;
+    EXPECT_NEAR(std::stod(remedy.substr(remedy.find('=') + 1)), 1 / factor, 0.005);
+    flight.given.truth = flight.anchors;
+    EXPECT_EQ(seriousKinds(flight.findings()), Kinds{"range_scale"}) << factor;
+    flight.bias_m = 0.6;
+    EXPECT_EQ(seriousKinds(flight.findings()), (Kinds{"range_scale", "range_bias", "range_bias"}));
+  }
+}
+
+TEST(RangePath, AnchorsThatAreOffEachInItsOwnWayHaveNoCommonFactor) {
+  Flight flight;
+  flight.anchors = {{7, Vec3(4, -3, 2.5)}, {8, Vec3(-6, 3, 0.5)}};
+  flight.bias_m = 0.5;
+  flight.given.truth = flight.anchors;
+  flight.given.truth[7] += Vec3(0.3, 0, 0);
+  for (const Finding& f : flight.findings()) EXPECT_NE(f.kind, "range_scale") << f.evidence;
+}
+
+TEST(RangePath, RangesWithoutLineOfSightAreCounted) {
+  Flight flight;
+  auto findings = flight.findings();
+  EXPECT_TRUE(says(findings, "range_lengthened", "anchor 7: 10 % of the ranges are far too long"));
+  EXPECT_EQ(seriousKinds(findings), Kinds{});
+  flight.lengthened = 3;
+  findings = flight.findings();
+  EXPECT_EQ(seriousKinds(findings), Kinds{"range_lengthened"});
+  EXPECT_TRUE(says(findings, "range_lengthened", "30 % of the ranges"));
+  flight.lengthened = 0;
+  EXPECT_FALSE(says(flight.findings(), "range_lengthened", ""));
 }
 
 TEST(RangePath, TheFitIsRight) {

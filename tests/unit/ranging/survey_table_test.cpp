@@ -64,6 +64,10 @@ TEST(SurveyTable, WhatCannotBeIsNamedWithItsLine) {
   EXPECT_TRUE(has(refusalOf("\x01\x02\xff\n"), "anchors.csv"));
   EXPECT_THROW(anchorNumbers("a=1 b"), std::runtime_error);
   EXPECT_EQ(anchorNumbers("a=1 b=c=22").at("b=c"), 22u);
+  const AnchorNumbers odd{{"north wall", 5}, {"50 %20", 6}, {"T\xc3\xbcr", 7}};
+  EXPECT_EQ(anchorNumbersText(odd), "50%20%2520=6 T\xc3\xbcr=7 north%20wall=5");
+  EXPECT_EQ(anchorNumbers(anchorNumbersText(odd)), odd);
+  EXPECT_EQ(surveyFromText("id,x,y,z\nnorth wall,1,2,3\nT\xfcr,1,2,4\n", "s.csv", odd)[1].id, 7u);
 }
 
 }  // namespace

@@ -22,7 +22,29 @@ TEST(AnchorNames, NumbersStayAndNamesGetOne) {
   EXPECT_EQ(of("00:11:22:aa"), 1000003);
   EXPECT_EQ(of("12E4"), 1000004);  // hexadecimal, not 120000
   EXPECT_EQ(names.mapped().size(), 5u);
-  for (const char* bad : {"", "nan", "inf", "a b", "x;y", "3.5"}) EXPECT_EQ(of(bad), -999) << bad;
+  for (const char* bad : {"", "nan", "inf", " a", "a ", "x;y", "a'b", "a=b", "a\nb", "3.5"})
+    EXPECT_EQ(of(bad), -999) << bad;
+}
+
+TEST(AnchorNames, OfAnyLanguageAndWithBlanks) {
+  AnchorNames names;
+  std::int32_t a = 0, b = 0;
+  EXPECT_TRUE(names.numberOf("north wall", &a));
+  EXPECT_TRUE(names.numberOf("T\xc3\xbcr", &b));  // UTF-8
+  EXPECT_EQ(a, 1000000);
+  EXPECT_EQ(b, 1000001);
+  EXPECT_TRUE(names.numberOf("T\xfcr", &b));  // Latin-1
+  EXPECT_EQ(b, 1000001);
+  EXPECT_EQ(names.remarks(),
+            "// anchor 1000001 is 'T\xc3\xbcr'\n// anchor 1000000 is 'north wall'\n");
+}
+
+TEST(AnchorNames, ARemarkIsOneShortLineOfText) {
+  AnchorNames names;
+  names.numberOfAny("x'\n[Imu]\nacc = 1");
+  EXPECT_EQ(names.remarks(), "// anchor 1000000 is 'x'?[Imu]?acc = 1'\n");
+  EXPECT_EQ(shownName(std::string(63, 'a') + "\xc3\xbc"), std::string(63, 'a'));
+  EXPECT_EQ(shownName("\xed\xfc\x80"), "\xc3\xad\xc3\xbc\xc2\x80");
 }
 
 TEST(AnchorNames, WhateverAMessageCallsAnAnchor) {

@@ -34,6 +34,7 @@ struct AnchorFit {
   double independent = 0;        ///< so many independent ranges these are worth
   std::vector<Vec3> antennas_W;  ///< where the antenna was, of the ranges looked at
   std::vector<double> ranges_m;  ///< these
+  std::vector<TimeNs> times;     ///< their stamps
   long used = 0;                 ///< ranges in the path's time
   bool found = false;
 };

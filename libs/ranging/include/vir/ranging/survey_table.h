@@ -19,8 +19,11 @@ class SurveyTableError : public std::runtime_error {
 
 /// Numbers of anchors that are called by name.
 using AnchorNumbers = std::map<std::string, std::uint64_t>;
-/// Of `name=number`, repeated. Throws std::runtime_error for anything else.
+/// Of `name=number`, repeated, where a name's blanks are `%20` and its per cent signs `%25`. Throws
+/// std::runtime_error for anything else.
 AnchorNumbers anchorNumbers(const std::string& text);
+/// The inverse.
+std::string anchorNumbersText(const AnchorNumbers& numbers);
 
 /// `id,x,y,z` and, if there is one, `sigma`, with any separator; columns by the names of a header
 /// in any order, else in this one; a unit in brackets in the header (`x [mm]`). An id is a name of
