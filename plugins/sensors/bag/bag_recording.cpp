@@ -74,7 +74,7 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
     throw InputError(options.source + ": holds no messages" +
                      (look.damage.empty() ? "" : "; " + look.damage.front()));
   }
-  choice_ = chooseTopics(look, wishes, log);
+  choice_ = chooseTopics(look, options, wishes, log);
   for (const Stream& s : choice_.streams) next_antenna_ += s.role == Role::range ? 1 : 0;
   for (const auto& [topic, info] : look.topics) looked_at_.insert(topic);
   for (const Stream& s : choice_.streams) {

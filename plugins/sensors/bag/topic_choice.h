@@ -28,7 +28,9 @@ struct Choice {
 };
 
 /// What `wishes` ask for, and without any what the types of the messages suggest; says in `log`
-/// what was taken and what was not. Throws InputError that names the topics there are.
-Choice chooseTopics(const Survey& survey, const std::vector<TopicWish>& wishes, ProblemLog* log);
+/// what was taken and what was not. Throws InputError that names the topics there are, and
+/// formats::CalibrationError for options.calibration.
+Choice chooseTopics(const Survey& survey, const BagOptions& options,
+                    const std::vector<TopicWish>& wishes, ProblemLog* log);
 
 }  // namespace vir::bag
