@@ -6,6 +6,7 @@
 #include "camera_choice.h"
 #include "camera_setup.h"
 #include "input_error.h"
+#include "own_labels.h"
 #include "vir/core/text.h"
 #include "vir/rawlog/labels.h"
 
@@ -53,6 +54,7 @@ bool fits(Role role, const TopicInfo& info) {
       return isPose(type);
     case Role::range:
     case Role::peer:
+    case Role::told:
       break;
   }
   return true;
@@ -88,6 +90,7 @@ class Chooser {
     chooseCamera();
     choosePoses();
     for (const auto& [topic, info] : survey_.topics) {
+      if (addOwn(info)) continue;
       if (knownRangeFields(info.type)) add({Role::range, topic, {}}, info);
       if (!info.range_guess.empty()) {
         addGuess(info);
@@ -129,6 +132,20 @@ class Chooser {
     }
     s.position_only = info.type == "geometry_msgs/PointStamped";
     choice_.streams.push_back(std::move(s));
+  }
+
+  /// What our own export says of a topic. False for any other.
+  bool addOwn(const TopicInfo& info) {
+    const OwnLabel own = ownLabelOf(info);
+    if (own.label.empty()) return false;
+    const bool peer = own.label == rawlog::kPeerLabel;
+    const bool told = !isOwnRange(info.type);
+    add({told ? Role::told : peer ? Role::peer : Role::range, info.topic, {}}, info);
+    Stream& s = choice_.streams.back();
+    s.label = own.label;
+    s.anchor_name = own.anchor;
+    s.p_B_U = own.antenna;
+    return true;
   }
 
   void addGuess(const TopicInfo& info) {
@@ -177,7 +194,7 @@ class Chooser {
       return value(t) > value(*than);
     };
     for (const auto& [topic, info] : survey_.topics) {
-      if (!isPose(info.type)) continue;
+      if (!isPose(info.type) || !ownLabelOf(info).label.empty()) continue;
       if (info.type == "nav_msgs/Odometry" && !isTruth(info)) {
         if (odometry == nullptr) odometry = &info;
       } else if (better(info, truth)) {
@@ -200,6 +217,7 @@ class Chooser {
       return n == 0 ? label : label + std::to_string(n);
     };
     for (Stream& s : choice_.streams) {
+      if (!s.label.empty()) continue;  // our own export knows it
       switch (s.role) {
         case Role::camera:
           s.camera = static_cast<std::size_t>(cameras);
@@ -213,10 +231,12 @@ class Chooser {
           s.label = rawlog::kImuLabel;
           break;
         case Role::range:
+          while (labelled(numbered(rawlog::kRangeLabel, ranges))) ++ranges;
           s.antenna = static_cast<std::size_t>(ranges);
           s.label = numbered(rawlog::kRangeLabel, ranges++);
           break;
         case Role::peer:
+        case Role::told:
           s.label = rawlog::kPeerLabel;
           break;
         case Role::truth:
@@ -227,6 +247,11 @@ class Chooser {
           break;
       }
     }
+  }
+
+  bool labelled(const std::string& label) const {
+    return std::any_of(choice_.streams.begin(), choice_.streams.end(),
+                       [&](const Stream& s) { return s.label == label; });
   }
 
   void checkImu() const {
