@@ -229,6 +229,67 @@ TEST_F(ExportCli, McapComesBackThroughImport) {
   for (std::size_t i = 0; i < before.size(); ++i) expectSame(*before[i], *after[i]);
 }
 
+/// What every kind of range and broadcast is beside an anchor's: by labels (docs/recordings.md).
+TEST_F(ExportCli, McapBringsBackRobotsAnchorsAndAllCameras) {
+  {
+    rawlog::RawlogWriter writer(path("a.rawlog"));
+    for (int i = 0; i < 6; ++i) {
+      const TimeNs t = kStart + 50 * i * kMs;
+      auto imu = test::imuAt(t);
+      for (const auto index : {mrpt::obs::IMU_X_ACC, mrpt::obs::IMU_Y_ACC, mrpt::obs::IMU_WX,
+                               mrpt::obs::IMU_WY, mrpt::obs::IMU_WZ}) {
+        imu->set(index, 0.1 * i);
+      }
+      writer.write(*imu);
+      for (const int camera : {0, 1}) {
+        auto image = test::imageAt(t, i);
+        image->sensorLabel = "CAM" + std::to_string(camera);
+        image->cameraParams.ncols = 16;
+        image->cameraParams.nrows = 12;
+        image->cameraParams.setIntrinsicParamsFromValues(10 + camera, 11, 8, 6);
+        image->cameraPose = mrpt::poses::CPose3D(0.1, 0.2 - 0.11 * camera, 0.3, 0.4, 0.5, 0.6);
+        writer.write(*image);
+      }
+      const auto range = [&](const char* label, int to, float m, int ms) {
+        auto r = test::rangeAt(t + ms * kMs, to);
+        r->sensorLabel = label;
+        r->stdError = 0.05F;
+        r->sensedData[0].sensedDistance = m;
+        writer.write(*r);
+      };
+      range("UWB0", 4, 2.5F, 1);
+      range("UWB1", 4, 2.75F, 2);
+      range("PEER", 7, 3.5F, 3);
+      range("ANCHOR:4", 5, 6.25F, 4);
+      for (const char* label : {"PEER:7", "PEER:7:ANCHOR:4", "PEER:7:WORLD:2", "ANCHOR:9"}) {
+        auto pose = test::truthAt(t, 0.1 * i);
+        pose->sensorLabel = label;
+        for (int k = 0; k < 9; ++k) pose->pose.cov(k / 3, k % 3) = k % 4 == 0 ? 0.04 : 0.001;
+        if (label == std::string("PEER:7:WORLD:2")) pose->sensorPose.z(0.3);
+        writer.write(*pose);
+      }
+    }
+    writer.finish();
+  }
+  ASSERT_EQ(exportAs("mcap").code, 0);
+  const Outcome back =
+      virSlam("import " + quoted(path("mcap")) + " --out " + quoted(path("b.rawlog")));
+  ASSERT_EQ(back.code, 0) << back.text;
+  const auto before = readAll(path("a.rawlog"));
+  const auto after = readAll(path("b.rawlog"));
+  ASSERT_EQ(before.size(), 6u * 11u);
+  ASSERT_EQ(before.size(), after.size()) << back.text;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    expectSame(*before[i], *after[i]);
+    const auto* told = dynamic_cast<mrpt::obs::CObservationRobotPose*>(before[i].get());
+    if (told == nullptr) continue;
+    const auto& other = dynamic_cast<mrpt::obs::CObservationRobotPose&>(*after[i]);
+    EXPECT_EQ(told->pose.cov, other.pose.cov) << told->sensorLabel;
+    EXPECT_EQ(told->sensorPose.z(), other.sensorPose.z()) << told->sensorLabel;
+    EXPECT_LT((told->pose.mean - other.pose.mean).norm(), 1e-9) << told->sensorLabel;
+  }
+}
+
 TEST_F(ExportCli, TheAuthorsOfMcapReadOurs) {
   if (std::system("node -e 'require(\"@mcap/core\")' >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "node with @mcap/core is not here (npm install @mcap/core, NODE_PATH)";

@@ -240,9 +240,9 @@ inline void writeImu(BagWriter& bag, const std::string& topic, TimeNs t, TimeNs 
 inline void writeImage(BagWriter& bag, const std::string& topic, TimeNs t, TimeNs received,
                        std::uint32_t width, std::uint32_t height, const std::string& encoding,
                        std::uint32_t step, const std::vector<std::uint8_t>& pixels,
-                       bool big = false) {
+                       bool big = false, const std::string& frame = "cam") {
   WireBytes m = bag.message();
-  m.header(t, "cam").put(height).put(width).text(encoding);
+  m.header(t, frame).put(height).put(width).text(encoding);
   m.put(static_cast<std::uint8_t>(big)).put(step).raw(pixels.data(), pixels.size());
   bag.write(topic, "sensor_msgs/Image", m.bytes(), received);
 }
@@ -264,9 +264,10 @@ inline void writeCameraInfo(BagWriter& bag, const std::string& topic, TimeNs t, 
 }
 
 /// The camera in the IMU: position, quaternion x y z w.
-inline void writeStatic(BagWriter& bag, TimeNs t, const double (&p)[3], const double (&q)[4]) {
+inline void writeStatic(BagWriter& bag, TimeNs t, const double (&p)[3], const double (&q)[4],
+                        const std::string& child = "cam") {
   WireBytes m = bag.message();
-  m.put(std::uint32_t{1}).header(t, "imu").text("cam");
+  m.put(std::uint32_t{1}).header(t, "imu").text(child);
   m.doubles(p[0], p[1], p[2], q[0], q[1], q[2], q[3]);
   bag.write("/tf_static", "tf2_msgs/TFMessage", m.bytes(), t);
 }

@@ -65,7 +65,7 @@ void run(const RunArguments& arguments, Common& common) {
     prepared.calibration.apply(o);
     check.add(*o);
   };
-  CheckObserver check_observer(check);
+  CheckObserver check_observer(check, Settings::fromText(prepared.used_ini, "used.ini"));
   hooks.observers.push_back(&check_observer);
   hooks.explain = [&] {
     bar.clear();

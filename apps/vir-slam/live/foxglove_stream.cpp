@@ -40,7 +40,7 @@ class ClientSink : public bags::MessageSink {
   explicit ClientSink(live::FoxgloveServer* server) : server_(*server) {}
 
   std::uint16_t channel(const std::string& topic, const std::string& type,
-                        const std::string& definition) override {
+                        const std::string& definition, const bags::Metadata&) override {
     live::FoxgloveServer::Channel c;
     c.topic = topic;
     c.encoding = "cdr";

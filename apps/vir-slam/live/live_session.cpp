@@ -327,7 +327,7 @@ class LiveSession final : public results::RunObserver {
   }
 
   void tellWhatTheCheckSaw() const {
-    for (const std::string& line : briefLines(check_)) std::printf("%s\n", line.c_str());
+    for (const std::string& line : check_observer_.lines()) std::printf("%s\n", line.c_str());
   }
 
   bool finishEstimation() {
@@ -360,7 +360,7 @@ class LiveSession final : public results::RunObserver {
   const RecordOptions& options_;
   LogSink log_;
   RecordingCheck check_{RecordingCheck::Depth::brief};
-  CheckObserver check_observer_{check_};
+  CheckObserver check_observer_{check_, Settings::fromText(plan_.usedIni(), "used.ini")};
   live::Acquisition acquisition_;
   const std::size_t sensors_;
   std::optional<results::ResultsFolder> folder_;

@@ -34,8 +34,11 @@ constexpr long kManyUnreadable = 5;
 /// More images than this share that cannot be decoded are more than a slip.
 constexpr double kManyImages = 0.01;
 
+constexpr const char* kMissing = "image_missing";
+
 bool isOfImages(const std::string& counter) {
-  return counter.find("image_undecodable") == 0 || counter.find("undecodable_CAM") == 0;
+  return counter.find("image_undecodable") == 0 || counter.find("undecodable_CAM") == 0 ||
+         counter == kMissing;
 }
 
 double imagesOf(const std::vector<check::StreamSummary>& streams) {
@@ -98,9 +101,13 @@ void addFindings(const SourceReport& source, const std::vector<check::StreamSumm
     const bool images = isOfImages(counter);
     if (n < kManyUnreadable && !images) continue;
     const bool slip = images && static_cast<double>(n) < kManyImages * imagesOf(streams);
+    const bool missing = counter == kMissing;
     findings->push_back(
-        {slip ? check::Severity::note : check::Severity::doubtful, "unreadable", "file",
-         images ? "images cannot be decoded and are left out: " + std::to_string(n)
+        {slip ? check::Severity::note : check::Severity::doubtful,
+         missing ? "images_missing" : "unreadable", "file",
+         images ? std::string(missing ? "images are listed and not there: "
+                                      : "images cannot be decoded and are left out: ") +
+                      std::to_string(n)
                 : std::to_string(n) + " lines or messages are no readings and are left out",
          counter + " " + std::to_string(n), "see the notes above"});
   }

@@ -1,11 +1,13 @@
 /// Export of recordings and of runs to MCAP with standard messages.
 #include <mrpt/obs/CObservationImage.h>
+#include <mrpt/obs/CObservationRobotPose.h>
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <opencv2/core/mat.hpp>
 #include <set>
 #include <sstream>
@@ -19,6 +21,7 @@
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/topic_metadata.h"
 
 namespace vir::app {
 namespace fs = std::filesystem;
@@ -48,7 +51,7 @@ class McapExporter : public Exporter {
       : file_(file), anchors_(std::move(anchors)) {}
 
   Added add(CObservation& o) override {
-    const std::string topic = "/" + topicWord(o.sensorLabel);
+    std::string topic = "/" + topicWord(o.sensorLabel);
     const TimeNs t = rawlog::fromMrptTime(o.timestamp);
     if (auto* image = dynamic_cast<CObservationImage*>(&o)) {
       return addImage(image, topic, t) ? Added::written : Added::unusable;
@@ -56,11 +59,19 @@ class McapExporter : public Exporter {
     if (const auto sample = rawlog::imuSampleOf(o)) {
       out_.imu(topic, kBody, *sample);
     } else if (const auto ranges = rawlog::rangesOf(o); !ranges.empty()) {
+      // The place of that anchor has the plain name.
+      if (rawlog::isDeployedAnchorLabel(o.sensorLabel)) topic += "/ranges";
+      describe(topic, o.sensorLabel);
       for (const Range& r : ranges) {
         const auto named = anchors_.find(r.anchor);
         out_.range(topic, kBody, r, named == anchors_.end() ? std::string() : named->second);
       }
+    } else if (const auto* told = dynamic_cast<const CObservationRobotPose*>(&o);
+               told != nullptr && (rawlog::isBroadcastLabel(o.sensorLabel) ||
+                                   rawlog::isDeployedAnchorLabel(o.sensorLabel))) {
+      return addTold(*told, topic, t) ? Added::written : Added::unusable;
     } else if (const auto pose = rawlog::poseOf(o)) {
+      describe(topic, o.sensorLabel);
       if (o.sensorLabel == rawlog::kOdometryLabel) {
         out_.odometry(topic, "odom", kBody, *pose);
       } else {
@@ -74,6 +85,34 @@ class McapExporter : public Exporter {
   void finish() override { file_.finish(); }
 
  private:
+  /// Which sensor a topic is, for our own import.
+  void describe(const std::string& topic, const std::string& label,
+                const std::string& antenna = {}) {
+    if (!described_.insert(topic).second) return;
+    bags::Metadata about{{rawlog::kTopicLabel, label}};
+    auto anchor = rawlog::deployedAnchorOf(label);
+    if (const auto source = rawlog::broadcastSourceOf(label); source) anchor = source->anchor;
+    const auto named = anchor ? anchors_.find(*anchor) : anchors_.end();
+    if (named != anchors_.end()) about[rawlog::kTopicAnchor] = named->second;
+    if (!antenna.empty()) about[rawlog::kTopicAntenna] = antenna;
+    out_.describe(topic, about);
+  }
+
+  /// What another robot told, or where an anchor was put down. False where the antenna is another
+  /// than before, which has no place in the message.
+  bool addTold(const CObservationRobotPose& o, const std::string& topic, TimeNs t) {
+    const auto& at = o.sensorPose;
+    const std::string antenna = exact(at.x()) + " " + exact(at.y()) + " " + exact(at.z());
+    if (antennas_.emplace(topic, antenna).first->second != antenna) return false;
+    describe(topic, o.sensorLabel, antenna);
+    Mat3 covariance;
+    for (int i = 0; i < 9; ++i) covariance(i / 3, i % 3) = o.pose.cov(i / 3, i % 3);
+    const bool in_body = rawlog::isDeployedAnchorLabel(o.sensorLabel);
+    out_.pose(topic, in_body ? kBody : "world" + topicWord(topic),
+              {t, rawlog::fromMrptPose(o.pose.mean)}, covariance);
+    return true;
+  }
+
   bool addImage(CObservationImage* o, const std::string& topic, TimeNs t) {
     const std::string frame = topic.substr(1);
     if (seen_.insert(topic).second) {
@@ -107,7 +146,8 @@ class McapExporter : public Exporter {
   bags::McapWriter file_;
   AnchorTexts anchors_;
   RosMessages out_{&file_};
-  std::set<std::string> seen_;
+  std::set<std::string> seen_, described_;
+  std::map<std::string, std::string> antennas_;  // by topic
 };
 
 /// Fields of a line of a csv.

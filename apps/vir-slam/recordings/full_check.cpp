@@ -1,6 +1,7 @@
 #include "recordings/full_check.h"
 
 #include <algorithm>
+#include <sstream>
 #include <stdexcept>
 
 #include "recordings/companion.h"
@@ -33,24 +34,22 @@ SourceReport checkAll(const SourceToRead& what, GivenCalibration* calibration,
   return report;
 }
 
-namespace {
-
-/// Labels of cameras that a run of these settings leaves alone beside the one it looks through.
 std::vector<std::string> unusedCameras(const RecordingCheck& check, const Settings& used) {
   const Setting* others = used.find("Estimator", "other_cameras");
   const Setting* first = used.find("Estimator", "camera_label");
-  if (first == nullptr || others == nullptr || others->value != "none") return {};
-  std::vector<std::string> out;
+  if (first == nullptr || others == nullptr || others->value == "auto") return {};
+  std::istringstream labels(others->value);
+  std::vector<std::string> used_ones, out;
+  for (std::string label; labels >> label;) used_ones.push_back(label);
   bool there = false;
   for (const check::StreamSummary& s : check.streams()) {
     if (s.kind != check::StreamKind::images) continue;
     if (s.label == first->value) there = true;
-    if (s.label != first->value) out.push_back(s.label);
+    const bool asked = std::find(used_ones.begin(), used_ones.end(), s.label) != used_ones.end();
+    if (s.label != first->value && !asked) out.push_back(s.label);
   }
   return there ? out : std::vector<std::string>();
 }
-
-}  // namespace
 
 std::vector<std::string> causesIn(const std::string& rawlog, const Settings& used,
                                   GivenCalibration calibration, const std::string& driver) {
@@ -64,10 +63,8 @@ std::vector<std::string> causesIn(const std::string& rawlog, const Settings& use
     // counts.
   }
   std::vector<std::string> out;
-  const std::vector<std::string> unused = unusedCameras(check, used);
-  for (const check::Finding& f : check.findings()) {
-    const bool counts = std::find(unused.begin(), unused.end(), f.stream) == unused.end();
-    if (counts && f.severity != check::Severity::note) out.push_back(check::line(f));
+  for (const check::Finding& f : doubtfulFindings(check, unusedCameras(check, used))) {
+    out.push_back(check::line(f));
   }
   return out;
 }

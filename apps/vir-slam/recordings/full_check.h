@@ -19,6 +19,9 @@ void assumeAsIn(const Settings& settings, RecordingCheck* check);
 SourceReport checkAll(const SourceToRead& what, GivenCalibration* calibration,
                       RecordingCheck* check, const std::function<void(double)>& progress);
 
+/// Labels of cameras that a run of these settings leaves alone beside the one it looks through.
+std::vector<std::string> unusedCameras(const RecordingCheck& check, const Settings& used);
+
 /// Why a run of this rawlog may have gone wrong: a line for each finding that is more than a note,
 /// the worst first; empty where it cannot be read once more. `used` is the run's own ini.
 /// `driver` made the rawlog; empty: not known.

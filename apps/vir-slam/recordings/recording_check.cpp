@@ -24,6 +24,8 @@ using namespace mrpt::obs;
 
 /// Images followed for turning; later ones are looked at now and then.
 constexpr long kFollowed = 600, kLookEvery = 20;
+/// Of cameras beside the first, which are not followed: often enough to see that one hangs.
+constexpr long kLookAtFurtherEvery = 5;
 
 check::StreamKind kindOf(const CObservation& o) {
   if (rawlog::isImage(o)) return check::StreamKind::images;
@@ -104,7 +106,9 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
   if (depth_ == Depth::brief) return;
   const bool follow = camera->turning && camera->count < kFollowed;
   const bool paired = wantedForRig(image.sensorLabel, t);
-  if (camera->count++ % kLookEvery != 0 && !follow && !paired) return;
+  const bool further = image.sensorLabel != cameras_.begin()->first;
+  const long every = further && camera->count < kFollowed ? kLookAtFurtherEvery : kLookEvery;
+  if (camera->count++ % every != 0 && !follow && !paired) return;
   cv::Mat gray;
   try {
     image.load();
@@ -206,12 +210,29 @@ void leaveOut(Which which, std::vector<check::Finding>* findings) {
 
 }  // namespace
 
+bool RecordingCheck::isFurtherCamera(const std::string& label) const {
+  return cameras_.count(label) > 0 && label != cameras_.begin()->first;
+}
+
+/// A camera that a run leaves alone unless it is told otherwise makes no recording unusable.
+void RecordingCheck::calmFurther(std::vector<check::Finding>* findings) const {
+  for (check::Finding& f : *findings) {
+    if (f.severity != check::Severity::unusable || !isFurtherCamera(f.stream)) continue;
+    f.severity = check::Severity::doubtful;
+    f.remedy += (f.remedy.empty() ? "" : "; ") +
+                std::string(
+                    "until then leave it alone, as runs do by default: `[Estimator] "
+                    "other_cameras = none`");
+  }
+}
+
 std::vector<check::Finding> RecordingCheck::stampFindings() const {
   std::vector<check::Finding> out = check::checkStreams(streams());
   if (depth_ == Depth::brief) {
     // An estimator may do with less; it then says itself what it misses.
     leaveOut([](const check::Finding& f) { return f.kind == "no_imu"; }, &out);
   }
+  calmFurther(&out);
   for (const auto& [label, imu] : imus_) {
     const auto copies = imu.copies();
     if (!copies) continue;
@@ -253,7 +274,9 @@ void RecordingCheck::takeImages(std::vector<check::Finding>* out) const {
     if (const auto far = check::mountingFinding(camera->T_B_C.p.norm(), label))
       out->push_back(*far);
     if (depth_ == Depth::brief) continue;
-    take(camera->images.findings(camera->calibrated ? c.width : 0, c.height, moves), out);
+    take(camera->images.findings(camera->calibrated ? c.width : 0, c.height, moves,
+                                 isFurtherCamera(label)),
+         out);
     if (!camera->calibrated) {
       out->push_back({check::Severity::unusable, "no_calibration", label,
                       "the camera has no calibration", "", "give --calibration FILE"});
@@ -282,6 +305,7 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     return f.kind == "imu_columns_swapped";
   });
   if (gyro) take(turning.findings, &out);
+  calmFurther(&out);
   for (check::Finding& f : out) {
     nameDriver(driver_, &f);
     for (std::string* text : {&f.what, &f.evidence, &f.remedy}) callAnchors(anchor_texts_, text);
@@ -292,11 +316,22 @@ std::vector<check::Finding> RecordingCheck::findings() const {
   return out;
 }
 
-std::vector<std::string> briefLines(const RecordingCheck& check) {
+std::vector<check::Finding> doubtfulFindings(const RecordingCheck& check,
+                                             const std::vector<std::string>& but) {
+  std::vector<check::Finding> out = check.findings();
+  leaveOut(
+      [&](const check::Finding& f) {
+        return f.severity == check::Severity::note ||
+               std::find(but.begin(), but.end(), f.stream) != but.end();
+      },
+      &out);
+  return out;
+}
+
+std::vector<std::string> briefLines(const RecordingCheck& check,
+                                    const std::vector<std::string>& but) {
   std::vector<std::string> out;
-  for (const check::Finding& f : check.findings()) {
-    if (f.severity != check::Severity::note) out.push_back(check::line(f));
-  }
+  for (const check::Finding& f : doubtfulFindings(check, but)) out.push_back(check::line(f));
   return out;
 }
 

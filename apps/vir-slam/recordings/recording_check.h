@@ -54,6 +54,8 @@ class RecordingCheck {
   struct Camera;
   std::optional<check::Mounting> mountingOf(const check::TurningVerdict& turning,
                                             const std::string& imu) const;
+  bool isFurtherCamera(const std::string& label) const;
+  void calmFurther(std::vector<check::Finding>* findings) const;
   std::vector<check::Finding> stampFindings() const;
   void takeRanges(bool stamps, std::vector<check::Finding>* out) const;
   void takeImages(std::vector<check::Finding>* out) const;
@@ -80,7 +82,11 @@ class RecordingCheck {
   std::unique_ptr<check::TurningCheck> turning_;  ///< of the first camera and the first IMU
 };
 
-/// One line for each finding that is more than a note.
-std::vector<std::string> briefLines(const RecordingCheck& check);
+/// Those of findings() that are more than notes and concern none of the streams `but` [labels].
+std::vector<check::Finding> doubtfulFindings(const RecordingCheck& check,
+                                             const std::vector<std::string>& but = {});
+/// The same, a line each.
+std::vector<std::string> briefLines(const RecordingCheck& check,
+                                    const std::vector<std::string>& but = {});
 
 }  // namespace vir::app

@@ -62,7 +62,8 @@ void RosMessages::write(const std::string& topic, const std::string& type, TimeN
 std::uint16_t RosMessages::channel(const std::string& topic, const std::string& type) {
   const auto known = channels_.find(topic);
   if (known != channels_.end()) return known->second;
-  return channels_[topic] = sink_.channel(topic, type, bags::fullDefinition(type, ownTypes()));
+  return channels_[topic] =
+             sink_.channel(topic, type, bags::fullDefinition(type, ownTypes()), metadata_[topic]);
 }
 
 std::uint16_t RosMessages::advertiseCompressedImage(const std::string& topic) {
@@ -128,6 +129,16 @@ void RosMessages::pose(const std::string& topic, const std::string& frame,
   CdrWriter w = header(pose.t, frame);
   add(&w, pose.T_W_B);
   write(topic, "geometry_msgs/PoseStamped", pose.t, w);
+}
+
+void RosMessages::pose(const std::string& topic, const std::string& frame, const StampedPose& pose,
+                       const Mat3& covariance) {
+  CdrWriter w = header(pose.t, frame);
+  add(&w, pose.T_W_B);
+  for (int i = 0; i < 36; ++i) {
+    w.f64(i / 6 < 3 && i % 6 < 3 ? covariance(i / 6, i % 6) : 0);
+  }
+  write(topic, "geometry_msgs/PoseWithCovarianceStamped", pose.t, w);
 }
 
 void RosMessages::odometry(const std::string& topic, const std::string& frame,

@@ -19,6 +19,10 @@ class RosMessages {
   /// `sink` outlives this.
   explicit RosMessages(bags::MessageSink* sink) : sink_(*sink) {}
 
+  /// What the sink is told of a topic when it is first written to.
+  void describe(const std::string& topic, const bags::Metadata& metadata) {
+    metadata_[topic] = metadata;
+  }
   void imu(const std::string& topic, const std::string& frame, const ImuSample& s);
   /// `encoding`: mono8 or bgr8.
   void image(const std::string& topic, const std::string& frame, TimeNs t, int width, int height,
@@ -32,6 +36,9 @@ class RosMessages {
   bool cameraInfo(const std::string& topic, const std::string& frame, TimeNs t,
                   const CameraCalibration& c);
   void pose(const std::string& topic, const std::string& frame, const StampedPose& pose);
+  /// `covariance`: of the position [m^2].
+  void pose(const std::string& topic, const std::string& frame, const StampedPose& pose,
+            const Mat3& covariance);
   void odometry(const std::string& topic, const std::string& frame, const std::string& child,
                 const StampedPose& pose);
   /// With its covariance and the velocity in `child`.
@@ -63,6 +70,7 @@ class RosMessages {
 
   bags::MessageSink& sink_;
   std::map<std::string, std::uint16_t> channels_;  // by topic
+  std::map<std::string, bags::Metadata> metadata_;
 };
 
 }  // namespace vir::app

@@ -46,7 +46,7 @@ SourceReport reportOf(const roles::RecordedSource& source) {
     if (name == roles::kUselessCounter) out.useless = n;
     if (name == "imu_repeated") out.imu_repeated = n;
     if (names(name, "_too_late")) out.too_late += n;
-    if (names(name, "_malformed") || names(name, "undecodable")) {
+    if (names(name, "_malformed") || names(name, "undecodable") || name == "image_missing") {
       out.unreadable.push_back({name, n});
     }
   }

@@ -187,12 +187,19 @@ class McapReader : public BagReader {
   void addChannel(ByteView data) {
     ByteCursor cursor(data);
     std::uint16_t id = 0, schema_id = 0;
-    ByteView topic, encoding;
+    ByteView topic, encoding, metadata;
     if (!cursor.number(&id) || !cursor.number(&schema_id) || !cursor.block(&topic) ||
         !cursor.block(&encoding) || channels_.count(id) > 0) {
       return;
     }
     Channel c;
+    if (cursor.block(&metadata)) {
+      ByteCursor texts(metadata);
+      ByteView name, text;
+      while (texts.block(&name) && texts.block(&text)) {
+        c.metadata.emplace(name.text(), text.text());
+      }
+    }
     c.topic = topic.text();
     c.encoding = encoding.text();
     c.wire = wireOf(c.encoding);

@@ -143,12 +143,17 @@ std::string McapWriter::channelRecord(const Channel& c) const {
   add(&body, c.schema);
   addText(&body, c.topic);
   addText(&body, "cdr");
-  add(&body, std::uint32_t{0});  // no metadata
+  std::string metadata;
+  for (const auto& [name, text] : c.metadata) {
+    addText(&metadata, name);
+    addText(&metadata, text);
+  }
+  addText(&body, metadata);
   return record(kChannel, body);
 }
 
 std::uint16_t McapWriter::channel(const std::string& topic, const std::string& type,
-                                  const std::string& definition) {
+                                  const std::string& definition, const Metadata& metadata) {
   for (const Channel& c : channels_) {
     if (c.topic == topic) return c.id;
   }
@@ -163,6 +168,7 @@ std::uint16_t McapWriter::channel(const std::string& topic, const std::string& t
   c.id = static_cast<std::uint16_t>(channels_.size() + 1);
   c.schema = schema;
   c.topic = topic;
+  c.metadata = metadata;
   chunk_ += channelRecord(c);
   channels_.push_back(c);
   return c.id;

@@ -22,6 +22,8 @@ constexpr double kRepeats = 0.05;        // share of images that come twice, to 
 constexpr TimeNs kAround = 500'000'000;  // of one that does, to know whether the IMU moves
 constexpr TimeNs kRim = 250'000'000;     // clocks may be apart, and a motion begins and ends
 
+constexpr const char* kLowContrast = "low_contrast";
+
 /// What is wrong with the light of an image; nothing for a good one.
 struct Light {
   const char* kind;
@@ -34,7 +36,7 @@ Light lightOf(double mean, double contrast) {
   }
   if (mean < kDark) return {"dark", "dark"};
   if (mean > kBright) return {"bright", "overexposed"};
-  return contrast < kFlat ? Light{"low_contrast", "of little contrast"} : Light{"", ""};
+  return contrast < kFlat ? Light{kLowContrast, "of little contrast"} : Light{"", ""};
 }
 
 std::string sizeOf(double mean, double contrast) {
@@ -133,7 +135,8 @@ void ImageCheck::checkSize(int expected_width, int expected_height,
                   "give the calibration of this size"});
 }
 
-void ImageCheck::checkLight(std::vector<Finding>* out) const {
+void ImageCheck::checkLight(bool further, const std::vector<Stretch>& frozen,
+                            std::vector<Finding>* out) const {
   std::vector<double> means, contrasts;
   for (const Seen& s : seen_) {
     means.push_back(static_cast<double>(s.mean));
@@ -158,7 +161,12 @@ void ImageCheck::checkLight(std::vector<Finding>* out) const {
   }
   std::map<std::string, std::vector<Stretch>> stretches;
   for (const Stretch& s : darkStretches()) {
-    if (toSeconds(s.to - s.from) >= kBadS) stretches[s.kind].push_back(s);
+    const bool hangs =
+        s.kind == kLowContrast && std::any_of(frozen.begin(), frozen.end(), [&](const Stretch& f) {
+          const TimeNs both = std::min(f.to, s.to) - std::max(f.from, s.from);
+          return both > (s.to - s.from) / 2;
+        });
+    if (toSeconds(s.to - s.from) >= kBadS && !hangs) stretches[s.kind].push_back(s);
   }
   for (const auto& [kind, of_kind] : stretches) {
     const bool long_one = std::any_of(of_kind.begin(), of_kind.end(), [](const Stretch& s) {
@@ -168,36 +176,45 @@ void ImageCheck::checkLight(std::vector<Finding>* out) const {
                     "images are " + of_kind[0].how + " " + when(of_kind),
                     "there median " + sizeOf(of_kind[0].mean, of_kind[0].contrast) + "; of all " +
                         sizeOf(mean, contrast),
-                    long_one
-                        ? "look for what covers, blinds or stops the camera there; meanwhile a "
-                          "run has the IMU alone, which carries on for some seconds"
-                        : ""});
+                    !long_one ? std::string()
+                              : std::string("look for what covers, blinds or stops the camera "
+                                            "there; meanwhile a run has ") +
+                                    (further ? "the other cameras"
+                                             : "the IMU alone, which carries on for some "
+                                               "seconds")});
   }
 }
 
-void ImageCheck::checkFrozen(const Moves& moves, std::vector<Finding>* out) const {
+/// For so long that the IMU can tell motion meanwhile; shorter ones count as `repeats`.
+std::vector<ImageCheck::Stretch> ImageCheck::stuckStretches(const Moves& moves,
+                                                            long* repeats) const {
   std::vector<Stretch> stuck;
-  long repeats = 0;
   std::size_t at = 0;
   for (const Stretch& s : frozenStretches()) {
     if (toSeconds(s.to - s.from) < kFrozenS) {
       // Without noise, images of what stands still are alike.
       const bool still = moves && !moves(s.from - kAround, s.to + kAround).value_or(true);
       for (; at < seen_.size() && seen_[at].t <= s.to; ++at) {
-        if (seen_[at].same && seen_[at].t > s.from && !still) ++repeats;
+        if (seen_[at].same && seen_[at].t > s.from && !still) ++*repeats;
       }
       continue;
     }
     const auto moving = moves ? moves(s.from + kRim, s.to - kRim) : std::nullopt;
     if (moving.value_or(false)) stuck.push_back(s);
   }
-  // Black ones are all alike.
+  // Black ones are all alike; what only has little contrast is not.
   const auto bad = darkStretches();
   const auto covered = [&](const Stretch& s) {
-    return std::any_of(bad.begin(), bad.end(),
-                       [&](const Stretch& b) { return b.from <= s.from && b.to >= s.to; });
+    return std::any_of(bad.begin(), bad.end(), [&](const Stretch& b) {
+      return b.kind != kLowContrast && b.from <= s.from && b.to >= s.to;
+    });
   };
   stuck.erase(std::remove_if(stuck.begin(), stuck.end(), covered), stuck.end());
+  return stuck;
+}
+
+void ImageCheck::checkFrozen(const std::vector<Stretch>& stuck, long repeats,
+                             std::vector<Finding>* out) const {
   if (!stuck.empty()) {
     out->push_back({Severity::doubtful, "frozen", label_,
                     "the same image comes again and again " + when(stuck),
@@ -217,7 +234,7 @@ void ImageCheck::checkFrozen(const Moves& moves, std::vector<Finding>* out) cons
 }
 
 std::vector<Finding> ImageCheck::findings(int expected_width, int expected_height,
-                                          const Moves& moves) const {
+                                          const Moves& moves, bool further) const {
   std::vector<Finding> out;
   if (unreadable_ > 0) {
     out.push_back(
@@ -229,8 +246,10 @@ std::vector<Finding> ImageCheck::findings(int expected_width, int expected_heigh
   if (count_ == 0) return out;
   checkSize(expected_width, expected_height, &out);
   const std::size_t before_light = out.size();
-  checkLight(&out);
-  checkFrozen(moves, &out);
+  long repeats = 0;
+  const std::vector<Stretch> stuck = stuckStretches(moves, &repeats);
+  checkLight(further, stuck, &out);
+  checkFrozen(stuck, repeats, &out);
   const bool flat =
       std::any_of(out.begin() + static_cast<std::ptrdiff_t>(before_light), out.end(),
                   [](const Finding& f) { return f.kind == "blank" || f.kind == "low_contrast"; });

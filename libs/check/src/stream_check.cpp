@@ -95,7 +95,8 @@ bool checkRate(const StreamSummary& s, std::vector<Finding>* out) {
   return false;
 }
 
-void checkOrder(const StreamSummary& s, std::vector<Finding>* out) {
+/// `further`: a camera beside the first.
+void checkOrder(const StreamSummary& s, bool further, std::vector<Finding>* out) {
   const double share = static_cast<double>(s.out_of_order) / static_cast<double>(s.count);
   if (s.out_of_order > 0) {
     out->push_back(
@@ -112,6 +113,8 @@ void checkOrder(const StreamSummary& s, std::vector<Finding>* out) {
                     "nothing for " + num(s.longest_gap_s) + " s at " + num(s.rate_hz) + " Hz",
                     s.kind == StreamKind::imu
                         ? "the images bridge up to 4 s; beyond, a run begins a new segment"
+                    : further
+                        ? "what lies in it is lost; a run has the other cameras meanwhile"
                         : "what lies in it is lost; the readings of the IMU carry on meanwhile"});
   }
   const double period = s.rate_hz > 0 ? 1 / s.rate_hz : 0;
@@ -241,15 +244,15 @@ StreamSummary StreamCheck::summary() const {
 std::vector<Finding> checkStreams(const std::vector<StreamSummary>& streams) {
   std::vector<Finding> out;
   const StreamSummary* imu = nullptr;
-  bool rates_are_sound = true;
+  const StreamSummary* first_camera = nullptr;
+  std::vector<const StreamSummary*> sound;  // whose stamps can be those of one clock
   for (const StreamSummary& s : streams) {
     if (s.count == 0) continue;
     if (s.kind == StreamKind::imu && imu == nullptr) imu = &s;
-    if (checkRate(s, &out)) {
-      checkOrder(s, &out);
-    } else {
-      rates_are_sound = false;
-    }
+    if (s.kind == StreamKind::images && first_camera == nullptr) first_camera = &s;
+    if (!checkRate(s, &out)) continue;
+    checkOrder(s, s.kind == StreamKind::images && &s != first_camera, &out);
+    sound.push_back(&s);
   }
   if (std::none_of(streams.begin(), streams.end(),
                    [](const StreamSummary& s) { return s.count > 0; })) {
@@ -264,9 +267,9 @@ std::vector<Finding> checkStreams(const std::vector<StreamSummary>& streams) {
     out.push_back({Severity::unusable, "no_imu", "IMU", "there is none", "",
                    "a camera alone knows no scale: record or import the IMU as well"});
   }
-  if (imu == nullptr || !rates_are_sound) return out;
-  for (const StreamSummary& s : streams) {
-    if (&s != imu && s.count > 1) checkOverlap(*imu, s, &out);
+  if (std::find(sound.begin(), sound.end(), imu) == sound.end()) return out;
+  for (const StreamSummary* s : sound) {
+    if (s != imu && s->count > 1) checkOverlap(*imu, *s, &out);
   }
   return out;
 }

@@ -153,6 +153,12 @@ void BagSource::emit(bag::Reading* reading) {
     obs = rawlog::toObservation(*range, reading->label.empty() ? s.label : reading->label);
   } else if (const auto* pose = std::get_if<StampedPose>(&reading->what)) {
     obs = rawlog::toObservation(*pose, s.label);
+  } else if (const auto* told = std::get_if<bag::ToldPose>(&reading->what)) {
+    const auto pose_obs = rawlog::toObservation(told->pose, s.label);
+    for (int i = 0; i < 9; ++i) pose_obs->pose.cov(i / 3, i % 3) = told->covariance(i / 3, i % 3);
+    const Vec3& p = s.p_B_U;
+    pose_obs->sensorPose = mrpt::poses::CPose3D(p.x(), p.y(), p.z(), 0, 0, 0);
+    obs = pose_obs;
   } else {
     obs = imageObservation(reading->t, &std::get<bag::ImageReading>(reading->what), s.label,
                            &written);

@@ -57,6 +57,7 @@ void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
 }
 
 const char* name(Role role) {
+  if (role == Role::told) return "broadcast";
   for (const auto& r : kRoles) {
     if (r.role == role) return r.name;
   }

@@ -31,7 +31,9 @@ struct BagOptions {
 /// `section`: the driver's name.
 void describe(OptionVisitor& v, const std::string& section, BagOptions& o);
 
-enum class Role { camera, imu, accelerometer, gyro, range, peer, truth, odometry };
+/// `told`: what another robot said of itself, or where an anchor was put down; of our own files
+/// only.
+enum class Role { camera, imu, accelerometer, gyro, range, peer, truth, odometry, told };
 const char* name(Role role);
 
 /// What somebody asked for with `--topic`.

@@ -7,6 +7,7 @@
 #include "imu_units.h"
 #include "input_error.h"
 #include "lever_arms.h"
+#include "own_labels.h"
 #include "vir/core/time_bounds.h"
 #include "vir/rawlog/labels.h"
 #include "whole_png.h"
@@ -26,7 +27,7 @@ constexpr std::size_t kMostHeld = 20'000, kMostHeldBytes = std::size_t{512} << 2
 int rankOf(const Reading& r) {
   if (std::holds_alternative<ImuSample>(r.what)) return 0;
   if (std::holds_alternative<Range>(r.what)) return 1;
-  return std::holds_alternative<StampedPose>(r.what) ? 2 : 3;
+  return std::holds_alternative<ImageReading>(r.what) ? 3 : 2;
 }
 
 /// `path` empty: in the message itself.
@@ -42,15 +43,6 @@ const char* vectorPath(const MessageView& m, const std::string& type, Role role)
   if (type == "geometry_msgs/AccelStamped") return "accel.linear";
   if (type == "geometry_msgs/TwistStamped") return "twist.angular";
   return role == Role::accelerometer ? "linear_acceleration" : "angular_velocity";
-}
-
-std::optional<Pose> poseIn(const MessageView& m, const std::string& type) {
-  if (type == "geometry_msgs/PoseStamped") return poseAt(m, "pose.position", "pose.orientation");
-  if (type == "geometry_msgs/TransformStamped") {
-    return poseAt(m, "transform.translation", "transform.rotation");
-  }
-  if (type == "geometry_msgs/PointStamped") return poseAt(m, "point", "");
-  return poseAt(m, "pose.pose.position", "pose.pose.orientation");
 }
 
 std::vector<std::string> topicsOf(const std::vector<TopicWish>& wishes) {
@@ -75,8 +67,15 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
     throw InputError(options.source + ": holds no messages" +
                      (look.damage.empty() ? "" : "; " + look.damage.front()));
   }
-  choice_ = chooseTopics(look, wishes, log);
-  for (const Stream& s : choice_.streams) next_antenna_ += s.role == Role::range ? 1 : 0;
+  choice_ = chooseTopics(look, options, wishes, log);
+  for (Stream& s : choice_.streams) {
+    next_antenna_ += s.role == Role::range ? 1 : 0;
+    // Anchors of a name have the numbers that this import gives them.
+    if (!s.anchor_name.empty()) {
+      s.label =
+          withAnchor(s.label, static_cast<std::uint64_t>(anchors_.numberOfAny(s.anchor_name)));
+    }
+  }
   for (const auto& [topic, info] : look.topics) looked_at_.insert(topic);
   for (const Stream& s : choice_.streams) {
     by_topic_[s.topic].push_back(static_cast<int>(&s - choice_.streams.data()));
@@ -233,6 +232,7 @@ void BagRecording::take(const BagMessage& message, int index) {
         break;
       case Role::truth:
       case Role::odometry:
+      case Role::told:
         takePose(m, s, t, message.received, index);
         break;
       case Role::range:
@@ -341,6 +341,12 @@ void BagRecording::takePose(const MessageView& m, const Stream& s, TimeNs t, Tim
   if (!T) {
     log_->add("pose_implausible_" + s.label, whereOf(s, received),
               "a number is none, or the quaternion is not of length 1");
+    return;
+  }
+  if (s.role == Role::told) {
+    ToldPose told{{t, *T}};
+    told.covariance = positionCovarianceIn(m);
+    hold({t, index, told}, received, 0);
     return;
   }
   hold({t, index, StampedPose{t, *T * s.T_F_B}}, received, 0);

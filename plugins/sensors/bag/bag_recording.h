@@ -28,10 +28,16 @@ struct ImageReading {
   const char* extension = "";
 };
 
+/// A pose that another robot told, or that of an anchor when it was put down.
+struct ToldPose {
+  StampedPose pose;
+  Mat3 covariance = Mat3::Zero();  ///< of the position [m^2]
+};
+
 struct Reading {
   TimeNs t = 0;
   int stream = 0;
-  std::variant<ImuSample, Range, StampedPose, ImageReading> what;
+  std::variant<ImuSample, Range, StampedPose, ImageReading, ToldPose> what;
   std::string label = {};  ///< of a further radio in the stream; empty: the stream's own
 };
 

@@ -1,5 +1,8 @@
 #include "calibration_hook.h"
 
+#include <algorithm>
+
+#include "camera_choice.h"
 #include "companion_ini.h"
 #include "vir/formats/calibration_file.h"
 
@@ -9,13 +12,21 @@ namespace {
 using formats::CalibratedCamera;
 using formats::CalibrationFile;
 
-/// The one that names the topic, else the one at this place.
-const CalibratedCamera* cameraFor(const CalibrationFile& file, const std::string& topic,
-                                  std::size_t place) {
+bool names(const CalibratedCamera& c, const CameraSetup& camera) {
+  return !c.topic.empty() && baseOf(c.topic) == baseOf(camera.topic);
+}
+
+/// The one that names the topic, else the one at this place if it names no other of `cameras`.
+const CalibratedCamera* cameraFor(const CalibrationFile& file,
+                                  const std::vector<CameraSetup>& cameras, std::size_t place) {
   for (const CalibratedCamera& c : file.cameras) {
-    if (!c.topic.empty() && c.topic == topic) return &c;
+    if (names(c, cameras[place])) return &c;
   }
-  return place < file.cameras.size() ? &file.cameras[place] : nullptr;
+  if (place >= file.cameras.size()) return nullptr;
+  const CalibratedCamera& there = file.cameras[place];
+  const bool taken = std::any_of(cameras.begin(), cameras.end(),
+                                 [&](const CameraSetup& c) { return names(there, c); });
+  return taken ? nullptr : &there;
 }
 
 }  // namespace
@@ -31,7 +42,7 @@ CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<Came
   std::vector<std::optional<double>> offsets(cameras->size());
   for (CameraSetup& c : *cameras) {
     const auto place = static_cast<std::size_t>(&c - cameras->data());
-    const CalibratedCamera* found = cameraFor(file, c.topic, place);
+    const CalibratedCamera* found = cameraFor(file, *cameras, place);
     if (found == nullptr) {
       log->note(path + ": says nothing of the camera " + c.topic);
       continue;

@@ -184,14 +184,50 @@ void requireAll(const CameraSetup& c, const BagOptions& o, ProblemLog* log) {
 
 }  // namespace
 
+namespace {
+
+CalibrationExtras lookUp(const Survey& survey, const BagOptions& options,
+                         const std::string& imu_frame, std::vector<CameraSetup>* cameras,
+                         ProblemLog* log) {
+  for (CameraSetup& c : *cameras) fromRecording(survey, imu_frame, &c, log);
+  if (options.calibration.empty()) return {};
+  return applyCalibrationFile(options.calibration, cameras, log);
+}
+
+}  // namespace
+
+std::vector<std::string> lacksOf(const Survey& survey, const BagOptions& options,
+                                 const std::string& imu_frame,
+                                 const std::vector<std::string>& topics) {
+  ProblemLog unheard;  // those that are taken say it all again
+  std::vector<CameraSetup> cameras(topics.size());
+  for (std::size_t i = 0; i < topics.size(); ++i) cameras[i].topic = topics[i];
+  lookUp(survey, options, imu_frame, &cameras, &unheard);
+  std::vector<std::string> out;
+  for (CameraSetup& c : cameras) {
+    std::string why;
+    if (!c.has_intrinsics || !c.has_place) {
+      why = "a further camera, of which " +
+            std::string(c.has_place        ? "the intrinsics are"
+                        : c.has_intrinsics ? "the place on the IMU is"
+                                           : "neither intrinsics nor the place on the IMU are") +
+            (c.has_intrinsics || c.has_place ? " not known" : " known") +
+            " (CameraInfo with /tf_static, or --calibration FILE with all cameras)";
+    }
+    try {
+      fitToImages(survey, options.width_px, &c, &unheard);
+    } catch (const InputError& e) {
+      why = e.what();
+    }
+    out.push_back(why);
+  }
+  return out;
+}
+
 CalibrationExtras setUpCameras(const Survey& survey, const BagOptions& options,
                                const std::string& imu_frame, std::vector<CameraSetup>* cameras,
                                ProblemLog* log) {
-  CalibrationExtras extras;
-  for (CameraSetup& c : *cameras) fromRecording(survey, imu_frame, &c, log);
-  if (!options.calibration.empty()) {
-    extras = applyCalibrationFile(options.calibration, cameras, log);
-  }
+  const CalibrationExtras extras = lookUp(survey, options, imu_frame, cameras, log);
   for (const CameraSetup& c : *cameras) requireAll(c, options, log);
   for (CameraSetup& c : *cameras) fitToImages(survey, options.width_px, &c, log);
   return extras;

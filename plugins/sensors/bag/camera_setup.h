@@ -38,4 +38,11 @@ CalibrationExtras setUpCameras(const Survey& survey, const BagOptions& options,
                                const std::string& imu_frame, std::vector<CameraSetup>* cameras,
                                ProblemLog* log);
 
+/// Of cameras with these topics, in the order of their labels: what each lacks to be used beside
+/// others (intrinsics, its place on the IMU), as a part of a sentence; empty where it has both.
+/// Throws formats::CalibrationError.
+std::vector<std::string> lacksOf(const Survey& survey, const BagOptions& options,
+                                 const std::string& imu_frame,
+                                 const std::vector<std::string>& topics);
+
 }  // namespace vir::bag

@@ -1,6 +1,7 @@
 #include "frames.h"
 
 #include <cmath>
+#include <vector>
 
 namespace vir::bag {
 namespace {
@@ -24,6 +25,24 @@ std::optional<Pose> poseAt(const bags::MessageView& m, const std::string& point,
   if (!(std::abs(n - 1) < 0.1)) return std::nullopt;
   // What is of length 1 as well as numbers go stays as it is, digit by digit.
   return Pose(std::abs(n - 1) < 1e-12 ? q : q.normalized(), p);
+}
+
+std::optional<Pose> poseIn(const bags::MessageView& m, const std::string& type) {
+  if (type == "geometry_msgs/PoseStamped") return poseAt(m, "pose.position", "pose.orientation");
+  if (type == "geometry_msgs/TransformStamped") {
+    return poseAt(m, "transform.translation", "transform.rotation");
+  }
+  if (type == "geometry_msgs/PointStamped") return poseAt(m, "point", "");
+  return poseAt(m, "pose.pose.position", "pose.pose.orientation");
+}
+
+Mat3 positionCovarianceIn(const bags::MessageView& m) {
+  Mat3 out = Mat3::Zero();
+  const std::vector<double> all = m.numbers("pose.covariance", 36);
+  for (int i = 0; i < 9 && all.size() == 36; ++i) {
+    out(i / 3, i % 3) = all[static_cast<std::size_t>(6 * (i / 3) + i % 3)];
+  }
+  return out;
 }
 
 void FrameTree::add(const bags::MessageView& message) {

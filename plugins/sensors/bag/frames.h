@@ -31,5 +31,9 @@ class FrameTree {
 /// A pose from its seven numbers; empty if they are none. `quaternion` and `point`: paths.
 std::optional<Pose> poseAt(const bags::MessageView& m, const std::string& point,
                            const std::string& quaternion);
+/// That of a message of one of the standard types with a pose; empty if its numbers are none.
+std::optional<Pose> poseIn(const bags::MessageView& m, const std::string& type);
+/// Of the position in a PoseWithCovarianceStamped or Odometry [m^2]; 0 where there is none.
+Mat3 positionCovarianceIn(const bags::MessageView& m);
 
 }  // namespace vir::bag

@@ -269,6 +269,8 @@ void applyOption(const std::string& topic, const std::string& option, RangeField
 
 }  // namespace
 
+bool isOwnRange(const std::string& type) { return type == kOwnType; }
+
 std::optional<RangeFields> knownRangeFields(const std::string& type) {
   for (const Known& k : kKnown) {
     if (type != k.type) continue;

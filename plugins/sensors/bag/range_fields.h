@@ -38,6 +38,8 @@ struct ReadRange {
   std::optional<Vec3> place;  ///< of the anchor, in a frame of its own [m]
 };
 
+/// Of what our own export writes.
+bool isOwnRange(const std::string& type);
 /// What is known of a type of message, or empty.
 std::optional<RangeFields> knownRangeFields(const std::string& type);
 /// By what was asked for (`anchor,distance`, each perhaps `list[].field`; `#7` = always anchor 7;

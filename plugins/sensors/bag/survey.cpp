@@ -154,6 +154,7 @@ Survey survey(const std::string& source, double seconds, const std::vector<std::
     if (info.count == 0) {
       info.topic = message.channel->topic;
       info.type = message.channel->type;
+      info.metadata = message.channel->metadata;
       info.first = message.received;
       info.speaks_of_ranges = mayHoldRanges(info);
       definitions.of(*message.channel, &info.problem);

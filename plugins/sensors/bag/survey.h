@@ -48,9 +48,10 @@ struct TopicInfo {
   std::string child_frame;     ///< of odometry and transforms
   std::string problem;         ///< why its messages cannot be read; empty: they can
   bool bare_vector = false;    ///< x, y, z right in the message, as programs on phones write it
-  bool camera = false;         ///< images of a kind that a camera gives
-  bool real_numbers = false;   ///< their pixels are floats: thermal, or depth
-  int width = 0, height = 0;   ///< [px]
+  bags::Metadata metadata = {};
+  bool camera = false;        ///< images of a kind that a camera gives
+  bool real_numbers = false;  ///< their pixels are floats: thermal, or depth
+  int width = 0, height = 0;  ///< [px]
   bool stamped = false;
   TimeNs lag = 0;  ///< received - header stamp, of the first message that has one
 

@@ -1,9 +1,12 @@
 #include "topic_choice.h"
 
 #include <algorithm>
-#include <functional>
+#include <map>
 
+#include "camera_choice.h"
+#include "camera_setup.h"
 #include "input_error.h"
+#include "own_labels.h"
 #include "vir/core/text.h"
 #include "vir/rawlog/labels.h"
 
@@ -35,12 +38,6 @@ bool isTruth(const TopicInfo& t) {
                                                          "vrpn", "optitrack", "qualisys", "leica"});
 }
 
-/// Images of something else than light, by their name.
-bool isNoPicture(const TopicInfo& t) {
-  return contains(lowerCase(t.topic),
-                  {"depth", "disparity", "confidence", "range_im", "xyz", "normals"});
-}
-
 /// Whether messages of a topic can play a role.
 bool fits(Role role, const TopicInfo& info) {
   const std::string& type = info.type;
@@ -57,22 +54,16 @@ bool fits(Role role, const TopicInfo& info) {
       return isPose(type);
     case Role::range:
     case Role::peer:
+    case Role::told:
       break;
   }
   return true;
 }
 
-/// `/cam/image_raw/compressed` is `/cam/image_raw` in other bytes.
-std::string baseOf(const std::string& topic) {
-  const std::string end = "/compressed";
-  const bool compressed =
-      topic.size() > end.size() && topic.compare(topic.size() - end.size(), end.size(), end) == 0;
-  return compressed ? topic.substr(0, topic.size() - end.size()) : topic;
-}
-
 class Chooser {
  public:
-  Chooser(const Survey& survey, ProblemLog* log) : survey_(survey), log_(log) {}
+  Chooser(const Survey& survey, const BagOptions& options, ProblemLog* log)
+      : survey_(survey), options_(options), log_(log) {}
 
   Choice fromWishes(const std::vector<TopicWish>& wishes) {
     for (const TopicWish& w : wishes) {
@@ -95,10 +86,11 @@ class Chooser {
   }
 
   Choice fromTypes() {
-    chooseCamera();
     chooseImu();
+    chooseCamera();
     choosePoses();
     for (const auto& [topic, info] : survey_.topics) {
+      if (addOwn(info)) continue;
       if (knownRangeFields(info.type)) add({Role::range, topic, {}}, info);
       if (!info.range_guess.empty()) {
         addGuess(info);
@@ -142,6 +134,20 @@ class Chooser {
     choice_.streams.push_back(std::move(s));
   }
 
+  /// What our own export says of a topic. False for any other.
+  bool addOwn(const TopicInfo& info) {
+    const OwnLabel own = ownLabelOf(info);
+    if (own.label.empty()) return false;
+    const bool peer = own.label == rawlog::kPeerLabel;
+    const bool told = !isOwnRange(info.type);
+    add({told ? Role::told : peer ? Role::peer : Role::range, info.topic, {}}, info);
+    Stream& s = choice_.streams.back();
+    s.label = own.label;
+    s.anchor_name = own.anchor;
+    s.p_B_U = own.antenna;
+    return true;
+  }
+
   void addGuess(const TopicInfo& info) {
     std::string fields;
     for (const std::string& f : info.range_guess) fields += (fields.empty() ? "" : ",") + f;
@@ -150,25 +156,13 @@ class Chooser {
     add({Role::range, info.topic, info.range_guess}, info);
   }
 
-  /// The raw one of two that are the same; left or first camera before others.
-  static int rank(const TopicInfo& t) {
-    const std::string name = lowerCase(t.topic);
-    int rank = t.type == "sensor_msgs/Image" ? 0 : 1;
-    if (contains(name, {"left", "cam0", "camera0", "infra1", "cam_0"})) rank -= 2;
-    // Floats may be depth, of which the name says nothing.
-    if (t.real_numbers) rank += 8;
-    if (contains(name, {"right", "cam1", "camera1", "infra2", "cam_1"})) rank += 2;
-    return rank;
-  }
-
   void chooseCamera() {
-    const TopicInfo* best = nullptr;
-    for (const auto& [topic, info] : survey_.topics) {
-      if (!isImage(info.type) || !info.camera) continue;
-      if (isNoPicture(info)) continue;
-      if (best == nullptr || rank(info) < rank(*best)) best = &info;
-    }
-    if (best != nullptr) add({Role::camera, best->topic, {}}, *best);
+    const auto lacks = [this](const std::vector<std::string>& topics) {
+      return lacksOf(survey_, options_, imuFrame(), topics);
+    };
+    const CameraChoice cameras = chooseCameras(survey_, lacks, !options_.need_calibration);
+    for (const TopicInfo* t : cameras.taken) add({Role::camera, t->topic, {}}, *t);
+    cameras_left_out_ = cameras.left_out;
   }
 
   void chooseImu() {
@@ -200,7 +194,7 @@ class Chooser {
       return value(t) > value(*than);
     };
     for (const auto& [topic, info] : survey_.topics) {
-      if (!isPose(info.type)) continue;
+      if (!isPose(info.type) || !ownLabelOf(info).label.empty()) continue;
       if (info.type == "nav_msgs/Odometry" && !isTruth(info)) {
         if (odometry == nullptr) odometry = &info;
       } else if (better(info, truth)) {
@@ -223,6 +217,7 @@ class Chooser {
       return n == 0 ? label : label + std::to_string(n);
     };
     for (Stream& s : choice_.streams) {
+      if (!s.label.empty()) continue;  // our own export knows it
       switch (s.role) {
         case Role::camera:
           s.camera = static_cast<std::size_t>(cameras);
@@ -236,10 +231,12 @@ class Chooser {
           s.label = rawlog::kImuLabel;
           break;
         case Role::range:
+          while (labelled(numbered(rawlog::kRangeLabel, ranges))) ++ranges;
           s.antenna = static_cast<std::size_t>(ranges);
           s.label = numbered(rawlog::kRangeLabel, ranges++);
           break;
         case Role::peer:
+        case Role::told:
           s.label = rawlog::kPeerLabel;
           break;
         case Role::truth:
@@ -250,6 +247,11 @@ class Chooser {
           break;
       }
     }
+  }
+
+  bool labelled(const std::string& label) const {
+    return std::any_of(choice_.streams.begin(), choice_.streams.end(),
+                       [&](const Stream& s) { return s.label == label; });
   }
 
   void checkImu() const {
@@ -264,14 +266,19 @@ class Chooser {
     }
   }
 
+  /// Of the first IMU that was chosen.
+  std::string imuFrame() const {
+    for (const Stream& s : choice_.streams) {
+      const bool imu = s.role == Role::imu || s.role == Role::accelerometer || s.role == Role::gyro;
+      if (imu && !survey_.find(s.topic)->frame.empty()) return survey_.find(s.topic)->frame;
+    }
+    return {};
+  }
+
   Choice finish() {
     checkImu();
     labelStreams();
-    for (const Stream& s : choice_.streams) {
-      if (s.label == rawlog::kImuLabel && choice_.imu_frame.empty()) {
-        choice_.imu_frame = survey_.find(s.topic)->frame;
-      }
-    }
+    choice_.imu_frame = imuFrame();
     for (Stream& s : choice_.streams) {
       log_->note(s.topic + " (" + s.type + ") taken as " + name(s.role) + ", " + s.label);
       if (s.role == Role::truth || s.role == Role::odometry) placeBody(&s);
@@ -306,8 +313,12 @@ class Chooser {
       const bool twin =
           std::any_of(choice_.streams.begin(), choice_.streams.end(),
                       [t = topic](const Stream& s) { return baseOf(s.topic) == baseOf(t); });
+      const auto why = cameras_left_out_.find(topic);
       log_->note(topic + " (" + info.type + ") left out" +
-                 (twin                    ? ": the same images in other bytes"
+                 (twin ? ": the same images in other bytes"
+                  : why != cameras_left_out_.end()
+                      ? ": " + why->second + "; by hand: --topic camera=" + topic +
+                            " beside all else that you want"
                   : !info.problem.empty() ? ": " + info.problem
                   : isImage(info.type) && (!info.camera || isNoPicture(info))
                       ? ": no picture of a camera, by its name or encoding (depth, ...)"
@@ -317,14 +328,17 @@ class Chooser {
   }
 
   const Survey& survey_;
+  const BagOptions& options_;
   ProblemLog* log_;
   Choice choice_;
+  std::map<std::string, std::string> cameras_left_out_;  // why, by topic
 };
 
 }  // namespace
 
-Choice chooseTopics(const Survey& survey, const std::vector<TopicWish>& wishes, ProblemLog* log) {
-  Chooser chooser(survey, log);
+Choice chooseTopics(const Survey& survey, const BagOptions& options,
+                    const std::vector<TopicWish>& wishes, ProblemLog* log) {
+  Chooser chooser(survey, options, log);
   return wishes.empty() ? chooser.fromTypes() : chooser.fromWishes(wishes);
 }
 

@@ -124,6 +124,35 @@ TEST(ImageCheck, SaysWhenTheCameraHangs) {
   EXPECT_EQ(seriousKinds(twice.findings(64, 48, moving(true))), Kinds{"frozen"});
 }
 
+/// What a hanging camera shows may be a wall: that it hangs is the cause.
+TEST(ImageCheck, AHangingImageOfLittleContrastHangs) {
+  cv::Mat held;
+  const ImageCheck check = watched([&](int i, cv::Mat* m) {
+    if (i == 50) {
+      held = m->clone();
+      held.convertTo(held, CV_8UC1, 0.1, 100);
+    }
+    if (i > 50 && i <= 100) held.copyTo(*m);
+  });
+  const auto moves = [](TimeNs, TimeNs) { return std::optional<bool>(true); };
+  EXPECT_EQ(seriousKinds(check.findings(64, 48, moves)), Kinds{"frozen"});
+  const auto still = [](TimeNs, TimeNs) { return std::optional<bool>(false); };
+  EXPECT_EQ(seriousKinds(check.findings(64, 48, still)), Kinds{"low_contrast"});
+}
+
+TEST(ImageCheck, ACameraBesideTheFirstLeavesTheOthers) {
+  const ImageCheck check = watched([](int i, cv::Mat* m) {
+    if (i >= 50 && i < 100) m->setTo(0);
+  });
+  for (const bool further : {false, true}) {
+    const auto findings = check.findings(64, 48, {}, further);
+    ASSERT_EQ(seriousKinds(findings), Kinds{"blank"});
+    EXPECT_NE(findings[0].remedy.find(further ? "a run has the other cameras" : "the IMU alone"),
+              std::string::npos)
+        << findings[0].remedy;
+  }
+}
+
 TEST(ImageCheck, SaysThatImagesComeTwice) {
   cv::Mat held;
   int every = 0;

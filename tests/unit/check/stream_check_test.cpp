@@ -94,6 +94,21 @@ TEST(StreamCheck, NamesClocksThatDoNotMeet) {
             Kinds{"little_overlap"});
 }
 
+/// What is wrong with one camera hides nothing of another.
+TEST(StreamCheck, ASecondCameraIsJudgedByItself) {
+  const StreamSummary in_ms = stream("CAM1", StreamKind::images, kDate / 1000000, 50, 200);
+  const StreamSummary elsewhere = images(kDate + 3600 * 1000000000LL);
+  EXPECT_EQ(seriousKinds(checkStreams({elsewhere, in_ms, imu()})),
+            (Kinds{"stamps_in_ms", "no_overlap"}));
+  StreamCheck hole("CAM1", StreamKind::images);
+  for (int i = 0; i < 200; ++i) {
+    if (i < 50 || i > 90) hole.add(kDate + i * 50000000LL);
+  }
+  const auto findings = checkStreams({images(), hole.summary(), imu()});
+  ASSERT_EQ(seriousKinds(findings), Kinds{"gap"});
+  EXPECT_EQ(findings[0].remedy, "what lies in it is lost; a run has the other cameras meanwhile");
+}
+
 TEST(StreamCheck, NamesReadingsThatEndBeforeTheImagesAndThoseThatAreTooFew) {
   StreamCheck early("IMU0", StreamKind::imu), slow("IMU0", StreamKind::imu);
   for (int i = 0; i < 500; ++i) early.add(kDate + i * 5000000LL);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "vir/bags/bytes.h"
+#include "vir/bags/message_sink.h"
 #include "vir/core/time.h"
 
 namespace vir::bags {
@@ -25,7 +26,8 @@ struct Channel {
   /// Text of the type and of those in it; none if the file has none. Topics of a type share it.
   std::shared_ptr<const std::string> definition;
   Wire wire = Wire::unknown;
-  std::string encoding;  ///< as the file calls it, e.g. "cdr" or "protobuf"
+  std::string encoding;    ///< as the file calls it, e.g. "cdr" or "protobuf"
+  Metadata metadata = {};  ///< of MCAP
 };
 
 struct BagMessage {

@@ -54,7 +54,7 @@ class McapWriter : public MessageSink {
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
   std::uint16_t channel(const std::string& topic, const std::string& type,
-                        const std::string& definition) override;
+                        const std::string& definition, const Metadata& metadata = {}) override;
   void write(std::uint16_t channel, TimeNs t, const Bytes& cdr) override;
   /// Index and end of the file, and its name.
   void finish();
@@ -63,6 +63,7 @@ class McapWriter : public MessageSink {
   struct Channel {
     std::uint16_t id = 0, schema = 0;
     std::string topic;
+    Metadata metadata;
     std::uint64_t count = 0;
     std::uint32_t sequence = 0;
   };

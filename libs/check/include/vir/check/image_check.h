@@ -27,9 +27,10 @@ class ImageCheck {
   /// Corners that were found in an image.
   void addCorners(int corners) { corners_.push_back(corners); }
   /// `expected_*`: size in the calibration [px], 0: not known. `moves` may be empty: that images
-  /// stay the same for long is a fault only where the IMU moves.
-  std::vector<Finding> findings(int expected_width, int expected_height,
-                                const Moves& moves = {}) const;
+  /// stay the same for long is a fault only where the IMU moves. `further`: a camera beside the
+  /// one that a run looks through.
+  std::vector<Finding> findings(int expected_width, int expected_height, const Moves& moves = {},
+                                bool further = false) const;
 
  private:
   struct Seen {
@@ -46,8 +47,11 @@ class ImageCheck {
   std::vector<Stretch> darkStretches() const;
   std::vector<Stretch> frozenStretches() const;
   void checkSize(int width, int height, std::vector<Finding>* out) const;
-  void checkLight(std::vector<Finding>* out) const;
-  void checkFrozen(const Moves& moves, std::vector<Finding>* out) const;
+  void checkLight(bool further, const std::vector<Stretch>& frozen,
+                  std::vector<Finding>* out) const;
+  std::vector<Stretch> stuckStretches(const Moves& moves, long* repeats) const;
+  void checkFrozen(const std::vector<Stretch>& stuck, long repeats,
+                   std::vector<Finding>* out) const;
   std::string when(const std::vector<Stretch>& stretches) const;
 
   std::string label_, first_unreadable_;

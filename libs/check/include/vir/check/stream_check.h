@@ -49,7 +49,8 @@ class StreamCheck {
 };
 
 /// Rates that cannot be (stamps in another unit), gaps, order, and streams that do not overlap.
-/// `poses` streams are the ground truth or odometry.
+/// `poses` streams are the ground truth or odometry; the first of `images` is the camera that a run
+/// looks through.
 std::vector<Finding> checkStreams(const std::vector<StreamSummary>& streams);
 
 }  // namespace vir::check
