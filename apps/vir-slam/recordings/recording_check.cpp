@@ -300,7 +300,10 @@ std::vector<check::Finding> RecordingCheck::findings() const {
   }
   takeRanges(stamps, &out);
   takeImages(&out);
-  for (const auto& [label, rig] : rigs_) take(rig.findings(), &out);
+  const auto path = [this](TimeNs t) { return truth_.poseAt(t + fromSeconds(time_offset_s_)); };
+  for (const auto& [label, rig] : rigs_) {
+    take(truth_.empty() ? rig.findings() : rig.findings(path), &out);
+  }
   const bool gyro = std::none_of(out.begin(), out.end(), [](const check::Finding& f) {
     return f.kind == "imu_columns_swapped";
   });

@@ -221,15 +221,28 @@ void KnownPath::add(const StampedPose& pose) {
   poses_.push_back(pose);
 }
 
+std::optional<Pose> KnownPath::poseAt(TimeNs t) const {
+  const auto around = aroundOf(t);
+  if (!around) return std::nullopt;
+  return interpolate(around->a->T_W_B, around->b->T_W_B, around->share);
+}
+
 std::optional<Vec3> KnownPath::at(TimeNs t, const Vec3& p_B_U) const {
+  const auto around = aroundOf(t);
+  if (!around) return std::nullopt;
+  const Pose &a = around->a->T_W_B, &b = around->b->T_W_B;
+  if (p_B_U.isZero()) return a.p + around->share * (b.p - a.p);
+  return interpolate(a, b, around->share) * p_B_U;
+}
+
+/// Empty outside of the path and in its gaps.
+std::optional<KnownPath::Around> KnownPath::aroundOf(TimeNs t) const {
   const auto after = std::upper_bound(poses_.begin(), poses_.end(), t,
                                       [](TimeNs x, const StampedPose& p) { return x < p.t; });
   if (after == poses_.begin() || after == poses_.end()) return std::nullopt;
   const StampedPose &a = *(after - 1), &b = *after;
   if (b.t - a.t > kMaxGap) return std::nullopt;
-  const double s = static_cast<double>(t - a.t) / static_cast<double>(b.t - a.t);
-  if (p_B_U.isZero()) return a.T_W_B.p + s * (b.T_W_B.p - a.T_W_B.p);
-  return interpolate(a.T_W_B, b.T_W_B, s) * p_B_U;
+  return Around{&a, &b, static_cast<double>(t - a.t) / static_cast<double>(b.t - a.t)};
 }
 
 AnchorFit fitAnchor(const KnownPath& path, const std::vector<Range>& ranges, double unit_m,

@@ -54,10 +54,11 @@ class Survey {
     InputLabels out;
     noteOtherRanges(&out);
     noteOtherImages(&out);
-    bool images_told = false;
+    noteMissingCameras(&out);
+    bool images_told = anyFirstImage();
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
       const roles::EstimatorInput& input = inputs_[k];
-      if (others_[k].empty() || seen_.count(k) > 0) continue;
+      if (others_[k].empty() || seen_.count(k) > 0 || input.named) continue;
       const std::string what = name(input.kind), wanted = what + " under the label " + input.label;
       const std::string labels = listed(others_[k], ", ");
       if (input.group == 0) {
@@ -101,6 +102,36 @@ class Survey {
       out->notes.push_back("images under " + inputs_[k].label + " are used, those under " + others +
                            " are not: [Estimator] other_cameras = " + others + " takes them too");
     }
+  }
+
+  bool anyFirstImage() const {
+    for (const std::size_t k : seen_) {
+      if (inputs_[k].kind == roles::InputKind::image && inputs_[k].group > 0) return true;
+    }
+    return false;
+  }
+
+  /// Cameras that somebody asked for and that are not there.
+  void noteMissingCameras(InputLabels* out) const {
+    std::set<std::string> there;
+    std::string missing;
+    for (std::size_t k = 0; k < inputs_.size(); ++k) {
+      const roles::EstimatorInput& input = inputs_[k];
+      if (input.kind != roles::InputKind::image) continue;
+      there.insert(others_[k].begin(), others_[k].end());
+      if (seen_.count(k) > 0) {
+        there.insert(input.label);
+      } else if (input.named) {
+        missing += (missing.empty() ? "" : " ") + input.label;
+      }
+    }
+    if (missing.empty()) return;
+    out->notes.push_back("[Estimator] other_cameras: there are no images under " + missing +
+                         " at the beginning of the recording" +
+                         (there.empty()
+                              ? std::string()
+                              : "; there are images under " + listed(there, ", ") +
+                                    " (name labels as they are there, with blanks between them)"));
   }
 
   const std::vector<roles::EstimatorInput>& inputs_;

@@ -51,7 +51,10 @@ std::vector<roles::EstimatorInput> VirSettings::inputs() const {
   std::vector<roles::EstimatorInput> out{{InputKind::image, camera_label, 1},
                                          {InputKind::tracks, tracks_label, 1},
                                          {InputKind::imu, imu_label, 2}};
-  for (const std::string& label : otherCameraLabels()) out.push_back({InputKind::image, label, 0});
+  const bool named = other_cameras != "auto";
+  for (const std::string& label : otherCameraLabels()) {
+    out.push_back({InputKind::image, label, 0, named});
+  }
   roles::addRangeInputs(range_label, &out);
   return out;
 }
@@ -89,10 +92,10 @@ void VirEstimator::warnOnce(const std::string& key, const std::string& text) {
 }
 
 void VirEstimator::add(const mrpt::obs::CObservation& observation) {
-  if (Camera* camera = cameraOf(observation.sensorLabel)) {
-    if (const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation)) {
-      addImage(*image, camera);
-    }
+  Camera* camera = cameraOf(observation.sensorLabel);
+  const auto* image = dynamic_cast<const mrpt::obs::CObservationImage*>(&observation);
+  if (camera != nullptr && image != nullptr) {
+    addImage(*image, camera);
   } else if (observation.sensorLabel == settings_.tracks_label) {
     using Tracks = mrpt::obs::CObservationStereoImagesFeatures;
     if (const auto* tracks = dynamic_cast<const Tracks*>(&observation)) addTracks(*tracks);

@@ -132,10 +132,14 @@ void FolderSource::finish() {
     throw InputError("no image of " + cameras_[0].dir + " could be used" +
                      (why.empty() ? "" : "; first problem: " + why));
   }
-  long ranges = 0, lost = 0;
-  for (const auto& [name, n] : given_) ranges += name.rfind("ranges", 0) == 0 ? n : 0;
-  for (const auto& [name, n] : log_.counters()) lost += name.rfind("range_", 0) == 0 ? n : 0;
-  if (ranges == 0 && lost > 0) log_.count(roles::kUselessCounter);
+  // Of the robot's ranges, and of those between anchors.
+  for (const auto& [given, problems] :
+       {std::pair{"ranges", "range_"}, {"anchor_ranges", "anchor_range_"}}) {
+    long ranges = 0, lost = 0;
+    for (const auto& [name, n] : given_) ranges += name.rfind(given, 0) == 0 ? n : 0;
+    for (const auto& [name, n] : log_.counters()) lost += name.rfind(problems, 0) == 0 ? n : 0;
+    if (ranges == 0 && lost > 0) log_.count(roles::kUselessCounter);
+  }
 }
 
 void FolderSource::emit(const Event& event) {

@@ -113,14 +113,49 @@ bool parseRange(const Fields& f, const RangeTable& table, RangeRow* row, RowFaul
       !anchorId(at(f, c.anchor), table.names, &row->anchor, fault)) {
     return false;
   }
-  int from = 0;
-  if (table.between_anchors) {
-    if (!anchorId(at(f, c.antenna), table.names, &from, fault)) return false;
-    if (from == row->anchor) return implausible(fault, "a range of an anchor to itself");
-    row->from = from;
-  }
   if (c.unit_m != 1) row->range_m *= c.unit_m;
   return plausible(f, c.range, row->range_m, fault) && parseRest(f, table, row, fault);
+}
+
+/// One of the two ends of a range between anchors.
+bool parseEnd(const Fields& f, int column, const RangeTable& table, int* anchor, RowFault* fault) {
+  const std::string name = "column " + std::to_string(column + 1);
+  if (at(f, column).empty()) {
+    *fault = {"malformed", name + " is empty"};
+    return false;
+  }
+  if (anchorId(at(f, column), table.names, anchor, fault)) return true;
+  fault->text = name + ": " + fault->text;
+  return false;
+}
+
+/// From one anchor to another.
+bool parseBetween(const Fields& f, const RangeTable& table, RangeRow* row, RowFault* fault) {
+  const tables::RangeColumns& c = table.c;
+  const auto parse = [&] {
+    int from = 0;
+    if (!enough(f, c.last(), fault) || !stamp(f, table.stamps, &row->t, fault) ||
+        !parseEnd(f, c.antenna, table, &from, fault) ||
+        !parseEnd(f, c.anchor, table, &row->anchor, fault) ||
+        !value(f, c.range, &row->range_m, fault)) {
+      return false;
+    }
+    if (from == row->anchor) {
+      return implausible(fault, "columns " + std::to_string(c.antenna + 1) + " and " +
+                                    std::to_string(c.anchor + 1) + ": both ends are the anchor " +
+                                    std::string(at(f, c.anchor)));
+    }
+    row->from = from;
+    if (c.unit_m != 1) row->range_m *= c.unit_m;
+    if (plausible(f, c.range, row->range_m, fault)) return true;
+    fault->text = "column " + std::to_string(c.range + 1) + ": " + fault->text;
+    return false;
+  };
+  if (parse()) return parseRest(f, table, row, fault);
+  fault->text +=
+      "; a row needs a stamp, two different anchors and how far they are apart [m]: "
+      "correct it, or leave it out";
+  return false;
 }
 
 /// The range to one anchor of a row that holds several.
@@ -185,7 +220,8 @@ std::unique_ptr<RowStream<RangeRow>> open(const std::string& path, const Units& 
   const auto same = [](const RangeRow& a, const RangeRow& b) {
     return a.anchor == b.anchor && a.antenna == b.antenna && a.place == b.place;
   };
-  RowCursor<RangeRow>::Spec spec{path, "range", {}, same, false, layout};
+  RowCursor<RangeRow>::Spec spec{path,  between_anchors ? "anchor_range" : "range", {}, same, false,
+                                 layout};
   if (!why_not.empty()) {
     spec.parse = [](const Fields&, RangeRow*, RowFault* fault) {
       *fault = {"no_range", ""};
@@ -193,7 +229,8 @@ std::unique_ptr<RowStream<RangeRow>> open(const std::string& path, const Units& 
     };
   } else if (!wide) {
     spec.parse = [table](const Fields& f, RangeRow* row, RowFault* fault) {
-      return parseRange(f, table, row, fault);
+      return table.between_anchors ? parseBetween(f, table, row, fault)
+                                   : parseRange(f, table, row, fault);
     };
   }
   for (std::size_t i = 0; i < c.wide.size() && why_not.empty(); ++i) {

@@ -300,8 +300,29 @@ TEST(RangeTables, BetweenAnchorsWhatIsNoRangeIsSaid) {
   int between = 0;
   for (const RangeRow& r : c.ranges) between += r.from.has_value();
   EXPECT_EQ(between, 2) << c.notes;
-  EXPECT_EQ(c.log.get("range_implausible"), 2) << c.notes;
-  EXPECT_TRUE(contains(c.notes, "to itself")) << c.notes;
+  EXPECT_EQ(c.log.get("anchor_range_implausible"), 2) << c.notes;
+  // Table, line, column, and what to do.
+  const std::string what_to_do =
+      "; a row needs a stamp, two different anchors and how far they are apart [m]: correct it, or "
+      "leave it out";
+  EXPECT_TRUE(contains(
+      c.notes, "anchor_ranges.csv:2: columns 2 and 3: both ends are the anchor 7" + what_to_do))
+      << c.notes;
+  const auto first_problem = [](const std::string& row) {
+    return readBoth(rows("timestamp,from,to,range", 4,
+                         [&](int i) { return i == 1 ? row : std::string("7,8,3.5"); }))
+        .notes;
+  };
+  for (const auto& [row, text] :
+       {std::pair<std::string, std::string>{"7,8,-2", "column 4: a range of -2 m"},
+        {"7,8,abc", "column 4: `abc` is not a number"},
+        {",8,3.5", "column 2 is empty"},
+        {"7,8 9,3.5", "column 3: `8 9` is no anchor's id"},
+        {"7,8", "has 3 columns, needs 4"}}) {
+    const std::string notes = first_problem(row);
+    EXPECT_TRUE(contains(notes, "anchor_ranges.csv:3: " + text)) << notes;
+    EXPECT_TRUE(contains(notes, what_to_do)) << notes;
+  }
   EXPECT_THROW(readBoth(rows("timestamp,anchor,range", 4, [](int) { return "7,3.5"; })),
                InputError);
 }

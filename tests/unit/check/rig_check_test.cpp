@@ -59,10 +59,18 @@ using Lenses = std::array<CameraCalibration, 2>;
 
 Lenses lenses() { return {lens(), lens()}; }
 
+constexpr TimeNs kStep = 500'000'000;
+TimeNs timeOf(std::size_t k) { return 1'000'000'000LL + kStep * static_cast<TimeNs>(k); }
+
+/// The body after so many steps, on its way and on a slower one to a side.
+Pose fastPose(double k) { return {Quat(rotZ(0.25 * k)), Vec3(0.4 * k, 0.1 * k, 1.0)}; }
+Pose slowPose(double k) { return {Quat(rotZ(0.02 * k)), Vec3(0.02 * k, 0.12 * k, 1.0)}; }
+
 /// What both see along a path; `T_0_1` of the second in the first.
-std::vector<Pair> seen(const Lenses& calibrations, const Pose& T_0_1, double second_gain = 1) {
+std::vector<Pair> seen(const Lenses& calibrations, const Pose& T_0_1, double second_gain = 1,
+                       Pose (*pose)(double) = fastPose) {
   std::vector<Vec3> path;
-  for (int k = 0; k <= kInstants; ++k) path.emplace_back(0.4 * k, 0.1 * k, 1.0);
+  for (int k = 0; k <= kInstants; ++k) path.push_back(pose(k).p);
   const auto scene = std::make_shared<rendering::Scene>(rendering::makeScene({}, path, {}));
   std::vector<Pair> out(kInstants);
   for (std::size_t c = 0; c < 2; ++c) {
@@ -72,8 +80,7 @@ std::vector<Pair> seen(const Lenses& calibrations, const Pose& T_0_1, double sec
     if (c == 1) o.exposure_jump = {0, second_gain};
     rendering::CameraSimulator simulator(o, scene, camera::makeCamera(calibrations[c]));
     for (std::size_t k = 0; k < kInstants; ++k) {
-      const Pose T_W_B{Quat(rotZ(0.25 * static_cast<double>(k))), path[k]};
-      const Pose T_W_C = T_W_B * firstMount() * (c == 0 ? Pose() : T_0_1);
+      const Pose T_W_C = pose(static_cast<double>(k)) * firstMount() * (c == 0 ? Pose() : T_0_1);
       const auto& image = simulator.take(1, k, [&](double) { return T_W_C; });
       out[k][c] = cv::Mat(image.height, image.width, CV_8UC1,
                           const_cast<std::uint8_t*>(image.pixels.data()))
@@ -82,6 +89,8 @@ std::vector<Pair> seen(const Lenses& calibrations, const Pose& T_0_1, double sec
   }
   return out;
 }
+
+std::vector<Pair> seenSlowly() { return seen(lenses(), trueBetween(), 1, slowPose); }
 
 /// Rendered once.
 const std::vector<Pair>& rawPairs() {
@@ -155,6 +164,73 @@ TEST(RigCheck, WhatAnEstimatorCorrectsIsANote) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].kind, "rig_geometry");
   EXPECT_EQ(found[0].severity, Severity::note);
+}
+
+TEST(RigCheck, AWayOfTheWrongSignIsNamed) {
+  const Pose mirrored{trueBetween().q, -trueBetween().p};
+  const auto found = findingsOf(rawPairs(), lenses(), mirrored);
+  EXPECT_EQ(seriousKinds(found), Kinds{"rig_mirrored"});
+  // Of what is far away all matches are near their line, and most behind the cameras.
+  const Pose close{trueBetween().q, trueBetween().p / 10};
+  const auto far = seen(lenses(), close);
+  EXPECT_EQ(seriousKinds(findingsOf(far, lenses(), close)), Kinds{});
+  EXPECT_EQ(seriousKinds(findingsOf(far, lenses(), {close.q, -close.p})), Kinds{"rig_mirrored"});
+}
+
+TEST(RigCheck, CamerasAtOnePlaceThatSeeOtherwiseAreNamed) {
+  EXPECT_EQ(seriousKinds(findingsOf(rawPairs(), lenses(), Pose{trueBetween().q, Vec3::Zero()})),
+            Kinds{"rig_same_place"});
+  EXPECT_EQ(seriousKinds(findingsOf(rawPairs(), lenses(), Pose())), Kinds{"rig_same_place"});
+}
+
+/// T_BS the wrong way round: of the second camera, and of both (T_cam_imu of Kalibr taken as it
+/// is).
+TEST(RigCheck, APoseInTheBodyThatIsInvertedIsNamed) {
+  const auto of = [](const Pose& T_B_0, const Pose& T_B_1) {
+    RigCheck check({"CAM0", lens(), T_B_0}, {"CAM1", lens(), T_B_1});
+    for (std::size_t k = 0; k < rawPairs().size(); ++k) {
+      const TimeNs t = 1'000'000'000LL + 500'000'000LL * static_cast<TimeNs>(k);
+      for (const int c : {0, 1}) check.add(c, t, rawPairs()[k][static_cast<std::size_t>(c)]);
+    }
+    return check.findings();
+  };
+  const Pose T_B_0 = firstMount(), T_B_1 = firstMount() * trueBetween();
+  const auto second = of(T_B_0, T_B_1.inverse());
+  ASSERT_EQ(seriousKinds(second), Kinds{"rig_inverted"});
+  EXPECT_EQ(second[0].what, "the pose of CAM1 in the body is the wrong way round");
+  const auto both = of(T_B_0.inverse(), T_B_1.inverse());
+  ASSERT_EQ(seriousKinds(both), Kinds{"rig_inverted"});
+  EXPECT_EQ(both[0].what, "the poses of CAM0 and CAM1 in the body are the wrong way round");
+}
+
+/// Depth by the pair against depth by the true path, on which the first camera moves.
+TEST(RigCheck, ALengthThatIsWrongIsMeasuredByTheTruePath) {
+  const std::vector<Pair> pairs = seenSlowly();
+  const auto of = [&](double times, double of_path) {
+    RigCheck check({"CAM0", lens(), firstMount()},
+                   {"CAM1", lens(), firstMount() * Pose{trueBetween().q, times * trueBetween().p}});
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      for (const int c : {0, 1}) check.add(c, timeOf(k), pairs[k][static_cast<std::size_t>(c)]);
+    }
+    return check.findings([&](TimeNs t) -> std::optional<Pose> {
+      if (of_path == 0) return std::nullopt;
+      Pose T = slowPose(static_cast<double>(t - timeOf(0)) / static_cast<double>(kStep));
+      T.p *= of_path;
+      return T;
+    });
+  };
+  EXPECT_EQ(seriousKinds(of(1, 1)), Kinds{});
+  for (const double times : {0.7, 1.3}) {
+    const auto found = of(times, 1);
+    ASSERT_EQ(seriousKinds(found), Kinds{"rig_length"});
+    EXPECT_EQ(found[0].stream, "CAM1");
+    EXPECT_NEAR(std::stod(found[0].what.substr(6)), 1 / times, 0.06) << found[0].what;
+  }
+  // Without a path nobody knows, which is said.
+  const auto unknown = of(1.3, 0);
+  EXPECT_EQ(seriousKinds(unknown), Kinds{});
+  ASSERT_EQ(unknown.size(), 1u);
+  EXPECT_NE(unknown[0].evidence.find("cannot be judged without a true path"), std::string::npos);
 }
 
 TEST(RigCheck, CamerasThatLookElsewhereAreNotCompared) {

@@ -88,6 +88,21 @@ TEST_F(MatchLabels, ImagesOfFurtherCamerasAreSaid) {
   ASSERT_EQ(one.notes.size(), 1u);
   EXPECT_NE(one.notes[0].find("other_cameras = CAM1"), std::string::npos) << one.notes[0];
   EXPECT_TRUE(match({first, {InputKind::image, "CAM1", 0}}).notes.empty());
+  // Named, and not there: said with what is there; not said of those that nobody has named.
+  for (const char* label : {"CAM2", "cam1"}) {
+    const InputLabels none = match({first, {InputKind::image, label, 0, true}});
+    ASSERT_EQ(none.notes.size(), 2u);
+    EXPECT_EQ(none.notes[1], "[Estimator] other_cameras: there are no images under " +
+                                 std::string(label) +
+                                 " at the beginning of the recording; there are images under CAM0, "
+                                 "CAM1 (name labels as they are there, with blanks between them)");
+  }
+  const InputLabels two =
+      match({first, {InputKind::image, "CAM1", 0, true}, {InputKind::image, "CAM2", 0, true}});
+  ASSERT_EQ(two.notes.size(), 1u);
+  EXPECT_NE(two.notes[0].find("no images under CAM2 at"), std::string::npos) << two.notes[0];
+  EXPECT_TRUE(
+      match({first, {InputKind::image, "CAM1", 0}, {InputKind::image, "CAM2", 0}}).notes.empty());
 }
 
 TEST_F(MatchLabels, AnotherInputOfTheGroupDoes) {

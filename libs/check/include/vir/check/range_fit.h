@@ -16,10 +16,18 @@ class KnownPath {
   void add(const StampedPose& T_W_B);
   /// Where the antenna at `p_B_U` [m] was; empty outside of the path and in its gaps.
   std::optional<Vec3> at(TimeNs t, const Vec3& p_B_U) const;
+  /// The body then; empty likewise.
+  std::optional<Pose> poseAt(TimeNs t) const;
   bool empty() const { return poses_.empty(); }
   TimeNs start() const { return poses_.front().t; }
 
  private:
+  struct Around {
+    const StampedPose *a, *b;
+    double share;  ///< of the way from a to b
+  };
+  std::optional<Around> aroundOf(TimeNs t) const;
+
   std::vector<StampedPose> poses_;
 };
 

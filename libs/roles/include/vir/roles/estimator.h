@@ -32,6 +32,8 @@ struct EstimatorInput {
   /// 0 = used where there are any. Of the inputs with the same number above 0 at least one is
   /// needed: images or feature tracks, say.
   int group = 0;
+  /// Somebody asked for this camera by its label: if it is not there, that must be said.
+  bool named = false;
 };
 
 /// Is `observation` of this input, by label and class?
