@@ -11,7 +11,7 @@
 
 namespace {
 
-void printPoses(const char* recording, const vir::estimator::EstimatorConfig& config) {
+void printPoses(const char* recording, const vir::estimator::VioConfig& config) {
   using namespace vir::rawlog;
   vir::Vio vio(calibrationIn(recording, kCameraLabel), config);
   vio.onState([](const vir::StateEstimate& e) {
@@ -32,7 +32,7 @@ void printPoses(const char* recording, const vir::estimator::EstimatorConfig& co
 int main(int argc, char** argv) try {
   if (argc != 2 && argc != 3) throw std::invalid_argument("usage: print_poses RAWLOG [INI]");
   printPoses(argv[1], argc == 3 ? vir::estimator::configFrom(vir::Settings::fromFile(argv[2]))
-                                : vir::estimator::EstimatorConfig());
+                                : vir::estimator::VioConfig());
   return 0;
 } catch (const std::exception& e) {
   std::cerr << "print_poses: " << e.what() << "\n";

@@ -35,6 +35,8 @@ constexpr int kMapEvery = 10;  // keyframes between two looks at the map points 
 
 mrpt::img::TColorf blue() { return {0.35f, 0.7f, 0.9f, 1.f}; }
 mrpt::img::TColorf green() { return {0.f, 0.62f, 0.45f, 1.f}; }
+mrpt::img::TColorf pink() { return {0.95f, 0.35f, 0.75f, 1.f}; }
+mrpt::img::TColorf grey() { return {0.5f, 0.5f, 0.45f, 1.f}; }
 mrpt::img::TColorf orange() { return {0.9f, 0.6f, 0.f, 1.f}; }
 
 mrpt::opengl::TFontParams font() {
@@ -55,6 +57,8 @@ struct Scene {
   mrpt::gui::CDisplayWindow3D window{"vir-slam", 1100, 750};
   mrpt::opengl::CSetOfLines::Ptr path = mrpt::opengl::CSetOfLines::Create();
   mrpt::opengl::CSetOfLines::Ptr keyframe_path = mrpt::opengl::CSetOfLines::Create();
+  mrpt::opengl::CSetOfLines::Ptr loops = mrpt::opengl::CSetOfLines::Create();
+  mrpt::opengl::CSetOfLines::Ptr refused = mrpt::opengl::CSetOfLines::Create();
   mrpt::opengl::CPointCloud::Ptr points = mrpt::opengl::CPointCloud::Create();
   mrpt::opengl::CSetOfObjects::Ptr robot = mrpt::opengl::stock_objects::CornerXYZSimple(0.4f, 2);
   mrpt::opengl::CSetOfObjects::Ptr anchors = mrpt::opengl::CSetOfObjects::Create();
@@ -64,6 +68,7 @@ struct Scene {
   std::vector<StateEstimate> estimates;  // not drawn yet
   std::vector<Anchor> anchor_estimates;
   std::vector<Landmark> landmarks;
+  std::vector<LoopRecord> second_visits;
   std::vector<Eigen::Vector2f> pixels;
   std::shared_ptr<const mrpt::obs::CObservationImage> image;
   std::map<std::uint64_t, RangeNow> ranges;
@@ -86,11 +91,14 @@ struct Scene {
     path->setLineWidth(2.5f);
     keyframe_path->setColor(green());
     keyframe_path->setLineWidth(1.5f);
+    loops->setColor(pink());
+    loops->setLineWidth(1.5f);
+    refused->setColor(grey());
     points->setColor(mrpt::img::TColorf(0.75f, 0.75f, 0.75f, 1.f));
     points->setPointSize(3.f);
     for (const mrpt::opengl::CRenderizable::Ptr& object :
-         std::initializer_list<mrpt::opengl::CRenderizable::Ptr>{path, keyframe_path, points, robot,
-                                                                 anchors}) {
+         std::initializer_list<mrpt::opengl::CRenderizable::Ptr>{path, keyframe_path, refused,
+                                                                 loops, points, robot, anchors}) {
       scene->insert(object);
     }
     mrpt::opengl::COpenGLScene::Ptr& shown = window.get3DSceneAndLock();
@@ -125,6 +133,10 @@ struct Scene {
     window.addTextMessage(8, -20, "grid 1 m; W: world, z up, where it started", 0, font());
     window.addTextMessage(8, -36, "blue: path as known at the time; green: keyframes as known now",
                           1, font());
+    if (!second_visits.empty()) {
+      window.addTextMessage(8, -68, "pink: places seen twice; grey: such as were refused", 5,
+                            font());
+    }
     window.addTextMessage(8, -52, "orange: anchors, two standard deviations, and the last range", 2,
                           font());
     const std::string advice = results::adviceFor(newest);
@@ -153,6 +165,16 @@ struct Scene {
       if (k.T_W_B.p.allFinite()) keyframe_positions[k.t] = k.T_W_B.p;
     }
     new_keyframes = true;
+  }
+
+  void drawLoops() {
+    loops->clear();
+    refused->clear();
+    for (const LoopRecord& l : second_visits) {
+      const Vec3 &a = l.p_older, &b = l.p_newer;
+      if (!a.allFinite() || !b.allFinite()) continue;
+      (l.accepted ? loops : refused)->appendLine(a.x(), a.y(), a.z(), b.x(), b.y(), b.z());
+    }
   }
 
   void drawAnchors() {
@@ -184,6 +206,7 @@ struct Scene {
   void drawMap() {
     if (!new_map) return;
     new_map = false;
+    drawLoops();
     points->clear();
     for (const Landmark& l : landmarks) {
       if (l.p_W.allFinite()) {
@@ -234,6 +257,7 @@ void LiveViewWindow::setEstimate(const StateEstimate& estimate, const roles::Est
   scene_.pixels = estimator.trackedPixels();
   if (!estimate.keyframe || ++scene_.keyframes % kMapEvery != 0) return;
   scene_.landmarks = estimator.landmarks();
+  scene_.second_visits = estimator.loops().value_or(std::vector<LoopRecord>());
   scene_.new_map = true;
   scene_.setKeyframes(estimator.keyframes());
 }

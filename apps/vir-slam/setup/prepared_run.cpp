@@ -124,6 +124,7 @@ runs::OfflineRunOptions offlineOptions(const RunOptions& run,
   out.estimator = run.driver;
   out.rawlog = run.rawlog;
   out.start_offset_s = run.start_offset_s;
+  out.duration_s = run.duration_s;
   out.inputs = inputs;
   const runs::InputLabels labels = runs::matchLabels(out.inputs, out.rawlog);
   out.labels = labels.as;

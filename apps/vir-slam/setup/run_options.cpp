@@ -15,6 +15,8 @@ void describe(OptionVisitor& v, RunOptions& o) {
       "IMU and camera goes before it; --calibration goes before all");
   v.value("start_offset_s", o.start_offset_s, {0, 1e9},
           "Leave out everything before the first image plus this");
+  v.value("duration_s", o.duration_s, {0, 1e9},
+          "and everything later than this after it; 0: nothing, up to the recording's end");
 }
 
 }  // namespace vir::app

@@ -11,6 +11,7 @@ struct RunOptions {
   std::string rawlog;
   std::string calibration;  ///< file; empty: none
   double start_offset_s = 0;
+  double duration_s = 0;
 };
 
 void describe(OptionVisitor& v, RunOptions& o);

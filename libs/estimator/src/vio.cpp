@@ -7,7 +7,9 @@
 namespace vir::estimator {
 namespace {
 
-EstimatorConfig withCalibration(EstimatorConfig config, const Calibration& calibration) {
+EstimatorConfig withCalibration(const VioConfig& given, const Calibration& calibration) {
+  EstimatorConfig config = given;
+  config.tell_sights = given.loops.use;
   const auto list = [](const Vec3& v) { return std::vector<double>{v.x(), v.y(), v.z()}; };
   config.camera_time_offset_s = calibration.time_offset_s;
   if (calibration.readout_s != 0) config.window.readout_s = calibration.readout_s;
@@ -19,19 +21,26 @@ EstimatorConfig withCalibration(EstimatorConfig config, const Calibration& calib
 
 }  // namespace
 
-EstimatorConfig configFrom(const Settings& settings) {
-  EstimatorConfig config;
+VioConfig configFrom(const Settings& settings) {
+  VioConfig config;
   SettingsReader reader(settings);
-  describe(reader, config);
+  reader.section("Estimator", "");
+  describeUse(reader, config.loops);
+  describe(reader, static_cast<EstimatorConfig&>(config));
+  describe(reader, config.loops);
   reader.finish();
   return config;
 }
 
-Vio::Vio(const Calibration& calibration, const EstimatorConfig& config, LogSink log)
+Vio::Vio(const Calibration& calibration, const VioConfig& config, LogSink log)
     : given_(calibration),
-      estimator_(std::make_unique<VisualInertialEstimator>(withCalibration(config, calibration),
-                                                           std::move(log))) {
+      estimator_(
+          std::make_unique<VisualInertialEstimator>(withCalibration(config, calibration), log)) {
   estimator_->setCamera(calibration.camera, calibration.T_B_C);
+  if (config.loops.use) {
+    loops_ = std::make_unique<LoopRun>(config.loops, std::move(log));
+    loops_->setCamera(estimator_->givenCalibration());
+  }
   for (const CameraMount& mount : calibration.further) estimator_->addCamera(mount);
 }
 
@@ -47,6 +56,10 @@ Vio& Vio::operator=(Vio&&) noexcept = default;
 
 void Vio::onState(std::function<void(const StateEstimate&)> listener) {
   on_state_ = std::move(listener);
+}
+
+void Vio::onRevision(std::function<void(const Revision&)> listener) {
+  on_revision_ = std::move(listener);
 }
 
 void Vio::onRange(std::function<void(const RangeRecord&)> listener) {
@@ -78,7 +91,8 @@ void Vio::add(const Image& image) {
   const cv::Mat gray(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels),
                      image.stride == 0 ? row : image.stride);
   estimator_->addImage(image.t, gray, image.camera);
-  tell();
+  // Places are those of the first camera.
+  tell(image.t, image.camera == 0 ? &gray : nullptr);
 }
 
 void Vio::add(const Range& range) { estimator_->addRange(range); }
@@ -86,33 +100,70 @@ void Vio::add(const Range& range) { estimator_->addRange(range); }
 void Vio::finish() {
   estimator_->finish();
   tell();
+  if (!loops_) return;
+  loops_->finish(*estimator_);
+  tell();
 }
 
 void Vio::add(const AnchorRange& range) { estimator_->addAnchorRange(range); }
 
-void Vio::tell() {
-  estimator_->takeSettled();  // keyframes() shows enough of them
-  for (const StateEstimate& state : estimator_->take()) {
+void Vio::tell(TimeNs t, const cv::Mat* gray) {
+  LoopedOutput out;
+  if (loops_) {
+    out = loops_->take(estimator_.get(), t, gray);
+  } else {
+    estimator_->takeSettled();  // keyframes() shows enough of them
+    out.states = estimator_->take();
+    out.ranges = estimator_->takeRanges();
+  }
+  for (const StateEstimate& state : out.states) {
     if (on_state_) on_state_(state);
   }
-  for (const RangeRecord& range : estimator_->takeRanges()) {
+  for (const Revision& revision : out.revisions) {
+    if (on_revision_) on_revision_(revision);
+  }
+  for (const RangeRecord& range : out.ranges) {
     if (on_range_) on_range_(range);
   }
 }
 
-std::vector<Anchor> Vio::anchors() const { return estimator_->anchors(); }
-std::optional<SurveyFit> Vio::survey() const { return estimator_->survey(); }
+LoopRun& Vio::withLoops() const {
+  if (!loops_) throw std::logic_error("vir::Vio: there are no maps without loops");
+  return *loops_;
+}
+
+void Vio::loadMap(const std::string& file) { withLoops().loadMap(file); }
+void Vio::saveMap(const std::string& file) const { withLoops().saveMap(*estimator_, file); }
+bool Vio::found() const { return !loops_ || loops_->found(); }
+LevelTransform Vio::correction() const { return loops_ ? loops_->correction() : LevelTransform(); }
+std::vector<LoopRecord> Vio::loops() const {
+  return loops_ ? loops_->records() : std::vector<LoopRecord>();
+}
+
+std::vector<Anchor> Vio::anchors() const {
+  return loops_ ? loops_->anchors(estimator_->anchors()) : estimator_->anchors();
+}
+std::optional<SurveyFit> Vio::survey() const {
+  return loops_ ? loops_->survey(estimator_->survey()) : estimator_->survey();
+}
 
 std::vector<StampedPose> Vio::keyframes() const {
+  if (loops_) return loops_->keyframes(*estimator_);
   std::vector<StampedPose> out;
   for (const State& s : estimator_->keyframes()) out.push_back({s.t, s.T_W_B});
   return out;
 }
 
-std::vector<Landmark> Vio::landmarks() const { return estimator_->landmarks(); }
+std::vector<Landmark> Vio::landmarks() const {
+  return loops_ ? loops_->landmarks(*estimator_) : estimator_->landmarks();
+}
 
 Calibration Vio::calibration() const { return estimator_->calibration(); }
 
-std::vector<std::string> Vio::warnings() const { return estimator_->warnings(); }
+std::vector<std::string> Vio::warnings() const {
+  std::vector<std::string> out = loops_ ? loops_->warnings() : std::vector<std::string>();
+  for (const std::string& w : estimator_->warnings()) out.push_back(w);
+  return out;
+}
 
 }  // namespace vir::estimator

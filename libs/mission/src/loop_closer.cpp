@@ -8,12 +8,13 @@
 #include "graph_edges.h"
 #include "place_graph.h"
 #include "vir/camera/camera_model.h"
-#include "vir/core/option_check.h"
 
 namespace vir::mission {
 namespace {
 
 constexpr double kPauseS = 3;
+/// A run that begins with a map is looked for this often, for so long.
+constexpr double kSearchInterval_s = 0.1, kSearch_s = 10;
 constexpr double kWorthTelling = 1e-3;  // [m]
 /// Rows of loops.csv that are kept of what was not accepted; the others are counted.
 constexpr std::size_t kMostRefusals = 20000;
@@ -25,24 +26,6 @@ constexpr std::size_t kRaysAtOnce = 50;
 
 }  // namespace
 
-void describe(OptionVisitor& v, LoopOptions& o) {
-  v.section("Loops", "Second visits that may be believed");
-  v.value("interval_s", o.interval_s, {0.0, 60.0}, "keyframes are remembered this far apart");
-  v.value("moved_m", o.moved_m, {0.0, 100.0}, "and where the robot has moved by this");
-  v.value("turned_rad", o.turned_rad, {0.0, 3.0}, "or turned by this");
-  v.value("pause_m", o.pause_m, {0.0, 1000.0},
-          "after a loop none is looked for on so much of the way (3 s at most)");
-  v.value("max_landmark_sigma", o.max_landmark_sigma, {1e-3, 1.0},
-          "relative accuracy of distances that count as map points");
-  describe(v, o.finder);
-  describe(v, o.describer);
-  describe(v, o.index);
-  describe(v, o.verify);
-  describe(v, o.graph);
-}
-
-void LoopOptions::validate() const { checkBounds(*this); }
-
 struct LoopCloser::Impl {
   Impl(const LoopOptions& o, const Calibration& c, LogSink l)
       : options(o),
@@ -52,9 +35,15 @@ struct LoopCloser::Impl {
         describer(o.describer, camera),
         places(o) {}
 
-  /// Was there a loop just before? The next metres would say the same again.
+  /// Is its newest keyframe one of the run's first seconds?
+  bool inFirst(double seconds) const {
+    return ids.empty() || toSeconds(last->t - ids.begin()->first) < seconds;
+  }
+  /// Was there a loop just before? The next metres would say the same again; but a run that has
+  /// just been found in a map hardly knows where it is.
   bool pauses(const PlaceKeyframe& k) const {
-    return was_found && last_loop && toSeconds(k.t - last_loop->t) < kPauseS &&
+    const bool settled = loaded.keyframes.empty() || !inFirst(kSearch_s);
+    return was_found && settled && last_loop && toSeconds(k.t - last_loop->t) < kPauseS &&
            (k.T_W_B.p - last_loop->T_W_B.p).norm() < options.pause_m;
   }
   void note(const std::vector<places::LoopAttempt>& attempts);
@@ -124,10 +113,17 @@ bool LoopCloser::wants(const StateEstimate& e) const {
   const State& s = e.state;
   if (s.t <= m.last->t) return false;  // after a clock that was set back
   if (e.segment != m.last_segment) return true;
-  if (toSeconds(s.t - m.last->t) < m.options.interval_s) return false;
+  const double interval_s =
+      searching() ? std::min(kSearchInterval_s, m.options.interval_s) : m.options.interval_s;
+  if (toSeconds(s.t - m.last->t) < interval_s) return false;
   const Pose motion = m.last->T_W_B.inverse() * s.T_W_B;
   return motion.p.norm() >= m.options.moved_m ||
          motion.q.angularDistance(Quat::Identity()) >= m.options.turned_rad;
+}
+
+bool LoopCloser::searching() const {
+  const Impl& m = *impl_;
+  return !m.was_found && m.inFirst(kSearch_s);
 }
 
 void LoopCloser::add(const SeenKeyframe& seen) {

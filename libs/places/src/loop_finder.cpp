@@ -14,6 +14,8 @@ constexpr double kPath_m = 0.02, kPath_rad = 0.01;
 /// Where several places look the same, odometry and ranges must be at ease with the one that is
 /// chosen (95 % of six degrees of freedom), and prefer it to any other by so much.
 constexpr double kAtEase = 12.6, kPreferred = 20;
+/// Keyframes so far apart may see the same corners.
+constexpr double kNear_m = 3;
 
 /// Where the covariance of a chain of poses goes: T = A B, each of (position in the frame on the
 /// left, rotation on the right).
@@ -82,9 +84,11 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
   std::vector<Opinion> found;
   std::vector<std::size_t> attempt_of;
   for (const PlaceCandidate& c : index_.query(*keyframe, before, allowed)) {
-    const auto older = index_.around(c.id, options_.neighbours);
-    const std::optional<RelativePrior> known =
-        prior ? prior(*older.front(), *keyframe) : std::nullopt;
+    const auto candidate = index_.find(c.id);
+    const std::optional<RelativePrior> known = prior ? prior(*candidate, *keyframe) : std::nullopt;
+    const bool sure = saysWhere(known ? &*known : nullptr, verify_);
+    const auto older =
+        index_.around(c.id, sure ? options_.neighbours : options_.neighbours_unknown);
     LoopAttempt attempt;
     attempt.older = c.id;
     attempt.newer = keyframe->id;
@@ -92,8 +96,9 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
     attempt.verdict = verifyLoop(*keyframe, older, verify_, known ? &*known : nullptr);
     attempt.decision = name(attempt.verdict.refusal);
     if (attempt.verdict.found) {
+      const bool weak = attempt.verdict.refusal == LoopRefusal::few_inliers;
       found.push_back({*attempt.verdict.found, attempt.verdict.chi2, attempt.verdict.known,
-                       attempt.verdict.loop.has_value(), older.front(), keyframe, false});
+                       attempt.verdict.loop.has_value(), weak, older.front(), keyframe, false});
       attempt_of.push_back(attempts_.size());
       if (attempt.verdict.loop) attempt.decision = "second to another";
     }
@@ -101,22 +106,28 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
   }
   const std::optional<std::size_t> best = choose(found);
   if (!best) return {};
-  const bool sure = unique(found, *best, prior);
-  attempts_[attempt_of[*best]].decision = sure ? "waits for another" : "ambiguous";
+  LoopAttempt& attempt = attempts_[attempt_of[*best]];
+  const bool sure =
+      unique(found, *best, prior) && (found[*best].allowed || outstanding(attempt, prior));
+  attempt.decision = sure ? "waits for another" : "ambiguous";
   if (!sure) return {};
   return {found[*best]};
 }
 
-/// Of those with nearly the most corners, the one that odometry and ranges like best.
+/// Of those with nearly the most corners, the one that odometry and ranges like best. Where none
+/// has enough of them, those that have too few.
 std::optional<std::size_t> LoopFinder::choose(const std::vector<Opinion>& found) const {
+  const bool any =
+      std::any_of(found.begin(), found.end(), [](const Opinion& o) { return o.allowed; });
+  const auto may = [any](const Opinion& o) { return any ? o.allowed : o.weak; };
   int most = 0;
   for (const Opinion& o : found) {
-    if (o.allowed) most = std::max(most, o.loop.inliers);
+    if (may(o)) most = std::max(most, o.loop.inliers);
   }
   std::optional<std::size_t> best;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const Opinion& o = found[k];
-    if (!o.allowed || o.loop.inliers < options_.ambiguous * most) continue;
+    if (!may(o) || o.loop.inliers < options_.ambiguous * most) continue;
     const auto better = [](const Opinion& a, const Opinion& b) {
       return a.chi2 != b.chi2 ? a.chi2 < b.chi2 : a.loop.inliers > b.loop.inliers;
     };
@@ -136,6 +147,17 @@ bool LoopFinder::unique(const std::vector<Opinion>& found, std::size_t chosen,
     if (best.chi2 > kAtEase || other.chi2 < best.chi2 + kPreferred) return false;
   }
   return true;
+}
+
+/// Has no place elsewhere even a few corners? Where things look alike some have.
+bool LoopFinder::outstanding(const LoopAttempt& best, const Prior& prior) const {
+  return std::none_of(attempts_.begin(), attempts_.end(), [&](const LoopAttempt& other) {
+    if (other.older == best.older) return false;
+    if (other.verdict.inliers < options_.outstanding * best.verdict.inliers) return false;
+    const auto a = index_.find(best.older), b = index_.find(other.older);
+    const auto apart = between(*a, *b, prior);
+    return !apart || apart->T_older_newer.p.norm() > kNear_m;
+  });
 }
 
 /// What is known of `b` as seen from `a`: by the caller, or by the path where it is short.
@@ -182,6 +204,19 @@ bool LoopFinder::agree(const Opinion& now, const Opinion& before, const Prior& p
   return loopChi2(now.loop, by_before) <= options_.agree_chi2;
 }
 
+/// Do so many agree? Where each has few corners, one more must, and all together must have as many
+/// as those of whom fewer are enough.
+bool LoopFinder::enough(const Opinion& now, const std::vector<Opinion*>& agreeing) const {
+  const int needed = now.known ? options_.agreeing : options_.agreeing_unknown;
+  int strong = now.allowed ? 1 : 0, all = 1, corners = now.loop.inliers;
+  for (const Opinion* o : agreeing) {
+    strong += o->allowed ? 1 : 0;
+    ++all;
+    corners += o->loop.inliers;
+  }
+  return strong >= needed || (all > needed && corners >= needed * verify_.min_inliers);
+}
+
 std::vector<Loop> LoopFinder::confirm(Opinion opinion, const Prior& prior) {
   const TimeNs now = opinion.newer->t;
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(),
@@ -194,8 +229,7 @@ std::vector<Loop> LoopFinder::confirm(Opinion opinion, const Prior& prior) {
     if (agree(opinion, o, prior)) agreeing.push_back(&o);
   }
   std::vector<Loop> out;
-  const int needed = opinion.known ? options_.agreeing : options_.agreeing_unknown;
-  if (static_cast<int>(agreeing.size()) + 1 >= needed) {
+  if (enough(opinion, agreeing)) {
     for (Opinion* o : agreeing) {
       if (!o->told) out.push_back(o->loop);
       o->told = true;

@@ -16,6 +16,9 @@ constexpr double kLongestDoubt = 8;
 constexpr double kGuessDistance = 0.3;
 /// A search ends when a better pose would have been met with this probability.
 constexpr double kMissed = 1e-3;
+/// A first guess takes the verticals for known; roll and pitch of a run that has just begun are off
+/// by so much of what they may be, all over the image.
+constexpr double kTiltShare = 0.4;
 /// Guesses that hardly explain more than two points are none.
 constexpr int kFewestExplained = 4;
 
@@ -33,7 +36,7 @@ class Search {
   Search(const LevelPlaces& places, const std::vector<PointMatch>& matches,
          const VerifyOptions& options)
       : options_(options),
-        sigma_rad_(options.sigma_px / options.focal_px),
+        sigma_rad_(searchSigma(options)),
         random_(static_cast<std::uint64_t>(options.seed), 620) {
     for (const PointMatch& m : matches) {
       sights_.push_back(sightsOf(places, m));
@@ -151,6 +154,10 @@ SightFit fitSight(const Sight& s, const Mat3& R, const Vec3& t, double sigma_rad
     out.J.rightCols<3>() = -P * R * hat(arm);
   }
   return out;
+}
+
+double searchSigma(const VerifyOptions& options) {
+  return std::hypot(options.sigma_px / options.focal_px, kTiltShare * options.gravity_sigma_rad);
 }
 
 std::vector<Sight> sightsOf(const LevelPlaces& places, const PointMatch& m) {

@@ -36,6 +36,9 @@ std::vector<Sight> sightsOf(const LevelPlaces& places, const PointMatch& match);
 std::vector<PointMatch> explained(const LevelPlaces& places, const std::vector<PointMatch>& matches,
                                   const Pose& T_older_newer, double sigma_rad);
 
+/// What a ray may be off by where the verticals are taken for known [rad].
+double searchSigma(const VerifyOptions& options);
+
 /// Pose in the level frames (yaw and position) that explains most matches: from two points and the
 /// vertical, seeded. Nothing if none explains four.
 std::optional<Pose> searchPose(const LevelPlaces& places, const std::vector<PointMatch>& matches,

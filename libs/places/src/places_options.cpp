@@ -43,6 +43,10 @@ void describe(OptionVisitor& v, VerifyOptions& o) {
   v.value("min_inliers_known", o.min_inliers_known, {6, 1000},
           "the same where odometry and ranges say as well where the place must be");
   v.value("min_share", o.min_share, {0.0, 1.0}, "of the points in view that are found again");
+  v.value(
+      "min_inliers_alone", o.min_inliers_alone, {4, 1000},
+      "corners with which a place counts that nothing else looks like, if more keyframes agree");
+  v.value("min_share_alone", o.min_share_alone, {0.0, 1.0}, "the same as a share");
   v.value("sure_share", o.sure_share, {0.0, 1.0}, "of so many, min_inliers_known are enough");
   v.value("min_share_known", o.min_share_known, {0.0, 1.0},
           "the same where odometry and ranges say as well where the place must be");
@@ -68,6 +72,8 @@ void describe(OptionVisitor& v, LoopFinderOptions& o) {
   v.value("recent_s", o.recent_s, {0.0, 1e5}, "younger keyframes are no second visit");
   v.value("neighbours", o.neighbours, {0, 10},
           "before and after a place that lend it their points");
+  v.value("neighbours_unknown", o.neighbours_unknown, {0, 10},
+          "the same where neither odometry nor ranges say where the place is");
   v.value("agreeing", o.agreeing, {1, 10}, "keyframes that must agree");
   v.value("agreeing_unknown", o.agreeing_unknown, {1, 10},
           "the same where neither odometry nor ranges say where the place is");
@@ -77,6 +83,8 @@ void describe(OptionVisitor& v, LoopFinderOptions& o) {
   v.value("agree_chi2", o.agree_chi2, {1.0, 1e6}, "squared distance, of six degrees of freedom");
   v.value("ambiguous", o.ambiguous, {0.0, 1.0},
           "another place with this share of the best one's corners makes it doubtful");
+  v.value("outstanding", o.outstanding, {0.0, 1.0},
+          "corners too few may do where no place elsewhere has this share of them");
   v.value("apart_m", o.apart_m, {0.0, 1000.0}, "another place is this far away");
   v.value("apart_rad", o.apart_rad, {0.0, 3.2}, "or turned by this much");
 }

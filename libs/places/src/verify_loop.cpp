@@ -82,7 +82,8 @@ Found refineAndMatch(const LevelPlaces& places, const std::vector<PointMatch>& m
                      const Pose& start, const VerifyOptions& options) {
   const double sigma_rad = options.sigma_px / options.focal_px;
   Found out;
-  out.pose = refinePose(places, explained(places, matches, start, sigma_rad), start, options);
+  const auto first = explained(places, matches, start, searchSigma(options));
+  out.pose = refinePose(places, first, start, options);
   GuidedMatches guided;
   for (int round = 0; round < kRounds && out.pose.valid; ++round) {
     guided = matchGuided(places, out.pose.T_older_newer, options);
@@ -111,15 +112,10 @@ bool uncertain(const Mat6& C, const VerifyOptions& o) {
          !(largestSigma(C.bottomRightCorner<3, 3>()) <= o.max_sigma_rad);
 }
 
-/// Less must be found where it is said anyway that this is the place.
-bool placeKnown(const RelativePrior* prior, const VerifyOptions& o) {
-  return prior && prior->covariance.allFinite() &&
-         largestSigma(prior->covariance.topLeftCorner<3, 3>()) <= o.known_sigma_m;
-}
-
 /// Many corners, or nearly all of the few that there are; less where a prior says that this is the
 /// place.
 bool enough(const LoopVerdict& v, const VerifyOptions& o) {
+  if (v.inliers < o.min_inliers_known || v.share < o.min_share_known) return false;
   return v.known || (v.inliers >= o.min_inliers && v.share >= o.min_share) ||
          v.share >= o.sure_share;
 }
@@ -167,6 +163,11 @@ const char* name(LoopRefusal refusal) {
   return "none";
 }
 
+bool saysWhere(const RelativePrior* prior, const VerifyOptions& o) {
+  return prior && prior->covariance.allFinite() &&
+         largestSigma(prior->covariance.topLeftCorner<3, 3>()) <= o.known_sigma_m;
+}
+
 double loopChi2(const Loop& loop, const RelativePrior& prior) {
   Eigen::Matrix<double, 6, 1> e;
   e << loop.T_older_newer.p - prior.T_older_newer.p,
@@ -203,8 +204,9 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
   if (!found.pose.valid) return refuse(LoopRefusal::no_pose);
   verdict.inliers = countNewer(found.inliers);
   verdict.share = found.share;
-  verdict.known = placeKnown(prior, options);
-  if (verdict.inliers < options.min_inliers_known || verdict.share < options.min_share_known) {
+  verdict.known = saysWhere(prior, options);
+  if (verdict.inliers < std::min(options.min_inliers_alone, options.min_inliers_known) ||
+      verdict.share < std::min(options.min_share_alone, options.min_share_known)) {
     return refuse(LoopRefusal::few_inliers);
   }
   if (spread(places, found.inliers) < options.min_spread_rad) return refuse(LoopRefusal::narrow);

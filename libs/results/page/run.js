@@ -8,6 +8,9 @@ function sceneOf(data) {
   if (data.smoothed.t.length) {
     paths.push({name: 'keyframes as last seen', color: 'c2', width: 1, p: [data.smoothed.x, data.smoothed.y, data.smoothed.z]});
   }
+  for (const [name, ink, l] of [['refused', 'faint', data.loops_refused], ['places seen twice', 'c4', data.loops]]) {
+    if (l.x.length) paths.push({name, color: ink, width: 1, p: [l.x, l.y, l.z]});
+  }
   return {
     paths, points: data.landmarks, anchors: data.anchors.filter((a) => a.p).map(anchorOf),
     robots: [{t: f.t, p: [f.x, f.y, f.z], yaw: f.heading.map((v) => v * Math.PI / 180), sigma: [f.sx, f.sy, f.sz]}],

@@ -32,6 +32,7 @@ class Writer {
     out += ",\"truth\":" + pathJson(alignedTruth(), run_.first_frame);
     out += ",\"smoothed\":" + pathJson(thinnedForPage(run_.smoothed), run_.first_frame);
     out += ",\"anchors\":" + anchors() + ",\"landmarks\":" + pointsJson(d_.landmarks);
+    out += ",\"loops\":" + loops(true) + ",\"loops_refused\":" + loops(false);
     out += ",\"ranges\":" + ranges() + ",\"decisions\":" + decisions();
     out += ",\"calibration\":" + calibration() + ",\"calibration_groups\":" + groups();
     out += ",\"events\":" + events() + ",\"images\":" + images() + "}";
@@ -156,6 +157,28 @@ class Writer {
       out += (out.size() > 1 ? "," : "") + anchorJson(a, told ? &p : nullptr);
     }
     return out + "]";
+  }
+
+  /// As one path each, from the place seen again to that seen first, with nothing between two.
+  std::string loops(bool accepted) const {
+    std::vector<LoopRecord> all;
+    for (const LoopRecord& l : run_.loops) {
+      if (l.accepted == accepted) all.push_back(l);
+    }
+    all = thinnedForPage(all);
+    std::string out = "{";
+    int axis = 0;
+    for (const char* name : {"x", "y", "z"}) {
+      addColumn(
+          name, 3 * all.size(), 3,
+          [&](std::size_t i) {
+            const LoopRecord& l = all[i / 3];
+            return i % 3 == 0 ? l.p_newer[axis] : i % 3 == 1 ? l.p_older[axis] : kUnknown;
+          },
+          &out);
+      ++axis;
+    }
+    return out + "}";
   }
 
   std::string ranges() const {

@@ -43,7 +43,7 @@ struct Frames {
 /// An observation that has been read, and whose turn comes later.
 struct Waiting {
   CObservation::Ptr observation;
-  bool before_start = false, other_camera = false;
+  bool before_start = false, after_end = false, other_camera = false;
   std::shared_ptr<ImagesAhead::Loading> loading;  ///< an image that will be used
 };
 
@@ -96,6 +96,7 @@ class OfflineRun {
       if (waiting_.empty()) break;
       const Waiting next = std::move(waiting_.front());
       waiting_.pop_front();
+      if (next.after_end) break;
       handle(next);
       reportProgress();
     }
@@ -130,7 +131,7 @@ class OfflineRun {
 
   /// Whether it is one to be used, which the ones before it decide.
   Waiting sorted(const CObservation::Ptr& observation) {
-    Waiting out{observation, false, false, nullptr};
+    Waiting out{observation, false, false, false, nullptr};
     if (observation->sensorLabel == rawlog::kGroundTruthLabel) return out;
     const TimeNs t = rawlog::fromMrptTime(observation->timestamp);
     const auto image = std::dynamic_pointer_cast<CObservationImage>(observation);
@@ -138,6 +139,7 @@ class OfflineRun {
     const bool odometry = !image && observation->sensorLabel == rawlog::kOdometryLabel;
     if ((seen || odometry) && !first_recorded_) first_recorded_ = t;
     out.before_start = beforeStart(t);
+    out.after_end = afterEnd(t);
     out.other_camera =
         seen && !options_.inputs.empty() && !roles::takes(options_.inputs, *observation);
     if (image && !out.before_start && !out.other_camera) out.loading = images_ahead_.begin(image);
@@ -176,6 +178,11 @@ class OfflineRun {
   bool beforeStart(TimeNs t) const {
     if (options_.start_offset_s <= 0) return false;
     return !first_recorded_ || t < *first_recorded_ + fromSeconds(options_.start_offset_s);
+  }
+
+  bool afterEnd(TimeNs t) const {
+    if (options_.duration_s <= 0 || !first_recorded_) return false;
+    return t > *first_recorded_ + fromSeconds(options_.start_offset_s + options_.duration_s);
   }
 
   /// False, and counted, if the image cannot be used.

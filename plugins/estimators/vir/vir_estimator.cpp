@@ -35,7 +35,7 @@ void VirSettings::describe(OptionVisitor& v) {
   v.value("use_ranges", config.ranges.use, "use the ranges, if the recording has any");
   v.value("pipelined", config.pipelined,
           "the tracker hears of the state one image later, as it does with two threads in record");
-  describeUse(v, loops);
+  estimator::describeUse(v, loops);
   window::describeMode(v, config.long_window);
   window::describeCalibrate(v, config.window);
   estimator::describe(v, config);
@@ -43,7 +43,7 @@ void VirSettings::describe(OptionVisitor& v) {
   v.value("other_time_offsets_s", other_time_offsets_s, 0,
           "time_offset_s of the further cameras, in their order; of those not given: as of the "
           "first");
-  vir::describe(v, loops);
+  estimator::describe(v, loops);
 }
 
 std::vector<roles::EstimatorInput> VirSettings::inputs() const {
@@ -75,7 +75,7 @@ VirEstimator::VirEstimator(VirSettings settings, const LogSink& log,
   settings_.config.tell_sights = settings_.loops.use;
   estimator_ =
       std::make_unique<estimator::VisualInertialEstimator>(withFiles(settings_.config), log);
-  if (settings_.loops.use) loops_ = std::make_unique<LoopRun>(settings_.loops, log);
+  if (settings_.loops.use) loops_ = std::make_unique<estimator::LoopRun>(settings_.loops, log);
   if (on_estimates) estimator_->workBehind(std::move(on_estimates));
   cameras_.push_back({settings_.camera_label, true, false, {}, 0, 0, 0});
   for (const std::string& label : settings_.otherCameraLabels()) {
@@ -148,11 +148,7 @@ bool VirEstimator::knowsCamera(const mrpt::img::TCamera& camera,
 void VirEstimator::addFirstImage(TimeNs t, const cv::Mat& gray) {
   if (loops_ && behind_) loops_->keep(t, gray);
   estimator_->addImage(t, gray);
-  if (!loops_ || behind_) return;
-  const std::size_t before = waiting_.states.size();
-  pump(t, &gray);
-  const bool done = waiting_.states.size() > before && waiting_.states.back().t_image >= t;
-  if (!done) loops_->keep(t, gray);
+  if (loops_ && !behind_) pump(t, &gray);
 }
 
 void VirEstimator::addTracks(const mrpt::obs::CObservationStereoImagesFeatures& o) {
@@ -180,7 +176,7 @@ void VirEstimator::finish() {
 }
 
 void VirEstimator::pump(TimeNs t, const cv::Mat* gray) {
-  roles::EstimatorOutput more = loops_->take(estimator_.get(), t, gray);
+  estimator::LoopedOutput more = loops_->take(estimator_.get(), t, gray);
   const auto append = [](auto* to, auto& from) { to->insert(to->end(), from.begin(), from.end()); };
   append(&waiting_.states, more.states);
   append(&waiting_.ranges, more.ranges);
@@ -258,7 +254,10 @@ roles::EstimatorReport VirEstimator::report() const {
   reportRig(c, &r);
   for (const auto& counter : estimator_->rangeCounters()) r.counters.push_back(counter);
   r.warnings = warnings_;
-  if (loops_) loops_->report(&r);
+  if (loops_) {
+    for (const auto& counter : loops_->counters()) r.counters.push_back(counter);
+    for (const std::string& w : loops_->warnings()) r.warnings.push_back(w);
+  }
   for (const std::string& w : estimator_->warnings()) r.warnings.push_back(w);
   if (c.imu_spikes + c.imu_impossible > 0) {
     r.warnings.push_back(std::to_string(c.imu_spikes + c.imu_impossible) +

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "loop_run.h"
 #include "tracks_of.h"
+#include "vir/estimator/loop_run.h"
 #include "vir/estimator/visual_inertial_estimator.h"
 #include "vir/imu/saturation.h"
 #include "vir/rawlog/labels.h"
@@ -37,7 +37,7 @@ class VirSettings final : public roles::EstimatorSettings {
                                            std::function<void()> on_estimates) const override;
 
   estimator::EstimatorConfig config;
-  LoopSettings loops;
+  estimator::LoopSettings loops;
   /// Of the cameras beside the first, in the order of their numbers in the rig.
   std::vector<std::string> otherCameraLabels() const;
 
@@ -105,9 +105,9 @@ class VirEstimator final : public roles::Estimator {
   VirSettings settings_;
   LogSink log_;
   std::unique_ptr<estimator::VisualInertialEstimator> estimator_;
-  std::unique_ptr<LoopRun> loops_;  ///< where they are wanted
-  roles::EstimatorOutput waiting_;  ///< taken from the estimator, not yet by the caller
-  bool behind_ = false;             ///< the estimator works in a thread of its own
+  std::unique_ptr<estimator::LoopRun> loops_;  ///< where they are wanted
+  roles::EstimatorOutput waiting_;             ///< taken from the estimator, not yet by the caller
+  bool behind_ = false;                        ///< the estimator works in a thread of its own
   CameraCalibration calibration_;
   std::shared_ptr<const camera::CameraModel> camera_;  ///< for tracks
   TrackReader track_reader_;

@@ -28,7 +28,7 @@ class OfflineRunTest : public testing::Test {
   }
 
   results::RunSummary run(const std::vector<std::string>& assignments = {},
-                          double start_offset_s = 0) {
+                          double start_offset_s = 0, double duration_s = 0) {
     const auto estimator = roles::estimatorSettings("counting");
     Settings settings;
     for (const std::string& a : assignments) settings.set(a);
@@ -42,6 +42,7 @@ class OfflineRunTest : public testing::Test {
     OfflineRunOptions options;
     options.rawlog = rawlog_;
     options.start_offset_s = start_offset_s;
+    options.duration_s = duration_s;
     options.inputs = inputs_;
     return runOffline(*estimator->create(hooks.log), options, results, hooks);
   }
@@ -214,6 +215,16 @@ TEST_F(OfflineRunTest, StartOffsetLeavesOutWhatIsBefore) {
   EXPECT_EQ(s.frames, 20);
   EXPECT_EQ(counter(s, "imu_samples"), 195);  // images are 25 ms after the IMU's start
   EXPECT_DOUBLE_EQ(*s.init_time_s, 0.1);
+}
+
+TEST_F(OfflineRunTest, AStretchOfTheRecording) {
+  test::writeRecording(rawlog_, 30);
+  const results::RunSummary s = run({}, 0.5, 0.3);
+  EXPECT_EQ(s.frames, 7);
+  EXPECT_DOUBLE_EQ(s.duration_s, 6 * 0.05);
+  EXPECT_EQ(counter(s, "imu_samples"), 61);
+  EXPECT_EQ(run({}, 0, 0.3).frames, 7);
+  EXPECT_EQ(run({}, 0, 100).frames, 30);
 }
 
 TEST_F(OfflineRunTest, StartOffsetBeyondTheEnd) {

@@ -82,6 +82,9 @@ class LoopCloser {
   bool acts() const;
   /// False as long as a map was loaded and the run was not found in it.
   bool found() const;
+  /// The run was not found yet and has just begun: keyframes are wanted more often, and those
+  /// without landmarks too.
+  bool searching() const;
 
   std::vector<LoopRecord> records() const;
   /// Second visits that were looked at and did not count; those of a lone keyframe included.

@@ -17,17 +17,19 @@
 namespace vir::places {
 
 struct LoopFinderOptions {
-  double recent_s = 15;       ///< younger keyframes are no second visit
-  int neighbours = 1;         ///< before and after a candidate that lend it their points
-  int agreeing = 2;           ///< keyframes that must agree, the newest included
-  int agreeing_unknown = 3;   ///< the same where no prior says to `known_sigma_m` where it is
-  double agree_s = 5;         ///< within this long
-  double agree_move_m = 0.1;  ///< and taken from places so far apart: one look twice is one look
-  double agree_chi2 = 28;     ///< of six degrees of freedom
-  double path_share = 0.02;   ///< drift of the path within `agree_s` and between near keyframes
-  double ambiguous = 0.6;     ///< another place with this share of the best one's inliers
-  double apart_m = 1.0;       ///< is another place if it is this far away
-  double apart_rad = 0.3;     ///< or turned by this much
+  double recent_s = 15;        ///< younger keyframes are no second visit
+  int neighbours = 1;          ///< before and after a candidate that lend it their points
+  int neighbours_unknown = 3;  ///< the same where no prior says to `known_sigma_m` where it is
+  int agreeing = 2;            ///< keyframes that must agree, the newest included
+  int agreeing_unknown = 3;    ///< the same where no prior says to `known_sigma_m` where it is
+  double agree_s = 5;          ///< within this long
+  double agree_move_m = 0.1;   ///< and taken from places so far apart: one look twice is one look
+  double agree_chi2 = 28;      ///< of six degrees of freedom
+  double path_share = 0.02;    ///< drift of the path within `agree_s` and between near keyframes
+  double ambiguous = 0.6;      ///< another place with this share of the best one's inliers
+  double outstanding = 0.3;  ///< too few corners may do where none elsewhere has this share of them
+  double apart_m = 1.0;      ///< is another place if it is this far away
+  double apart_rad = 0.3;    ///< or turned by this much
 
   /// Throws std::invalid_argument for a value that is not allowed.
   void validate() const;
@@ -70,7 +72,8 @@ class LoopFinder {
     Loop loop;
     double chi2 = 0;       ///< against the prior
     bool known = false;    ///< the prior says where the place must be
-    bool allowed = false;  ///< by the prior
+    bool allowed = false;  ///< by the prior, with corners enough
+    bool weak = false;     ///< by the prior, with too few to be believed as it is
     std::shared_ptr<const PlaceKeyframe> older, newer;
     bool told = false;
   };
@@ -78,11 +81,13 @@ class LoopFinder {
                             const Prior& prior, const PlaceIndex::Allowed& allowed);
   std::optional<std::size_t> choose(const std::vector<Opinion>& found) const;
   bool unique(const std::vector<Opinion>& found, std::size_t chosen, const Prior& prior) const;
+  bool outstanding(const LoopAttempt& best, const Prior& prior) const;
   std::vector<Loop> confirm(Opinion opinion, const Prior& prior);
   std::optional<RelativePrior> between(const PlaceKeyframe& a, const PlaceKeyframe& b,
                                        const Prior& prior) const;
   bool samePlace(const Opinion& a, const Opinion& b, const Prior& prior) const;
   bool agree(const Opinion& a, const Opinion& b, const Prior& prior) const;
+  bool enough(const Opinion& now, const std::vector<Opinion*>& agreeing) const;
 
   LoopFinderOptions options_;
   VerifyOptions verify_;

@@ -13,7 +13,7 @@
 namespace vir::places {
 
 struct VerifyOptions {
-  double sigma_px = 1.0;          ///< of a corner found again, as a pixel of `focal_px`
+  double sigma_px = 1.5;          ///< of a corner found again, as a pixel of `focal_px`
   double focal_px = 0;            ///< pixels per radian; 0: as the newer keyframe's points say
   int max_distance_bits = 64;     ///< of descriptors that are matched
   double ratio = 0.85;            ///< distance of the best to that of the second best
@@ -22,6 +22,8 @@ struct VerifyOptions {
   int min_inliers = 35;           ///< different corners of the newer keyframe
   int min_inliers_known = 20;     ///< the same where a prior says as well where it must be
   double min_share = 0.3;         ///< inliers of the points that must be in view
+  int min_inliers_alone = 12;     ///< a place that nothing else looks like is told of with so many
+  double min_share_alone = 0.1;   ///< and this share
   double sure_share = 0.65;       ///< of so many, `min_inliers_known` are enough
   double min_share_known = 0.15;  ///< the same with such a prior
   double known_sigma_m = 0.5;     ///< a prior that is less certain does not say it
@@ -49,6 +51,9 @@ struct RelativePrior {
 /// degrees of freedom. Infinite where covariances are none.
 double loopChi2(const Loop& loop, const RelativePrior& prior);
 
+/// Less must be found where it is said anyway that this is the place: to `known_sigma_m`.
+bool saysWhere(const RelativePrior* prior, const VerifyOptions& options);
+
 enum class LoopRefusal {
   none,
   few_matches,
@@ -62,8 +67,8 @@ const char* name(LoopRefusal refusal);
 
 struct LoopVerdict {
   std::optional<Loop> loop;  ///< accepted
-  /// As found, whether accepted or refused as `against_prior` or for corners that would have been
-  /// enough with a prior: a place that it could be.
+  /// As found, whether accepted or refused as `against_prior` or for too few corners: a place that
+  /// it could be.
   std::optional<Loop> found;
   LoopRefusal refusal = LoopRefusal::none;
   int matches = 0, inliers = 0;

@@ -17,6 +17,8 @@ struct OfflineRunOptions {
   std::string command;  ///< that it was called by, for the page; may be empty
   /// Observations before the first image (or odometry pose) + this are left out.
   double start_offset_s = 0;
+  /// The run ends with the last observation up to this long after that; 0: with the recording.
+  double duration_s = 0;
   /// What the estimator takes: images of other cameras are passed over, undecoded and counted.
   /// Empty: all images are taken.
   std::vector<roles::EstimatorInput> inputs;

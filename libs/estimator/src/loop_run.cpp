@@ -1,13 +1,20 @@
-#include "loop_run.h"
+#include "vir/estimator/loop_run.h"
 
 #include <algorithm>
 #include <stdexcept>
 
-namespace vir {
+namespace vir::estimator {
 namespace {
 
 /// Images that wait for their state: more than ever do (the estimator gives up at fewer).
 constexpr std::size_t kMostKept = 120;
+/// Images before the first pose: the estimator begins with keyframes of about 2 s.
+constexpr std::size_t kMostEarly = 60;
+/// Of a keyframe against its image, whose clock is known by then only about [s].
+constexpr double kSameImage_s = 0.005;
+
+/// A Mat that owns its pixels shares them; others are of somebody whose pixels do not last.
+cv::Mat lasting(const cv::Mat& gray) { return gray.u != nullptr ? gray : gray.clone(); }
 
 bool isHeld(const std::vector<Anchor>& anchors) {
   return std::any_of(anchors.begin(), anchors.end(), [](const Anchor& a) {
@@ -33,24 +40,34 @@ void describe(OptionVisitor& v, LoopSettings& o) {
 LoopRun::LoopRun(const LoopSettings& settings, LogSink log)
     : settings_(settings), log_(std::move(log)) {
   settings_.options.validate();
-  if (!settings_.map.empty()) map_ = mission::loadMap(settings_.map);
+  if (!settings_.map.empty()) loadMap(settings_.map);
+}
+
+void LoopRun::loadMap(const std::string& file) {
+  if (map_) throw std::logic_error(file + ": there is a map already, " + map_file_);
+  map_ = mission::loadMap(file);
+  map_file_ = file;
+  if (closer_) begin();
 }
 
 void LoopRun::setCamera(const Calibration& calibration) {
   closer_ = std::make_unique<mission::LoopCloser>(settings_.options, calibration, log_);
-  if (!map_) return;
+  if (map_) begin();
+}
+
+void LoopRun::begin() {
   try {
     closer_->begin(*map_);
   } catch (const std::invalid_argument& e) {
-    throw std::runtime_error(settings_.map + ": " + e.what());
+    map_.reset();
+    throw std::runtime_error(map_file_ + ": " + e.what());
   }
 }
 
 void LoopRun::keep(TimeNs t, const cv::Mat& gray) {
   if (gray.empty()) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  // A Mat that owns its pixels shares them; others are of somebody whose pixels do not last.
-  kept_.push_back({t, gray.u != nullptr ? gray : gray.clone()});
+  kept_.push_back({t, lasting(gray)});
   if (kept_.size() > kMostKept) kept_.pop_front();
 }
 
@@ -64,8 +81,36 @@ cv::Mat LoopRun::release(TimeNs t) {
   return out;
 }
 
-void LoopRun::see(const StateEstimate& estimate, const estimator::KeyframeSights& sights,
-                  const cv::Mat& gray, const estimator::VisualInertialEstimator& estimator) {
+void LoopRun::keepEarly(TimeNs t, const cv::Mat& gray) {
+  if (!closer_ || !closer_->searching() || gray.empty()) return;
+  early_.push_back({t, lasting(gray)});
+  if (early_.size() > kMostEarly) early_.pop_front();
+}
+
+void LoopRun::lookBack(const StateEstimate& first, const VisualInertialEstimator& estimator) {
+  const TimeNs offset = first.state.t - first.t_image;
+  auto image = early_.begin();
+  std::optional<TimeNs> begin;
+  for (const State& s : estimator.keyframes()) {
+    if (s.t >= first.state.t) break;
+    const TimeNs t_image = s.t - offset;
+    while (image != early_.end() && toSeconds(t_image - image->t) > kSameImage_s) ++image;
+    if (image == early_.end()) break;
+    if (toSeconds(image->t - t_image) > kSameImage_s) continue;
+    if (!begin) begin = s.t;
+    StateEstimate e = first;
+    e.t_image = image->t;
+    e.state = s;
+    // What is not known of the scale grows with the way since the first of them.
+    const double share = toSeconds(s.t - *begin) / toSeconds(first.state.t - *begin);
+    e.covariance *= share * share;
+    see(e, {}, image->gray, estimator);
+  }
+  early_.clear();
+}
+
+void LoopRun::see(const StateEstimate& estimate, const KeyframeSights& sights, const cv::Mat& gray,
+                  const VisualInertialEstimator& estimator) {
   if (gray.empty() || !closer_->wants(estimate)) return;
   mission::SeenKeyframe seen;
   seen.gray = {estimate.t_image, gray.cols, gray.rows, gray.data, gray.step[0]};
@@ -79,8 +124,7 @@ void LoopRun::see(const StateEstimate& estimate, const estimator::KeyframeSights
   if (closer_->solveDue()) solve(estimator);
 }
 
-std::vector<StampedPose> LoopRun::inWorld(
-    const estimator::VisualInertialEstimator& estimator) const {
+std::vector<StampedPose> LoopRun::inWorld(const VisualInertialEstimator& estimator) const {
   std::vector<StampedPose> out = settled_;
   for (const State& s : estimator.keyframes()) {
     // Of those that have settled it shows some as well.
@@ -89,50 +133,63 @@ std::vector<StampedPose> LoopRun::inWorld(
   return out;
 }
 
-void LoopRun::solve(const estimator::VisualInertialEstimator& estimator) {
+void LoopRun::solve(const VisualInertialEstimator& estimator) {
   closer_->solve(inWorld(estimator));
 }
 
-roles::EstimatorOutput LoopRun::take(estimator::VisualInertialEstimator* estimator, TimeNs t,
-                                     const cv::Mat* gray) {
-  roles::EstimatorOutput out;
+LoopedOutput LoopRun::take(VisualInertialEstimator* estimator, TimeNs t, const cv::Mat* gray) {
+  LoopedOutput out;
   out.states = estimator->take();
   out.ranges = estimator->takeRanges();
   for (const StampedPose& k : estimator->takeSettled()) settled_.push_back(k);
-  const std::vector<estimator::KeyframeSights> all = estimator->takeSights();
+  const std::vector<KeyframeSights> all = estimator->takeSights();
   auto sights = all.begin();
   for (StateEstimate& e : out.states) {
     const cv::Mat kept = release(e.t_image);
+    const cv::Mat& image = gray != nullptr && e.t_image == t ? *gray : kept;
     if (e.segment != segment_) segment_since_ = e.state.t;
     segment_ = e.segment;
+    if (!e.valid) keepEarly(e.t_image, image);
     if (!e.valid || !closer_) continue;
+    if (!early_.empty()) lookBack(e, *estimator);
     out.uncorrected.push_back({e.state.t, e.state.T_W_B});
     while (sights != all.end() && sights->t_image < e.t_image) ++sights;
     if (sights != all.end() && sights->t_image == e.t_image) {
-      const bool given = gray != nullptr && e.t_image == t;
-      see(e, *sights, given ? *gray : kept, *estimator);
+      see(e, *sights, image, *estimator);
+    } else if (closer_->searching()) {
+      see(e, {}, image, *estimator);
     }
     closer_->correct(&e);
     if (auto revision = closer_->takeRevision()) out.revisions.push_back(std::move(*revision));
   }
   if (last_revision_) out.revisions.push_back(*std::exchange(last_revision_, std::nullopt));
+  const bool done = !out.states.empty() && out.states.back().t_image >= t;
+  if (gray != nullptr && !done) keep(t, *gray);
   return out;
 }
 
-void LoopRun::finish(const estimator::VisualInertialEstimator& estimator) {
+void LoopRun::finish(const VisualInertialEstimator& estimator) {
   if (!closer_) return;
   solve(estimator);
   last_revision_ = closer_->takeRevision();
   if (!closer_->found()) log(log_, LogLevel::warning, notFound());
   if (settings_.save_map.empty() || saved_) return;
   saved_ = true;
-  mission::saveMap(closer_->map(estimator.calibration(), anchors(estimator.anchors())),
-                   settings_.save_map);
+  saveMap(estimator, settings_.save_map);
   log(log_, LogLevel::info, "map written: " + settings_.save_map);
 }
 
-std::vector<StampedPose> LoopRun::keyframes(
-    const estimator::VisualInertialEstimator& estimator) const {
+void LoopRun::saveMap(const VisualInertialEstimator& estimator, const std::string& file) const {
+  if (!closer_)
+    throw std::runtime_error(file + ": no map can be written before the camera is known");
+  mission::saveMap(closer_->map(estimator.calibration(), anchors(estimator.anchors())), file);
+}
+
+LevelTransform LoopRun::correction() const {
+  return closer_ ? closer_->correction() : LevelTransform();
+}
+
+std::vector<StampedPose> LoopRun::keyframes(const VisualInertialEstimator& estimator) const {
   std::vector<StampedPose> out = inWorld(estimator);
   if (!closer_) return out;
   for (StampedPose& k : out) k.T_W_B = closer_->correctionAt(k.t).pose() * k.T_W_B;
@@ -140,8 +197,7 @@ std::vector<StampedPose> LoopRun::keyframes(
 }
 
 std::vector<Anchor> LoopRun::anchors(std::vector<Anchor> in_W) const {
-  if (!closer_) return in_W;
-  const LevelTransform T_M_W = closer_->correction();
+  const LevelTransform T_M_W = correction();
   const Mat3 R = rotZ(T_M_W.yaw_rad);
   for (Anchor& a : in_W) {
     a.p_W = T_M_W * a.p_W;
@@ -156,13 +212,12 @@ std::optional<SurveyFit> LoopRun::survey(std::optional<SurveyFit> of_W) const {
   return of_W;
 }
 
-std::vector<Landmark> LoopRun::landmarks(
-    const estimator::VisualInertialEstimator& estimator) const {
+std::vector<Landmark> LoopRun::landmarks(const VisualInertialEstimator& estimator) const {
   return closer_ && closer_->acts() ? closer_->landmarks() : estimator.landmarks();
 }
 
 std::string LoopRun::notFound() const {
-  return "the run was not found in the map " + settings_.map +
+  return "the run was not found in the map " + map_file_ +
          ": its results are in a frame of their own";
 }
 
@@ -170,11 +225,12 @@ std::vector<LoopRecord> LoopRun::records() const {
   return closer_ ? closer_->records() : std::vector<LoopRecord>();
 }
 
-void LoopRun::report(roles::EstimatorReport* report) const {
-  if (!closer_) return;
-  for (const auto& counter : closer_->counters()) report->counters.push_back(counter);
-  if (closer_->found()) return;
-  report->warnings.push_back(notFound());
+std::vector<std::pair<std::string, long>> LoopRun::counters() const {
+  return closer_ ? closer_->counters() : std::vector<std::pair<std::string, long>>();
 }
 
-}  // namespace vir
+std::vector<std::string> LoopRun::warnings() const {
+  return found() ? std::vector<std::string>() : std::vector<std::string>{notFound()};
+}
+
+}  // namespace vir::estimator
