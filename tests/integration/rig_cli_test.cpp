@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <functional>
 
 #include "end_to_end.h"
+#include "vir/formats/calibration_file.h"
+#include "vir/results/calibration_yaml.h"
 #include "vir_test_paths.h"
 
 namespace vir {
@@ -76,6 +79,47 @@ TEST(RigCli, WithoutTheFirstCameraForAWhileTheOtherGoesOn) {
   EXPECT_NEAR(r.counter("cam1_without_partner"), 60, 2);
   EXPECT_EQ(r.summary["resets"], 0);
   EXPECT_LE(r.summary["ate_posyaw_m"], 0.12);
+}
+
+/// A calibration file of the drive's first camera and a second one, as `change` leaves that.
+std::string chain(const test::RunResult& of, const std::function<void(CameraMount*)>& change) {
+  const auto file = formats::readCalibrationFile(of.folder + "/calibration.yaml");
+  const formats::CalibratedCamera &a = file.cameras.at(0), &b = file.cameras.at(1);
+  Calibration c;
+  c.camera = a.camera;
+  c.T_B_C = a.T_B_C.value();
+  CameraMount second{b.camera, b.T_B_C.value(), 0, 0};
+  change(&second);
+  c.further = {second};
+  const std::string name = of.folder + "_given.yaml";
+  test::writeText(name, results::calibrationYaml(c, CalibrationSigma(), {"CAM1"}));
+  return " --calibration " + quoted(name);
+}
+
+TEST(RigCli, BothCamerasCalibrationIsWrittenAndTakenInAgain) {
+  const test::RunResult first = drive().run(kAuto);
+  ASSERT_EQ(first.outcome.code, 0) << first.outcome.text;
+  const auto& found = first.summary["calibration"]["further"]["CAM1"];
+  ASSERT_EQ(found["T_B_C"].size(), 16u);
+  EXPECT_NEAR(found["fx"], 229, 3);
+  // As given 5 mm off across, it begins there.
+  const std::string given = chain(first, [](CameraMount* m) { m->T_B_C.p.z() += 0.005; });
+  const double z = found["T_B_C"][11];
+  const test::RunResult again = drive().run(kAuto + given);
+  ASSERT_EQ(again.outcome.code, 0) << again.outcome.text;
+  EXPECT_NEAR(again.summary["calibration"]["further"]["CAM1"]["T_B_C"][11], z + 0.005, 0.003);
+}
+
+TEST(RigCli, APairThatNeverMatchesIsNamedInTheVerdict) {
+  const test::RunResult first = drive().run(kAuto);
+  ASSERT_EQ(first.outcome.code, 0) << first.outcome.text;
+  const test::RunResult r = drive().run(kAuto + chain(first, [](CameraMount* m) {
+                                          m->T_B_C.q = m->T_B_C.q * expQuat(Vec3(0.3, 0, 0));
+                                        }));
+  EXPECT_NE(r.outcome.text.find("CAM1 should see what CAM0 sees"), std::string::npos)
+      << r.outcome.text;
+  EXPECT_NE(r.summary["verdict"], "good");
+  EXPECT_LT(r.counter("cam1_matched"), r.counter("cam1_looked_for") / 20);
 }
 
 }  // namespace

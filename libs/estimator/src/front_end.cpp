@@ -1,6 +1,7 @@
 #include "front_end.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <stdexcept>
 #include <utility>
 
@@ -249,6 +250,7 @@ vision::TrackedFrame FrontEnd::trackAll(TimeNs t, const ImageSet& set) {
     }
   }
   noteOutcomes(t, outcomes);
+  noteMatches(frame, outcomes);
   next_.epipolar_px = tracker().epipolarPx();
   return frame;
 }
@@ -277,6 +279,25 @@ void FrontEnd::noteOutcomes(TimeNs t, const std::vector<vision::RigOutcome>& out
     c.in_dark = !o.usable;
   }
   next_.cameras = std::max(1, usable);
+}
+
+/// How much of what the first camera sees others that should see it were found to see.
+void FrontEnd::noteMatches(const vision::TrackedFrame& frame,
+                           const std::vector<vision::RigOutcome>& outcomes) {
+  if (outcomes.front().camera != 0 || !outcomes.front().usable) return;
+  for (std::size_t k = 1; k < outcomes.size(); ++k) {
+    const int camera = outcomes[k].camera;
+    if (!outcomes[k].usable || !tracker().overlap(0, camera)) continue;
+    FurtherCameraCounters& of = counters_.further[static_cast<std::size_t>(camera) - 1];
+    of.looked_for += static_cast<long>(frame.features.size());
+    const auto seen_by_both = [&](const vision::FeatureObservation& f) {
+      const auto at = std::lower_bound(
+          frame.features.begin(), frame.features.end(), f.id,
+          [](const vision::FeatureObservation& x, std::uint64_t id) { return x.id < id; });
+      return f.camera == camera && at != frame.features.end() && at->id == f.id;
+    };
+    of.matched += std::count_if(frame.further.begin(), frame.further.end(), seen_by_both);
+  }
 }
 
 void FrontEnd::track(TimeNs t, const ImageSet& set) {

@@ -47,6 +47,8 @@ class FrontEnd {
   /// Sets of a rig that are complete go on to those that wait for readings.
   void takeSets(bool all);
   void noteOutcomes(TimeNs t, const std::vector<vision::RigOutcome>& outcomes);
+  void noteMatches(const vision::TrackedFrame& frame,
+                   const std::vector<vision::RigOutcome>& outcomes);
   vision::RigTracker& tracker();
   /// Does t lie in a hole of the readings, or well behind the last of them?
   bool missesImu(TimeNs t) const;

@@ -107,7 +107,7 @@ StartupStatus Startup::offer(const vision::TrackedFrame& frame, imu::ImuBuffer& 
     return StartupStatus::waiting;
   }
   remember(frame);
-  if (rig_) window->setRigDoubted(!rigFits());
+  if (rig_) window->setRigMisfit(epipolar_px_);
   if (rest.standing()) {
     if (options_.allow_standing && startStanding(frame, imu, rest, origin, window)) {
       return StartupStatus::started_standing;

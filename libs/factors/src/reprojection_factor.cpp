@@ -127,15 +127,14 @@ Vec2 rigResidual(const HostRay& host, const Sight& sight, const SightGeometry& g
   return r;
 }
 
-RigReprojectionFactor::RigReprojectionFactor(const HostRay& host, const Sight& sight,
-                                             bool same_frame, const Known* known,
-                                             const double* lin_i, const double* lin_j)
-    : host_(&host),
-      sight_(&sight),
-      same_frame_(same_frame),
-      calibrated_(known == nullptr),
-      lin_i_(lin_i),
-      lin_j_(lin_j) {
+void RigReprojectionFactor::set(const HostRay& host, const Sight& sight, bool same_frame,
+                                const Known* known, const double* lin_i, const double* lin_j) {
+  host_ = &host;
+  sight_ = &sight;
+  same_frame_ = same_frame;
+  calibrated_ = known == nullptr;
+  lin_i_ = lin_i;
+  lin_j_ = lin_j;
   if (known) known_ = *known;
   set_num_residuals(2);
   std::vector<int>& sizes = *mutable_parameter_block_sizes();

@@ -333,7 +333,8 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   fillVerdict(summary, explain_);
   if (summary->calibration && summary->calibration_sigma) {
     OutputFile file(folder_.file("calibration.yaml"));
-    file.line(calibrationYaml(*summary->calibration, *summary->calibration_sigma));
+    file.line(calibrationYaml(*summary->calibration, *summary->calibration_sigma,
+                              summary->further_labels));
     file.close();
   }
   checkGroundTruth(summary);

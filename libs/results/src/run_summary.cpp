@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -39,24 +40,31 @@ Json toJson(const AnchorResult& anchor) {
   return json;
 }
 
-Json toJson(const Calibration& c) {
+/// What every camera has; on the IMU, lengths in m.
+Json cameraJson(const CameraCalibration& camera, const Pose& T_B_C, double time_offset_s,
+                double readout_s) {
   Json json;
-  put(&json, "time_offset_s", c.time_offset_s);
-  put(&json, "fx", c.camera.fx);
-  put(&json, "fy", c.camera.fy);
-  put(&json, "cx", c.camera.cx);
-  put(&json, "cy", c.camera.cy);
-  put(&json, "readout_s", c.readout_s);
-  json["distortion_coeffs"] = formats::listedLens(c.camera).coefficients;
+  put(&json, "time_offset_s", time_offset_s);
+  put(&json, "fx", camera.fx);
+  put(&json, "fy", camera.fy);
+  put(&json, "cx", camera.cx);
+  put(&json, "cy", camera.cy);
+  put(&json, "readout_s", readout_s);
+  json["distortion_coeffs"] = formats::listedLens(camera).coefficients;
+  const Mat3 R = T_B_C.R();
+  const Vec3& p = T_B_C.p;
+  if (!R.allFinite() || !p.allFinite()) return json;
+  json["T_B_C"] = {R(0, 0), R(0, 1), R(0, 2), p.x(), R(1, 0), R(1, 1), R(1, 2), p.y(),
+                   R(2, 0), R(2, 1), R(2, 2), p.z(), 0.0,     0.0,     0.0,     1.0};
+  return json;
+}
+
+Json toJson(const Calibration& c) {
+  Json json = cameraJson(c.camera, c.T_B_C, c.time_offset_s, c.readout_s);
   const auto triple = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
   json["gyro_gain"] = triple(c.gyro_gain);
   json["gyro_axes_rad"] = triple(c.gyro_axes_rad);
   json["acc_gain"] = triple(c.acc_gain);
-  const Mat3 R = c.T_B_C.R();
-  const Vec3& p = c.T_B_C.p;
-  if (!R.allFinite() || !p.allFinite()) return json;
-  json["T_B_C"] = {R(0, 0), R(0, 1), R(0, 2), p.x(), R(1, 0), R(1, 1), R(1, 2), p.y(),
-                   R(2, 0), R(2, 1), R(2, 2), p.z(), 0.0,     0.0,     0.0,     1.0};
   return json;
 }
 
@@ -111,6 +119,7 @@ void takeReport(const roles::EstimatorReport& report, RunSummary* s) {
   s->resets = report.resets;
   s->doubts = report.doubts;
   s->calibration = report.calibration;
+  s->further_labels = report.further_labels;
   s->calibration_sigma = report.calibration_sigma;
   s->calibration_covariance = report.calibration_covariance;
   s->calibration_given = report.calibration_given;
@@ -166,6 +175,14 @@ std::string toJson(const RunSummary& s) {
     put(&c, "gyro_gain_sigma", sigma.gyro_gain);
     put(&c, "gyro_axes_sigma_rad", sigma.gyro_axes_rad);
     put(&c, "acc_gain_sigma", sigma.acc_gain);
+  }
+  if (s.calibration) {
+    const std::vector<CameraMount>& further = s.calibration->further;
+    for (std::size_t k = 0; k < std::min(further.size(), s.further_labels.size()); ++k) {
+      const CameraMount& m = further[k];
+      json["calibration"]["further"][s.further_labels[k]] =
+          cameraJson(m.camera, m.T_B_C, m.time_offset_s, m.readout_s);
+    }
   }
   json["verdict"] = name(s.verdict);
   json["doubts"] = s.doubts;

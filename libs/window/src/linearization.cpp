@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "add_square.h"
 #include "vir/factors/linear_prior_factor.h"
 #include "vir/factors/pose_manifold.h"
 
@@ -39,7 +40,8 @@ bool isLink(const Entry& e, int rows) {
   return e.shape == TermShape::dense && rows == 15 && (e.blocks == 4 || e.blocks == 5);
 }
 
-/// Adds what a term's residual says to the sums; factor on residual and Jacobians.
+}  // namespace
+
 double addToSums(const Entry& e, const double* r, int rows, TermSums* sums) {
   const Term& t = *e.term;
   const double squares = Eigen::Map<const Eigen::VectorXd>(r, rows).squaredNorm();
@@ -53,25 +55,18 @@ double addToSums(const Entry& e, const double* r, int rows, TermSums* sums) {
   return robust.weight;
 }
 
-/// On and above the diagonal of H += J J^T, a few columns at a time.
-template <int size, int at = 0>
-void addSquare(const Eigen::Matrix<double, size, 2>& J, Eigen::Matrix<double, size, size>* H) {
-  constexpr int width = size % 4 == 0 ? 4 : 2;
-  H->template block<at + width, width>(0, at).noalias() +=
-      J.template topRows<at + width>().lazyProduct(J.template middleRows<width>(at).transpose());
-  if constexpr (at + width < size) addSquare<size, at + width>(J, H);
-}
-
-/// At the current values, or where Jacobians are taken.
 void geometriesOf(const TermLayout& layout, bool linearized, SightGeometries* out) {
   out->clear();
   for (const TermLayout::Pair& p : layout.pairs()) {
     const double* i = linearized && p.lin_i ? p.lin_i : p.pose_i;
     const double* j = linearized && p.lin_j ? p.lin_j : p.pose_j;
-    out->emplace_back(factors::poseFrom(i), factors::poseFrom(j),
-                      p.extrinsic ? factors::poseFrom(p.extrinsic) : p.T_B_C);
+    const Pose T_B_Ci = p.extrinsic ? factors::poseFrom(p.extrinsic) : p.T_B_C;
+    out->emplace_back(i ? factors::poseFrom(i) : Pose(), j ? factors::poseFrom(j) : Pose(), T_B_Ci,
+                      p.extrinsic_j ? factors::poseFrom(p.extrinsic_j) : T_B_Ci);
   }
 }
+
+namespace {
 
 template <typename Factor>
 constexpr bool kCalibrated = std::is_same_v<Factor, factors::ReprojectionCalibrationFactor>;
@@ -105,6 +100,11 @@ TermSums evaluate(const TermLayout& layout) {
           e.shape == TermShape::sight
               ? residualOf<factors::ReprojectionFactor>(t, between, nullptr)
               : residualOf<factors::ReprojectionCalibrationFactor>(t, between, nullptr);
+      addToSums(e, residual.data(), 2, &sums);
+      continue;
+    }
+    if (e.shape == TermShape::rig_sight || e.shape == TermShape::rig_pair) {
+      const Vec2 residual = rigResidualOf(e, now[static_cast<std::size_t>(e.pair)], nullptr);
       addToSums(e, residual.data(), 2, &sums);
       continue;
     }
@@ -145,6 +145,10 @@ void Linearization::linearize(const TermLayout& layout) {
       case TermShape::calibrated_sight:
         addSight<factors::ReprojectionCalibrationFactor>(layout, e, own);
         break;
+      case TermShape::rig_sight:
+      case TermShape::rig_pair:
+        addRigSight(layout, e, own);
+        break;
       case TermShape::any_of_landmark:
         addOfLandmark(layout, e, own);
         break;
@@ -152,6 +156,7 @@ void Linearization::linearize(const TermLayout& layout) {
   }
   flush<20>(&with_calibration_);
   flush<6>(&without_);
+  flushRig();
 }
 
 template <int size>

@@ -21,8 +21,16 @@ struct TermSums {
   int links = 0;
 };
 
+/// Adds what a term's residual says to the sums; factor on residual and Jacobians.
+double addToSums(const TermLayout::Entry& e, const double* r, int rows, TermSums* sums);
+
 /// Of the pairs of a layout.
 using SightGeometries = std::vector<factors::SightGeometry>;
+/// At the current values, or where Jacobians are taken.
+void geometriesOf(const TermLayout& layout, bool linearized, SightGeometries* out);
+/// Residual of a sight of another camera than the host's.
+Vec2 rigResidualOf(const TermLayout::Entry& e, const factors::SightGeometry& between,
+                   factors::RigJacobians* J);
 
 /// Residuals only.
 TermSums evaluate(const TermLayout& layout);
@@ -55,6 +63,15 @@ class Linearization {
     Eigen::Matrix<double, 20, 20> H;
     Eigen::Matrix<double, 20, 1> b;
   };
+  /// Likewise of sights of another camera than the host's: the host's pose, then extrinsics and
+  /// camera of the host and of the sight.
+  struct RigSum {
+    static constexpr int kBlocks = 5, kSize = 34;
+    static constexpr int sizes[kBlocks] = {6, 6, 8, 6, 8}, at[kBlocks] = {0, 6, 12, 20, 26};
+    int columns[kBlocks] = {-1, -1, -1, -1, -1};
+    Eigen::Matrix<double, kSize, kSize> H;
+    Eigen::Matrix<double, kSize, 1> b;
+  };
   template <typename Factor>
   void addSight(const TermLayout& layout, const TermLayout::Entry& e, OwnBlock* own);
   void addDense(const TermLayout& layout, const TermLayout::Entry& e);
@@ -68,6 +85,11 @@ class Linearization {
                const std::vector<int>& columns);
   template <int size>
   void flush(CommonSum* sum);
+  void addRigSight(const TermLayout& layout, const TermLayout::Entry& e, OwnBlock* own);
+  void flushRig();
+  /// On or below the diagonal: where it stands transposed.
+  template <typename Block>
+  void addBlock(int row, int column, const Block& block);
 
   Eigen::MatrixXd H_;
   Eigen::VectorXd b_;
@@ -75,6 +97,7 @@ class Linearization {
   std::vector<Coupling, Eigen::aligned_allocator<Coupling>> coupling_;
   TermSums sums_;
   CommonSum with_calibration_, without_;
+  RigSum rig_;
   SightGeometries now_, linearized_;
   // Scratch of terms of any kind: blocks as evaluated, stacked, and their products.
   std::vector<double> raw_;

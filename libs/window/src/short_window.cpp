@@ -289,8 +289,8 @@ void ShortWindow::setTimeOffset(double time_offset_s, double sigma_s) {
   }
 }
 
-void ShortWindow::setRigDoubted(bool doubted) {
-  for (FurtherCamera& c : impl_->further) c.sigma = rigSigma(*impl_, c, doubted);
+void ShortWindow::setRigMisfit(double px) {
+  for (FurtherCamera& c : impl_->further) c.sigma = rigSigma(*impl_, c, px);
 }
 
 void ShortWindow::setCalibration(const Calibration& calibration) {

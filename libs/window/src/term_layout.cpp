@@ -23,6 +23,10 @@ TermShape shapeOf(const Term& t) {
   }
   if (type == typeid(factors::ReprojectionFactor)) return TermShape::sight;
   if (type == typeid(factors::ReprojectionCalibrationFactor)) return TermShape::calibrated_sight;
+  if (type == typeid(factors::RigReprojectionFactor)) {
+    const auto& f = static_cast<const factors::RigReprojectionFactor&>(*t.cost);
+    if (f.calibrated()) return f.sameFrame() ? TermShape::rig_pair : TermShape::rig_sight;
+  }
   return TermShape::any_of_landmark;
 }
 
@@ -44,7 +48,8 @@ TermLayout::Pair pairOf(const Term& t) {
 
 bool alike(const TermLayout::Pair& a, const TermLayout::Pair& b) {
   return a.lin_i == b.lin_i && a.lin_j == b.lin_j && a.extrinsic == b.extrinsic &&
-         a.T_B_C.p == b.T_B_C.p && a.T_B_C.q.coeffs() == b.T_B_C.q.coeffs();
+         a.extrinsic_j == b.extrinsic_j && a.T_B_C.p == b.T_B_C.p &&
+         a.T_B_C.q.coeffs() == b.T_B_C.q.coeffs();
 }
 
 }  // namespace
@@ -71,6 +76,7 @@ void TermLayout::build(const std::vector<Term>& terms, const std::vector<BlockRe
   slots_.clear();
   last_.clear();
   pairs_.clear();
+  rig_pairs_.clear();
   pair_table_.assign(blocks_.size() * blocks_.size(), kNone);
   for (const Term& t : terms) {
     const bool open = !landmarks_.empty() && landmarks_.back().slots == kNone;
@@ -122,7 +128,9 @@ void TermLayout::addEntry(const Term& t) {
   if (usual && e.shape == TermShape::calibrated_sight) {
     usual = columnOf(e, 1) < columnOf(e, 2) && columnOf(e, 2) < columnOf(e, 4);
   }
+  const bool rig = e.shape == TermShape::rig_sight || e.shape == TermShape::rig_pair;
   if (sight && !(usual && findPair(&e))) e.shape = TermShape::any_of_landmark;
+  if (rig && (constant || !findRigPair(&e))) e.shape = TermShape::any_of_landmark;
   entries_.push_back(e);
 }
 
@@ -140,6 +148,29 @@ bool TermLayout::findPair(Entry* e) {
   }
   e->pair = at;
   return alike(pairs_[static_cast<std::size_t>(at)], pair);
+}
+
+bool TermLayout::findRigPair(Entry* e) {
+  const auto& f = static_cast<const factors::RigReprojectionFactor&>(*e->term->cost);
+  const BlockList& blocks = e->term->blocks;
+  const bool same = e->shape == TermShape::rig_pair;
+  const int first = same ? 1 : 3;  // block of the calibration
+  Pair pair;
+  std::array<int, 4> key{kConstant, kConstant, columnOf(*e, first), columnOf(*e, first + 2)};
+  if (!same) {
+    pair.pose_i = blocks[1];
+    pair.pose_j = blocks[2];
+    pair.lin_i = f.linI();
+    pair.lin_j = f.linJ();
+    key[0] = columnOf(*e, 1);
+    key[1] = columnOf(*e, 2);
+  }
+  pair.extrinsic = blocks[static_cast<std::size_t>(first)];
+  pair.extrinsic_j = blocks[static_cast<std::size_t>(first) + 2];
+  const auto [at, added] = rig_pairs_.emplace(key, static_cast<int>(pairs_.size()));
+  if (added) pairs_.push_back(pair);
+  e->pair = at->second;
+  return alike(pairs_[static_cast<std::size_t>(e->pair)], pair);
 }
 
 void TermLayout::closeLandmark() {

@@ -1,6 +1,8 @@
 #pragma once
 /// Internal: where the blocks of terms stand in the normal equations. Worked out once for as many
 /// linearisations as a solution takes.
+#include <array>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -15,6 +17,8 @@ enum class TermShape {
   prior,             ///< a LinearPriorFactor without a robust loss
   sight,             ///< a ReprojectionFactor
   calibrated_sight,  ///< a ReprojectionCalibrationFactor
+  rig_sight,         ///< a RigReprojectionFactor between two frames, the calibration estimated
+  rig_pair,          ///< likewise within one frame
   any_of_landmark
 };
 
@@ -32,9 +36,10 @@ class TermLayout {
   };
   /// The two frames of a sight, and where its Jacobians are taken.
   struct Pair {
-    const double *pose_i = nullptr, *pose_j = nullptr;
-    const double *lin_i = nullptr, *lin_j = nullptr;  ///< nullptr: at the current value
-    const double* extrinsic = nullptr;                ///< nullptr: `T_B_C`
+    const double *pose_i = nullptr, *pose_j = nullptr;  ///< nullptr: of one frame
+    const double *lin_i = nullptr, *lin_j = nullptr;    ///< nullptr: at the current value
+    const double* extrinsic = nullptr;                  ///< nullptr: `T_B_C`
+    const double* extrinsic_j = nullptr;                ///< nullptr: it is the same camera
     Pose T_B_C;
     bool linearizedElsewhere() const { return lin_i || lin_j; }
   };
@@ -72,6 +77,8 @@ class TermLayout {
   void addEntry(const Term& t);
   /// False if a sight of these frames has been seen that is not alike.
   bool findPair(Entry* e);
+  /// Likewise of a sight of another camera than the host's.
+  bool findRigPair(Entry* e);
   void closeLandmark();
 
   std::vector<BlockRef> blocks_;
@@ -81,6 +88,8 @@ class TermLayout {
   std::vector<Pair> pairs_;
   std::vector<int> block_at_;    ///< index of the block that begins at a column
   std::vector<int> pair_table_;  ///< by both frames' blocks; -1: none yet
+  /// By the columns of both poses (kConstant: of one frame) and both extrinsics.
+  std::map<std::array<int, 4>, int> rig_pairs_;
   std::vector<LandmarkTerms> landmarks_;
   std::vector<Slot> slots_;
   std::vector<std::pair<const double*, int>> by_address_;  // looked up only

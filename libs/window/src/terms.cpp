@@ -88,11 +88,17 @@ void TermSet::addLandmark(WindowLandmark& l) {
 void TermSet::addRigSight(WindowLandmark& l, LandmarkSight& s) {
   Frame *host = l.host(), *frame = s.frame;
   const bool same = host == frame, fej = w_.options.first_estimate_jacobians;
-  const factors::RigReprojectionFactor::Known known{w_.T_B_C(l.hostCamera()), w_.T_B_C(s.camera),
-                                                    w_.cameraVector(l.hostCamera()),
-                                                    w_.cameraVector(s.camera)};
-  rig_sights_.emplace_back(l.ray, s.sight, same, w_.calibrating() ? nullptr : &known,
-                           fej ? host->linPose() : nullptr, fej ? frame->linPose() : nullptr);
+  auto& r = w_.sight_factors.rig_sights.next();
+  const double* lin_i = fej ? host->linPose() : nullptr;
+  const double* lin_j = fej ? frame->linPose() : nullptr;
+  if (w_.calibrating()) {
+    r.set(l.ray, s.sight, same, nullptr, lin_i, lin_j);
+  } else {
+    const factors::RigReprojectionFactor::Known known{w_.T_B_C(l.hostCamera()), w_.T_B_C(s.camera),
+                                                      w_.cameraVector(l.hostCamera()),
+                                                      w_.cameraVector(s.camera)};
+    r.set(l.ray, s.sight, same, &known, lin_i, lin_j);
+  }
   BlockList blocks{l.x};
   if (!same) {
     blocks.add(host->pose);
@@ -105,7 +111,7 @@ void TermSet::addRigSight(WindowLandmark& l, LandmarkSight& s) {
     }
   }
   const bool cauchy = w_.options.loss == ReprojectionLoss::cauchy;
-  terms_.push_back({&rig_sights_.back(), std::move(blocks), w_.options.loss_scale, cauchy, l.x});
+  terms_.push_back({&r, std::move(blocks), w_.options.loss_scale, cauchy, l.x});
   ++sights_;
 }
 

@@ -58,18 +58,23 @@ void addFurtherPrior(WindowState& w, FurtherCamera* added) {
 
 }  // namespace
 
-CalibrationSigma rigSigma(const WindowState& w, const FurtherCamera& camera, bool doubted) {
+CalibrationSigma rigSigma(const WindowState& w, const FurtherCamera& camera, double misfit_px) {
   CalibrationSigma out = w.options.calibration;
   // What is given as a global shutter is taken for one [s].
   constexpr double kHeldS = 1e-5;
   if (camera.parameters[factors::kReadout] == 0) out.readout_s = kHeldS;
-  if (doubted) return out;
-  out.position_m = std::min(out.position_m, 0.0005);
-  out.rotation_rad = std::min(out.rotation_rad, 0.0005);
-  out.time_offset_s = std::min(out.time_offset_s, 0.0005);
-  out.focal = std::min(out.focal, 0.002);
-  out.aspect = std::min(out.aspect, 0.0005);
-  out.centre_px = std::min(out.centre_px, 1.0);
+  if (misfit_px <= 0) return out;
+  // Of a good calibration, whose matches lie this near to their curves [px]; whoever is off across
+  // them is as likely off along them, where nothing shows it.
+  constexpr double kGoodPx = 0.2;
+  const double worse = std::max(1.0, misfit_px / kGoodPx);
+  const auto atMost = [worse](double sigma, double* of) { *of = std::min(*of, worse * sigma); };
+  atMost(0.00025, &out.position_m);
+  atMost(0.0005, &out.rotation_rad);
+  atMost(0.0005, &out.time_offset_s);
+  atMost(0.002, &out.focal);
+  atMost(0.0005, &out.aspect);
+  atMost(1.0, &out.centre_px);
   return out;
 }
 
@@ -109,7 +114,7 @@ void takeCalibration(WindowState& w, const Calibration& calibration) {
     factors::poseTo(mount.T_B_C, c.extrinsic);
     c.parameters[factors::kTimeOffset] = mount.time_offset_s;
     c.parameters[factors::kReadout] = mount.readout_s;
-    c.sigma = rigSigma(w, c, true);
+    c.sigma = rigSigma(w, c, 0);
     w.further.push_back(c);
   }
   for (int i = 0; i < 3; ++i) {

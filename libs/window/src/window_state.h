@@ -134,11 +134,13 @@ class Recycled {
 struct SightFactors {
   Recycled<factors::ReprojectionFactor> reprojections;
   Recycled<factors::ReprojectionCalibrationFactor> calibrations;
+  Recycled<factors::RigReprojectionFactor> rig_sights;
   Recycled<factors::HostSightFactor> host_sights;
   Recycled<factors::PointSightFactor> point_sights;
   void startOver() {
     reprojections.startOver();
     calibrations.startOver();
+    rig_sights.startOver();
     host_sights.startOver();
     point_sights.startOver();
   }
@@ -255,7 +257,6 @@ class TermSet {
   std::deque<factors::WindowRangeFactor> window_ranges_;
   std::deque<factors::HeadRangeFactor> head_ranges_;
   std::deque<factors::NodeRangeFactor> rigid_ranges_;
-  std::deque<factors::RigReprojectionFactor> rig_sights_;
   factors::LinearPrior message_;
   std::vector<std::unique_ptr<ceres::CostFunction>> others_;
   int sights_ = 0;
@@ -281,8 +282,8 @@ Vec2 sightResidual(const WindowState& w, const WindowLandmark& l, const Landmark
                    const factors::SightGeometry& between, const Vec3& x);
 
 /// What is known of a further camera against the first: rigs are calibrated as one, far better than
-/// a camera is against an IMU, unless the matches between them say otherwise (`doubted`).
-CalibrationSigma rigSigma(const WindowState& w, const FurtherCamera& camera, bool doubted);
+/// a camera is against an IMU, as far as the matches between them agree; see setRigMisfit().
+CalibrationSigma rigSigma(const WindowState& w, const FurtherCamera& camera, double misfit_px);
 /// What is known of the calibration at the beginning, to a prior that has the first frame's blocks.
 void addCalibrationPrior(WindowState& w);
 void takeCalibration(WindowState& w, const Calibration& calibration);

@@ -2,6 +2,8 @@
 #include <mrpt/obs/CObservationImage.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <sstream>
 #include <utility>
 
@@ -19,6 +21,25 @@ namespace {
 constexpr int kMostOthers = 7;
 /// Of the first camera: by then the others have come as well, if they are half as fast at least.
 constexpr long kImagesBeforeStart = 3;
+
+/// Pairs whose cameras should see the same, and match less of it than this, are no pairs. After so
+/// many sights.
+constexpr double kHardlyMatched = 0.05;
+constexpr long kEnoughLookedFor = 2000;
+/// A baseline that comes out as another by more than this part of it, and this [m].
+constexpr double kOtherBaseline = 0.02, kOtherBaselineM = 0.001;
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f %%", 100 * share);
+  return text;
+}
+
+std::string metres(double m) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4f m", m);
+  return text;
+}
 
 }  // namespace
 
@@ -137,8 +158,46 @@ void VirEstimator::reportRig(const estimator::EstimatorCounters& c,
     r->counters.emplace_back(name + "without_partner", c.further[place].without_partner);
     r->counters.emplace_back(name + "unusable", c.further[place].unusable);
     r->counters.emplace_back(name + "out_of_order", c.further[place].out_of_order);
+    r->counters.emplace_back(name + "looked_for", c.further[place].looked_for);
+    r->counters.emplace_back(name + "matched", c.further[place].matched);
   }
   if (!c.further.empty()) r->counters.emplace_back("images_alone", c.images_alone);
+}
+
+/// What the rig's calibration explains comes before what else could.
+void VirEstimator::doubtRig(const estimator::EstimatorCounters& c,
+                            roles::EstimatorReport* r) const {
+  const Calibration given = estimator_->givenCalibration(), found = estimator_->calibration();
+  std::vector<std::string> doubts;
+  for (std::size_t k = 0; k < given.further.size(); ++k) {
+    const auto camera = std::find_if(cameras_.begin(), cameras_.end(), [k](const Camera& x) {
+      return x.number == static_cast<int>(k) + 1;
+    });
+    const std::string& label = camera->label;
+    r->further_labels.push_back(label);
+    if (k >= c.further.size() || c.further[k].looked_for < kEnoughLookedFor) continue;
+    const double matched =
+        static_cast<double>(c.further[k].matched) / static_cast<double>(c.further[k].looked_for);
+    if (matched < kHardlyMatched) {
+      doubts.push_back(label + " should see what " + cameras_.front().label +
+                       " sees, as their calibration has it, but only " + percent(matched) +
+                       " of it was found there: one of their poses is wrong, left "
+                       "and right are swapped, or their clocks are apart ([Camera] "
+                       "other_time_offsets_s); `vir-slam check` looks which");
+      continue;
+    }
+    const double b = (given.T_B_C.inverse() * given.further[k].T_B_C).p.norm();
+    const double now = (found.T_B_C.inverse() * found.further[k].T_B_C).p.norm();
+    if (std::abs(now - b) < std::max(kOtherBaselineM, kOtherBaseline * b)) continue;
+    const std::string what = "the distance of " + label + " from " + cameras_.front().label +
+                             " comes out as " + metres(now) + ", given are " + metres(b);
+    if (estimator_->doubts().empty()) {
+      r->warnings.push_back(what + ": calibration.yaml has what was found");
+    } else {
+      doubts.push_back(what + ": a wrong one makes camera and IMU contradict each other");
+    }
+  }
+  r->doubts.insert(r->doubts.begin(), doubts.begin(), doubts.end());
 }
 
 }  // namespace vir

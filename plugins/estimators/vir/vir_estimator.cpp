@@ -278,6 +278,7 @@ roles::EstimatorReport VirEstimator::report() const {
   r.longest_wait_reason = estimator_->longestWaitReason();
   if (estimator_->hasCamera()) {
     r.doubts = estimator_->doubts();
+    doubtRig(c, &r);
     r.calibration = estimator_->calibration();
     r.calibration_given = estimator_->givenCalibration();
     if (settings_.config.window.calibrate) {

@@ -100,6 +100,7 @@ class VirEstimator final : public roles::Estimator {
   void pump(TimeNs t, const cv::Mat* gray);
   /// Counters of the cameras beside the first.
   void reportRig(const estimator::EstimatorCounters& counters, roles::EstimatorReport* r) const;
+  void doubtRig(const estimator::EstimatorCounters& counters, roles::EstimatorReport* r) const;
   void warnOnce(const std::string& key, const std::string& text);
 
   VirSettings settings_;

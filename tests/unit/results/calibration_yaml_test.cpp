@@ -97,5 +97,31 @@ TEST(CalibrationYaml, ASmallSigmaIsNotZero) {
   EXPECT_NEAR(sigma.time_offset_s, 1.5e-7, 1e-12);
 }
 
+TEST(CalibrationYaml, FurtherCamerasStandInItByTheirLabels) {
+  Calibration c = some(Distortion::radtan);
+  CameraMount second{c.camera, c.T_B_C, 0.0031, 0.004};
+  second.camera.fx = 461.5;
+  second.T_B_C.p.y() += 0.11;
+  second.T_B_C.q = second.T_B_C.q * expQuat(Vec3(0.01, -0.02, 0.005));
+  c.further = {second, second};
+  const std::string yaml = calibrationYaml(c, sigmas(), {"CAM2", "LEFT"});
+  EXPECT_NE(yaml.find("# LEFT is left out"), std::string::npos) << yaml;
+  const test::TempFolder folder;
+  test::writeText(folder / "calibration.yaml", yaml);
+  const auto file = formats::readCalibrationFile((folder / "calibration.yaml").string());
+  ASSERT_EQ(file.cameras.size(), 2u);
+  EXPECT_EQ(file.camera("cam1"), nullptr);
+  const formats::CalibratedCamera* read = file.camera("cam2");
+  ASSERT_NE(read, nullptr);
+  EXPECT_NEAR(read->camera.fx, 461.5, 1e-6);
+  ASSERT_TRUE(read->T_B_C);
+  EXPECT_LT((read->T_B_C->p - second.T_B_C.p).norm(), 1e-9);
+  EXPECT_LT(logQuat(read->T_B_C->q.conjugate() * second.T_B_C.q).norm(), 1e-9);
+  EXPECT_NEAR(read->time_offset_s.value(), 0.0031, 1e-9);
+  EXPECT_NEAR(read->readout_s.value(), 0.004, 1e-9);
+  EXPECT_NEAR(file.cameras[0].time_offset_s.value(), c.time_offset_s, 1e-9);
+  EXPECT_FALSE(read->sigma.position_m) << "known of the first only";
+}
+
 }  // namespace
 }  // namespace vir::results

@@ -63,6 +63,8 @@ struct FurtherCameraCounters {
   long without_partner = 0;  ///< of `taken`: the first camera had none of that time
   long unusable = 0;         ///< black, blank, another size
   long out_of_order = 0;     ///< left out
+  long looked_for = 0;       ///< sights of the first camera in images of both, should they overlap
+  long matched = 0;          ///< of these, seen by this one too
 };
 
 struct EstimatorCounters {

@@ -139,21 +139,33 @@ class RigReprojectionFactor final : public ceres::CostFunction {
     Pose T_B_Ci, T_B_Cj;
     CameraVector camera_i, camera_j;
   };
-  /// Refers to host and sight: they must outlive it. Without `known` it has the calibration's
-  /// parameters. `lin_i`, `lin_j`: where Jacobians are evaluated, nullptr: at the current value.
+  /// To be set.
+  RigReprojectionFactor() = default;
   RigReprojectionFactor(const HostRay& host, const Sight& sight, bool same_frame,
                         const Known* known = nullptr, const double* lin_i = nullptr,
-                        const double* lin_j = nullptr);
+                        const double* lin_j = nullptr) {
+    set(host, sight, same_frame, known, lin_i, lin_j);
+  }
+  /// Refers to host and sight: they must outlive it. Without `known` it has the calibration's
+  /// parameters. `lin_i`, `lin_j`: where Jacobians are evaluated, nullptr: at the current value.
+  void set(const HostRay& host, const Sight& sight, bool same_frame, const Known* known,
+           const double* lin_i, const double* lin_j);
+  const HostRay& host() const { return *host_; }
+  const Sight& sight() const { return *sight_; }
+  bool sameFrame() const { return same_frame_; }
+  bool calibrated() const { return calibrated_; }
+  const double* linI() const { return lin_i_; }
+  const double* linJ() const { return lin_j_; }
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
 
  private:
   Vec2 evaluateAt(double const* const* x, bool linearized, RigJacobians* J) const;
 
-  const HostRay* host_;
-  const Sight* sight_;
-  bool same_frame_, calibrated_;
+  const HostRay* host_ = nullptr;
+  const Sight* sight_ = nullptr;
+  bool same_frame_ = false, calibrated_ = false;
   Known known_;
-  const double *lin_i_, *lin_j_;
+  const double *lin_i_ = nullptr, *lin_j_ = nullptr;
 };
 
 /// A known point p_W seen from a frame; whitened residual [2]. Parameter: pose. Calibration fixed.

@@ -79,6 +79,7 @@ struct RunSummary {
   bool damaged = false;  ///< the recording ends in damage or was cut off
   std::string longest_wait_reason;
   std::optional<Calibration> calibration;             ///< of camera and IMU, as used in the end
+  std::vector<std::string> further_labels = {};       ///< of its further cameras
   std::optional<CalibrationSigma> calibration_sigma;  ///< if it was estimated
   std::optional<CalibrationCovariance> calibration_covariance;
   std::optional<Calibration> calibration_given;         ///< what the run began with

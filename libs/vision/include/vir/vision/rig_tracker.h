@@ -56,7 +56,8 @@ class RigTracker {
   void reset(int camera);
   /// Do these two see the same part of a scene a few metres away?
   bool overlap(int a, int b) const;
-  /// How far matches lie beside their epipolar curves [px], median of the latest; 0 without any.
+  /// How far matches lie beside their epipolar curves [px], median of the latest; 0 with hardly
+  /// any.
   double epipolarPx() const;
 
  private:

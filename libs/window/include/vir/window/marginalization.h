@@ -41,7 +41,7 @@ class BlockList {
   double* const* end() const { return data() + size_; }
 
  private:
-  static constexpr std::size_t kFew = 5;
+  static constexpr std::size_t kFew = 7;
   std::array<double*, kFew> few_{};
   std::vector<double*> many_;  ///< all of them, if there are more
   std::size_t size_ = 0;

@@ -183,9 +183,10 @@ class ShortWindow {
   /// Covariance of (position, rotation on the right) of the newest frame against position and yaw
   /// of the oldest, in O's axes, as of the last updateCovariance().
   Eigen::Matrix<double, 6, 6> newestCovariance() const;
-  /// The matches between a rig's cameras say that their calibration is not what it should be: known
-  /// against the first only as well as that one is in the body. Before start().
-  void setRigDoubted(bool doubted);
+  /// How far the matches between a rig's cameras lie beside their epipolar curves [px], 0 without
+  /// any: the farther, the less is known of each camera against the first, down to what is known of
+  /// that one in the body. Before start().
+  void setRigMisfit(double px);
   Pose extrinsics() const;
   double timeOffset() const;
   /// Of the IMU, as estimated by now: what links are integrated with.
