@@ -81,10 +81,11 @@ Mat3x4 pointJacobian(const Vec3& rotated_p) {
 
 EvidenceCost::EvidenceCost(const std::vector<MutualRange>& ranges,
                            const std::vector<SharedAnchor>& anchors,
-                           const TransformOptions& options)
+                           const TransformOptions& options, double position_share)
     : ranges_(ranges),
       anchors_(anchors),
       options_(options),
+      position_share_(position_share),
       drift_(options.drift_m_per_sqrt_s > 0 || options.drift_rad_per_sqrt_s > 0) {
   steps_.reserve(ranges.size());
   for (std::size_t k = 0; k < ranges.size(); ++k) {
@@ -155,7 +156,7 @@ void EvidenceCost::sensitivity(std::size_t k, const Mat3& R, const Sight& sight,
   if (!steps_[k].exact) {
     Mat3 C = m.cov_A;
     C.noalias() += R * (m.cov_B * R.transpose());
-    h->template head<3>() = rootTimes(C, u);
+    h->template head<3>() = position_share_ * rootTimes(C, u);
   }
   (*h)[3] = options_.slow_share * m.sigma_m;
   if constexpr (kStates > 4) {

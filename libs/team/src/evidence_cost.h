@@ -29,9 +29,10 @@ struct Innovation {
 /// newest range back to the oldest, whitens residuals and Jacobians alike in one pass.
 class EvidenceCost {
  public:
-  /// Keeps references to all three.
+  /// Keeps references to the first three. Of the standard deviations that are said of positions
+  /// `position_share` is taken as true.
   EvidenceCost(const std::vector<MutualRange>& ranges, const std::vector<SharedAnchor>& anchors,
-               const TransformOptions& options);
+               const TransformOptions& options, double position_share = 1);
 
   double operator()(const Vec4& x) const;
   /// Gauss-Newton: information `H`, gradient `g` of half the cost.
@@ -69,6 +70,7 @@ class EvidenceCost {
   const std::vector<MutualRange>& ranges_;
   const std::vector<SharedAnchor>& anchors_;
   const TransformOptions& options_;
+  const double position_share_;
   struct Step {
     double phi_position, phi_range, dt_s;  ///< to the range after it
     bool exact;                            ///< positions without covariance

@@ -118,7 +118,7 @@ class Search {
   void search(const std::vector<WorldTransform>& hints) {
     const std::vector<MutualRange> few =
         thinned(evidence_.ranges, evidence_.options.max_search_ranges);
-    const EvidenceCost cost(few, evidence_.anchors, evidence_.options);
+    const EvidenceCost cost(few, evidence_.anchors, evidence_.options, evidence_.position_share);
     std::vector<Vec4> starts;
     for (const WorldTransform& hint : hints) starts.push_back(toVector(hint));
     refine(cost, starts);
@@ -149,7 +149,7 @@ class Search {
   }
 
   void descendOnAll() {
-    const EvidenceCost all(evidence_.ranges, evidence_.anchors, evidence_.options);
+    const EvidenceCost all = evidence_.cost();
     const std::vector<Mode> coarse = std::exchange(modes_, {});
     for (const Mode& m : coarse) {
       // Those that a part of the ranges rules out need not be looked at again.
@@ -172,7 +172,7 @@ class Search {
   void polishBest() {
     const auto n = static_cast<int>(evidence_.ranges.size());
     if (modes_.empty() || n < kFewForPolish || n > evidence_.options.max_polish_ranges) return;
-    const EvidenceCost all(evidence_.ranges, evidence_.anchors, evidence_.options);
+    const EvidenceCost all = evidence_.cost();
     Mode& best = modes_.front();
     const Vec4 sigma = gaussNewtonCovariance(all, best.x).diagonal().cwiseSqrt();
     best.cost =
@@ -187,8 +187,9 @@ class Search {
 }  // namespace
 
 Evidence::Evidence(const std::vector<MutualRange>& all_ranges,
-                   const std::vector<SharedAnchor>& all_anchors, const TransformOptions& how)
-    : options(how) {
+                   const std::vector<SharedAnchor>& all_anchors, const TransformOptions& how,
+                   double share_of_positions)
+    : options(how), position_share(share_of_positions) {
   for (const MutualRange& m : all_ranges) {
     if (usable(m)) ranges.push_back(m);
   }

@@ -9,18 +9,19 @@ namespace vir::team {
 /// What can be used of what came in, ranges in order of time.
 struct Evidence {
   Evidence(const std::vector<MutualRange>& all_ranges, const std::vector<SharedAnchor>& all_anchors,
-           const TransformOptions& how);
+           const TransformOptions& how, double share_of_positions = 1);
 
   /// How far apart two transforms place B's path [m].
   double apart(const Vec4& a, const Vec4& b) const;
   /// Of B's path, in its world, and its root mean square extent.
   Vec3 middleOfB() const;
   double spreadOfB() const;
-  EvidenceCost cost() const { return {ranges, anchors, options}; }
+  EvidenceCost cost() const { return {ranges, anchors, options, position_share}; }
 
   std::vector<MutualRange> ranges;
   std::vector<SharedAnchor> anchors;
   const TransformOptions& options;
+  double position_share;  ///< as of EvidenceCost
 };
 
 /// How many ranges a transform explains.

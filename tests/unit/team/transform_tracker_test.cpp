@@ -143,5 +143,59 @@ TEST(TransformTracker, WhatIsUniqueStaysSoWhenItBecomesLessCertain) {
   EXPECT_GE(open_alone, 1) << "else this tests nothing";
 }
 
+/// Level robots that drive alike, 3.7 m apart, whose estimators say 0.25 m of paths that are right
+/// to 0.03 m: their distance hardly changes, so that one straight above the other would explain it
+/// as well, and without any of that uncertainty.
+TEST(TransformTracker, RobotsThatDriveAlikeAreNotTakenForOneAboveTheOther) {
+  int wrong = 0, taken_back = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    test::Noise noise(seed);
+    const WorldTransform truth{0, Vec3(2.2, 2.97, 0)};
+    std::vector<test::SlowNoise> slow;
+    for (int i = 0; i < 4; ++i) slow.emplace_back(&noise, 30);
+    double phase[6];
+    for (double& p : phase) p = 2 * M_PI * noise.uniform();
+    Mat3 said = Mat3::Identity() * 0.25 * 0.25;
+    said(2, 2) = 1e-6;
+    TransformTracker tracker;
+    SharedAnchor anchor;
+    anchor.p_A = Vec3(4 + 0.1 * noise.normal(), -3.9 + 0.1 * noise.normal(), 0);
+    anchor.p_B = Vec3(4, -3.9, 0) - truth.t_m + Vec3(0.1 * noise.normal(), 0.1 * noise.normal(), 0);
+    anchor.cov_A = Vec3(0.02, 0.02, 100).asDiagonal();
+    anchor.cov_B = Vec3(0.04, 0.04, 100).asDiagonal();
+    bool was_unique = false;
+    for (int i = 0; i < 480; ++i) {
+      const double t = 0.16 * i;
+      const auto wave = [&](int k, double period) {
+        return std::sin(2 * M_PI * t / period + phase[k]);
+      };
+      const Vec3 way(1.1 * wave(0, 31) + 0.4 * wave(1, 17), 1.2 * wave(2, 26) + 0.3 * wave(3, 13),
+                     0);
+      const auto error = [&](std::size_t k) {
+        return Vec3(0.03 * slow[k].next(0.16), 0.03 * slow[k + 1].next(0.16), 0);
+      };
+      MutualRange r;
+      r.t = fromSeconds(100 + t);
+      r.sigma_m = 0.044;
+      r.range_m = truth.t_m.norm() + 0.04 * noise.normal();
+      r.p_A = way + error(0);
+      r.p_B = way + error(2);
+      r.cov_A = r.cov_B = said;
+      tracker.add(r);
+      if (i % 16 != 15) continue;
+      tracker.setAnchors({anchor});
+      const TransformAnswer answer = tracker.answer();
+      const bool unique = answer.status == TransformStatus::unique;
+      taken_back += was_unique && !unique ? 1 : 0;
+      was_unique = unique;
+      if (!unique) continue;
+      const Vec3 off = answer.solutions[0].T_A_B * r.p_B - truth * r.p_B;
+      wrong += off.head<2>().norm() > 1 ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(wrong, 0) << "of 120 answers";
+  EXPECT_EQ(taken_back, 0);
+}
+
 }  // namespace
 }  // namespace vir::team
