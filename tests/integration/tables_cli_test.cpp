@@ -101,6 +101,20 @@ TEST_F(Tables, CheckTakesTopics) {
   EXPECT_FALSE(contains(outcome.text, "UWB0")) << outcome.text;
 }
 
+TEST_F(Tables, NamesInTopicsMayHaveBlanks) {
+  fs::rename(root() / "imu.csv", root() / "my imu.csv");
+  const Outcome outcome =
+      virSlam("check " + source() + " --topic 'imu=my imu.csv' --topic range=none");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_TRUE(contains(outcome.text, "IMU0")) << outcome.text;
+  expect(virSlam("check " + source() + " --topic 'imu=my imu.cs'"), 2, "there is no ");
+}
+
+TEST_F(Tables, AMinusIsNoFile) {
+  expect(virSlam("check " + source() + " --json -"), 2, "'-' is no file");
+  EXPECT_FALSE(fs::exists("-"));
+}
+
 TEST_F(Tables, SeveralFilesOfCalibration) {
   const std::string camera =
       "cam0:\n  camera_model: pinhole\n  intrinsics: [400, 400, 320, 240]\n"

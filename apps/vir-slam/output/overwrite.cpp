@@ -68,6 +68,7 @@ bool isOfItsKind(const fs::path& file, Written what) {
 }  // namespace
 
 void refuseToOverwrite(const std::string& path, Written what, const Common& common) {
+  if (path == "-") throw UsageError("'-' is no file here: give a name (./- for one called so)");
   std::error_code ignored;
   if (common.force || path.empty() || !fs::exists(path, ignored)) return;
   if (what == Written::results) {

@@ -153,7 +153,9 @@ bool ImuCheck::columnsSwapped(std::vector<Finding>* out) const {
       {Severity::unusable, "imu_columns_swapped", label_,
        "gyro and accelerometer columns are swapped",
        "gravity is in the gyro: median |gyro| " + num(g) + ", median |accelerometer| " + num(a),
-       "name the columns in a header (timestamp,ax,ay,az,gx,gy,gz), or reorder them"});
+       "name the columns in a header (timestamp,ax,ay,az,gx,gy,gz), or reorder them; where a "
+       "header "
+       "names them its names are exchanged"});
   return true;
 }
 

@@ -74,7 +74,8 @@ const std::vector<std::string>& gyroNames() {
                                               "rotation_rate_",
                                               "gyrorotation",
                                               "rotationrate",
-                                              "angularvelocity_"};
+                                              "angularvelocity_",
+                                              "alpha_"};
   return names;
 }
 
@@ -88,7 +89,6 @@ const std::vector<std::string>& forceNames() {
                                               "a_rs_s_",
                                               "linear_acceleration_",
                                               "accelerometer_",
-                                              "alpha_",
                                               "lin_acc_",
                                               "imu_acc_",
                                               "acceleration_",

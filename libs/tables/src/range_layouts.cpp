@@ -40,6 +40,22 @@ bool hasDigit(std::string_view text) {
   return false;
 }
 
+/// `range_north`, `distance_to_door`, but not `range_std`.
+bool mayBeAnchor(std::string_view front, std::string_view rest) {
+  if (rest.size() < 2) return front.size() > 4 && front.substr(front.size() - 4) == "_to_";
+  for (const std::string_view word :
+       {"std",    "sigma",  "noise",      "error", "err",      "raw",     "true",
+        "gt",     "truth",  "est",        "meas",  "measured", "valid",   "unit",
+        "type",   "rate",   "mean",       "bias",  "rssi",     "quality", "id",
+        "stddev", "var",    "covariance", "min",   "max",      "diff",    "residual",
+        "mm",     "cm",     "km",         "ft",    "in",       "yd",      "time",
+        "stamp",  "status", "count",      "max_m", "min_m",    "std_dev"}) {
+    if (rest == word) return false;
+  }
+  return front == "distance_to_" || front == "dist_to_" || front == "range_to_" ||
+         front == "range_";
+}
+
 /// What a column of ranges to one anchor calls the anchor, in a plain name without unit; empty: it
 /// is called otherwise. `sure`: a range is named, not an anchor alone.
 std::string_view anchorIn(std::string_view name, bool* sure) {
@@ -48,7 +64,8 @@ std::string_view anchorIn(std::string_view name, bool* sure) {
        {"distance_to_", "distance_", "dist_to_", "dist_", "range_to_", "ranges_", "range_", "d_"}) {
     if (name.substr(0, front.size()) == front) {
       const std::string_view rest = name.substr(front.size());
-      return hasDigit(rest) ? rest : std::string_view();
+      *sure = hasDigit(rest);
+      return *sure || mayBeAnchor(front, rest) ? rest : std::string_view();
     }
   }
   const auto numbered = [&](std::string_view front) {

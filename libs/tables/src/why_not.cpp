@@ -50,7 +50,7 @@ std::string whyNoRanges(const Layout& layout) {
   if (!c.refusal.empty()) return c.refusal;
   if (!namesAll(layout) || c.named || !c.wide.empty()) return {};
   return "its header names no anchor (anchor_id) or no range (range_m), nor a column for each "
-         "anchor (d_1, d_2, ...), it has: " +
+         "anchor (d_1, d_2, ... or range_NORTH, range_DOOR, ...), it has: " +
          namesOf(layout);
 }
 

@@ -1,10 +1,13 @@
 #include "bag_options.h"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 #include <sstream>
 
 #include "imu_units.h"
 #include "input_error.h"
+#include "wishes.h"
 
 namespace vir::bag {
 namespace {
@@ -66,9 +69,11 @@ const char* name(Role role) {
 
 std::vector<TopicWish> parseTopics(const std::string& text) {
   std::vector<TopicWish> wishes;
-  std::istringstream words(text);
-  std::string word;
-  while (words >> word) {
+  const auto is_role = [](const std::string& name) {
+    return std::any_of(std::begin(kRoles), std::end(kRoles),
+                       [&](const auto& r) { return name == r.name; });
+  };
+  for (const std::string& word : splitWishes(text, is_role)) {
     const std::size_t equals = word.find('=');
     TopicWish wish;
     bool known = false;

@@ -143,11 +143,12 @@ void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>*
 
 using Names = std::initializer_list<const char*>;
 
-constexpr Names kAnchorNames = {"anchor_id",      "anchorId",      "anchorid",   "anchor",
-                                "responder_id",   "responderId",   "to_id",      "toId",
-                                "destination_id", "destinationId", "dest_id",    "dst_id",
-                                "remote_id",      "node_id",       "network_id", "nodeId",
-                                "beacon_id",      "address",       "addr",       "id"};
+constexpr Names kAnchorNames = {
+    "anchor_id",   "anchorId",    "anchorid",   "anchor",         "responder_id",
+    "responderId", "to_id",       "toId",       "destination_id", "destinationId",
+    "dest_id",     "dst_id",      "remote_id",  "node_id",        "network_id",
+    "nodeId",      "anchor_name", "anchorName", "beacon_id",      "address",
+    "addr",        "id"};
 constexpr Names kDistanceNames = {"range",
                                   "distance",
                                   "dist",

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <map>
 #include <set>
-#include <sstream>
 
 #include "folder_look.h"
 #include "image_list.h"
@@ -17,6 +16,7 @@
 #include "vir/formats/calibration_file.h"
 #include "vir/rawlog/labels.h"
 #include "vir/tables/layout.h"
+#include "wishes.h"
 
 namespace vir::euroc {
 namespace fs = std::filesystem;
@@ -28,8 +28,8 @@ class Finder {
     if (!fs::is_directory(root_)) throw InputError(o.source + ": is no folder and no video");
     if (isVideoFile(o.source)) video_ = fs::absolute(o.source).lexically_normal().string();
     found_ = lookAround(root_.string());
-    std::istringstream words(o.topics);
-    for (std::string word; words >> word;) addWish(word);
+    const auto is_role = [](const std::string& name) { return roles().count(name) > 0; };
+    for (const std::string& wish : splitWishes(o.topics, is_role)) addWish(wish);
     folder_.root = root_.string();
   }
 
@@ -54,12 +54,16 @@ class Finder {
   }
 
  private:
+  static const std::set<std::string>& roles() {
+    static const std::set<std::string> all{"imu",   "accel", "gyro",         "camera",
+                                           "times", "range", "anchor_range", "truth"};
+    return all;
+  }
+
   void addWish(const std::string& word) {
     const std::size_t at = word.find('=');
     const std::string role = word.substr(0, at);
-    static const std::set<std::string> roles{"imu",   "accel", "gyro",         "camera",
-                                             "times", "range", "anchor_range", "truth"};
-    if (at == std::string::npos || roles.count(role) == 0) {
+    if (at == std::string::npos || roles().count(role) == 0) {
       throw InputError("[csv] topics: `" + word +
                        "` is not ROLE=FILE with a role of imu, accel, gyro, camera, times, range, "
                        "anchor_range, truth");

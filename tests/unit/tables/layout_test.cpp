@@ -156,6 +156,18 @@ TEST(Layout, CommasBesideSemicolonsAreDecimal) {
   EXPECT_EQ(layoutOfText("t;x\n1,5;2,5\n").rows[0][1], "2.5");
 }
 
+TEST(Layout, ColumnsOfRangesMayBeCalledAfterAnchors) {
+  const auto anchors = [](const std::string& text) {
+    std::string out;
+    for (const AnchorColumn& a : rangeColumns(layoutOfText(text)).wide) out += a.anchor + ";";
+    return out;
+  };
+  EXPECT_EQ(anchors("t,range_north,range_door\n1,2,3\n2,2,3\n"), "north;door;");
+  EXPECT_EQ(anchors("t,distance_to_A,distance_to_B\n1,2,3\n2,2,3\n"), "A;B;");
+  EXPECT_EQ(anchors("t,range_north,range_std\n1,2,3\n2,2,3\n"), "");
+  EXPECT_EQ(anchors("t,range_1,range_std\n1,2,3\n2,2,3\n"), "1;");
+}
+
 TEST(Layout, ImagesAndRanges) {
   EXPECT_EQ(imageColumns(layoutOfText("#timestamp [ns],filename\n1,a.png\n")).file, 1);
   EXPECT_EQ(imageColumns(layoutOfText("#timestamp [ns],filename\n1\n")).file, -1);
