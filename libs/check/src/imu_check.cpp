@@ -269,12 +269,13 @@ bool ImuCheck::forceAxesWrong(const Vec3& gyro_bias, std::vector<Finding>* out) 
 void ImuCheck::checkUp(const Mounting& m, std::vector<Finding>* out) const {
   const int stretches = m.force.with + m.force.against, sign = m.force.sign();
   if (sign < 0) {
-    out->push_back({Severity::unusable, "acc_negated", label_,
-                    "the accelerometer is negated: at rest it must point up",
-                    "in " + std::to_string(m.force.against) + " of " + std::to_string(stretches) +
-                        " stretches of 1.5 s what " + m.camera +
-                        " sees would lie behind it, were the force as it is",
-                    "negate all three axes before importing"});
+    out->push_back(
+        {Severity::unusable, "acc_negated", label_,
+         "the accelerometer is negated: at rest it must point up",
+         "in " + std::to_string(m.force.against) + " of " + std::to_string(stretches) +
+             " stretches of 1.5 s what " + m.camera +
+             " sees would lie behind it, were the force as it is",
+         "import with --set " + std::string(kDriver) + ".acc_unit=-m/s2 (-g where it is in g)"});
     return;
   }
   Vec3 mean = Vec3::Zero();
@@ -300,8 +301,9 @@ void ImuCheck::checkUp(const Mounting& m, std::vector<Finding>* out) const {
                   "mounted " +
                       how,
                   evidence,
-                  "negate the accelerometer before importing; nothing to do if the camera is "
-                  "mounted so"});
+                  "import with --set " + std::string(kDriver) +
+                      ".acc_unit=-m/s2 (-g where it is in g); nothing to do if the camera is "
+                      "mounted so"});
 }
 
 void ImuCheck::noteNoise(const std::optional<imu::ImuNoise>& given,

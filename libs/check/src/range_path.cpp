@@ -24,9 +24,6 @@ constexpr double kDisplaced = 0.5;                       // [m] of an anchor
 constexpr double kMisfit = 1;                            // [m] of spread about the best anchor
 constexpr double kUnitGain = 25, kUnitRatio = 1.5, kPlaceGain = 15;
 constexpr double kOdometryGap = 1.4;  // factor between two units that an odometry tells apart
-/// Of importers that have the same settings.
-constexpr const char* kSections =
-    " (csv. for tables, bag. for bags of ROS 1, rosbag2. for the others)";
 constexpr double kFarSigmas = 4, kFarAnyway = 0.1;        // [m] of one range
 constexpr double kNoteLonger = 0.05, kDoubtLonger = 0.2;  // share of ranges
 constexpr TimeNs kOdometrySpan = 60'000'000'000;
@@ -128,7 +125,8 @@ double takeScale(const std::string& label, const KnownPath& path, const Lists& l
            num(std::abs(percent), 2) + " % of the distance",
        "so they fit the path best, sigma " + num(100 * scale.sigma, 1) + " %, by " +
            std::to_string(scale.anchors) + (scale.anchors == 1 ? " anchor" : " anchors"),
-       "import with --set euroc.range_factor=" + num(1 / (1 + scale.error), 4) + kSections +
+       "import with --set " + std::string(kDriver) +
+           ".range_factor=" + num(1 / (1 + scale.error), 4) +
            ", unless it is the ground truth whose scale is "
            "off; a radio that counts time with a wrong clock, or another speed of light, does it"});
   const double right_m = unit_m / (1 + scale.error);
@@ -257,7 +255,7 @@ void addOffsets(const std::string& label, const std::vector<Fit>& fits, std::vec
        std::string("the stamps of the ranges are too ") + (late ? "late" : "early") + " by " +
            num(std::abs(offset)) + " s" + (off.size() < fits.size() ? " (" + list(off) + ")" : ""),
        "so they fit the path best, sigma " + num(medianInPlace(&sigmas), 2) + " s",
-       "import with --set euroc.range_time_offset_s=" + num(offset) + kSections +
+       "import with --set " + std::string(kDriver) + ".range_time_offset_s=" + num(offset) +
            ", unless it is the path's clock that is off; were they stamped on arrival? A bag may "
            "have their own time in a field (stamp=FIELD in --topic range=)"});
 }

@@ -31,6 +31,17 @@ const CalibratedCamera* cameraFor(const CalibrationFile& file,
 
 }  // namespace
 
+CalibratedTopics calibratedTopics(const std::string& path) {
+  CalibratedTopics out;
+  if (path.empty()) return out;
+  const CalibrationFile file = formats::readCalibrationFile(path);
+  for (const CalibratedCamera& c : file.cameras) {
+    if (!c.topic.empty()) out.cameras.push_back(c.topic);
+  }
+  out.imu = file.imu_topic;
+  return out;
+}
+
 CalibrationExtras applyCalibrationFile(const std::string& path, std::vector<CameraSetup>* cameras,
                                        ProblemLog* log) {
   const CalibrationFile file = formats::readCalibrationFile(path);

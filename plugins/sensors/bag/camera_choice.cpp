@@ -89,7 +89,13 @@ bool ofAKind(const std::vector<Word>& a, const std::vector<Word>& b) {
 struct Candidate {
   const TopicInfo* info = nullptr;
   std::vector<Word> words;
+  std::size_t place = 0;  ///< among those that the calibration names, or behind them
 };
+
+std::size_t placeIn(const std::vector<std::string>& named, const std::string& topic) {
+  const auto same = [&](const std::string& other) { return baseOf(other) == baseOf(topic); };
+  return static_cast<std::size_t>(std::find_if(named.begin(), named.end(), same) - named.begin());
+}
 
 /// Two topics of one camera. Drivers may write the frame of the left camera to both images of a
 /// pair: then their names tell.
@@ -99,15 +105,16 @@ bool sameCamera(const Candidate& a, const Candidate& b) {
 }
 
 /// One topic for each camera, the best of all in front.
-std::vector<Candidate> toldApart(const Survey& survey, CameraChoice* out) {
+std::vector<Candidate> toldApart(const Survey& survey, const std::vector<std::string>& named,
+                                 CameraChoice* out) {
   std::vector<Candidate> all, apart;
   for (const auto& [topic, info] : survey.topics) {
     if (isImage(info.type) && info.camera && !isNoPicture(info)) {
-      all.push_back({&info, wordsOf(topic)});
+      all.push_back({&info, wordsOf(topic), placeIn(named, topic)});
     }
   }
   std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
-    return rank(*a.info) < rank(*b.info);
+    return a.place != b.place ? a.place < b.place : rank(*a.info) < rank(*b.info);
   });
   for (const Candidate& c : all) {
     if (c.info->real_numbers && !all.front().info->real_numbers) {
@@ -140,12 +147,14 @@ bool isNoPicture(const TopicInfo& t) {
                   {"depth", "disparity", "confidence", "range_im", "xyz", "normals"});
 }
 
-CameraChoice chooseCameras(const Survey& survey, const Lacks& lacks, bool all_of_a_kind) {
+CameraChoice chooseCameras(const Survey& survey, const std::vector<std::string>& named,
+                           const Lacks& lacks, bool all_of_a_kind) {
   CameraChoice out;
-  std::vector<Candidate> cameras = toldApart(survey, &out);
+  std::vector<Candidate> cameras = toldApart(survey, named, &out);
   if (cameras.empty()) return out;
   const std::vector<Word> kind = cameras.front().words;
   std::sort(cameras.begin(), cameras.end(), [&](const Candidate& a, const Candidate& b) {
+    if (a.place != b.place) return a.place < b.place;
     const bool kin_a = ofAKind(a.words, kind), kin_b = ofAKind(b.words, kind);
     return kin_a != kin_b ? kin_a : a.words < b.words;
   });

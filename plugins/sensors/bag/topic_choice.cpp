@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "calibration_hook.h"
 #include "camera_choice.h"
 #include "camera_setup.h"
 #include "input_error.h"
@@ -63,7 +64,10 @@ bool fits(Role role, const TopicInfo& info) {
 class Chooser {
  public:
   Chooser(const Survey& survey, const BagOptions& options, ProblemLog* log)
-      : survey_(survey), options_(options), log_(log) {}
+      : survey_(survey),
+        options_(options),
+        calibrated_(calibratedTopics(options.calibration)),
+        log_(log) {}
 
   Choice fromWishes(const std::vector<TopicWish>& wishes) {
     for (const TopicWish& w : wishes) {
@@ -160,7 +164,8 @@ class Chooser {
     const auto lacks = [this](const std::vector<std::string>& topics) {
       return lacksOf(survey_, options_, imuFrame(), topics);
     };
-    const CameraChoice cameras = chooseCameras(survey_, lacks, !options_.need_calibration);
+    const CameraChoice cameras =
+        chooseCameras(survey_, calibrated_.cameras, lacks, !options_.need_calibration);
     for (const TopicInfo* t : cameras.taken) add({Role::camera, t->topic, {}}, *t);
     cameras_left_out_ = cameras.left_out;
   }
@@ -176,6 +181,9 @@ class Chooser {
         imu = &info;
       }
     }
+    // The one that the calibration names goes before those that measure oftener.
+    const TopicInfo* named = survey_.find(calibrated_.imu);
+    if (named != nullptr && isImu(named->type)) imu = named;
     if (imu != nullptr) {
       add({Role::imu, imu->topic, {}}, *imu);
     } else if (acc != nullptr && gyro != nullptr) {
@@ -329,6 +337,7 @@ class Chooser {
 
   const Survey& survey_;
   const BagOptions& options_;
+  const CalibratedTopics calibrated_;
   ProblemLog* log_;
   Choice choice_;
   std::map<std::string, std::string> cameras_left_out_;  // why, by topic

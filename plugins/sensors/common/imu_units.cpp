@@ -12,7 +12,8 @@ constexpr double kGravity = 9.80665;
 
 using Unit = std::pair<const char*, double>;
 constexpr Unit kAcceleration[] = {
-    {"auto", 0}, {"m/s2", 1}, {"g", kGravity}, {"mg", kGravity / 1000}, {"cm/s2", 0.01}};
+    {"auto", 0},     {"m/s2", 1},   {"g", kGravity},  {"mg", kGravity / 1000},
+    {"cm/s2", 0.01}, {"-m/s2", -1}, {"-g", -kGravity}};  // at rest it points down, as on iPhones
 constexpr Unit kRate[] = {
     {"auto", 0}, {"rad/s", 1}, {"deg/s", kRadPerDeg}, {"mdeg/s", kRadPerDeg / 1000}};
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <ctime>
 #include <filesystem>
+#include <regex>
 #include <set>
 
 #include "image_survey.h"
@@ -20,6 +22,34 @@ constexpr double kImageStep = 0.05;  // [s], to tell the unit of stamps that are
 constexpr std::size_t kMostImages = 5'000'000;
 
 bool isDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+/// Date and time of day (`IMG_20140624_190304763`), taken for UTC, as seconds.
+std::string dateIn(const std::string& stem) {
+  static const std::regex pattern(
+      R"((?:^|\D)((?:19|20)\d\d)[-_.]?(\d\d)[-_.]?(\d\d)[-_ T](\d\d)[-_.:h]?(\d\d)[-_.:m]?(\d\d)[-_.,]?(\d{0,9})(?!\d))");
+  std::smatch m;
+  if (!std::regex_search(stem, m, pattern)) return {};
+  const auto part = [&m](std::size_t i) { return std::stoi(m[i].str()); };
+  std::tm t{};
+  t.tm_year = part(1) - 1900;
+  t.tm_mon = part(2) - 1;
+  t.tm_mday = part(3);
+  t.tm_hour = part(4);
+  t.tm_min = part(5);
+  t.tm_sec = part(6);
+  const bool possible = t.tm_mon >= 0 && t.tm_mon < 12 && t.tm_mday > 0 && t.tm_mday < 32 &&
+                        t.tm_hour < 24 && t.tm_min < 60 && t.tm_sec < 61 && part(1) >= 1970;
+  if (!possible) return {};
+  const std::string fraction = m[7].str();
+  return std::to_string(timegm(&t)) + "." + (fraction.empty() ? "0" : fraction);
+}
+
+/// Seconds and nanoseconds with something between that is no point (`1403636584_763555584`).
+std::string secondsIn(const std::string& stem) {
+  static const std::regex pattern(R"((?:^|\D)([12]\d{9})[-_,](\d{9})(?!\d))");
+  std::smatch m;
+  return std::regex_search(stem, m, pattern) ? m[1].str() + "." + m[2].str() : std::string();
+}
 
 /// The longest number in a name without its ending: `frame_000012_1403636579.763` has the second.
 std::string numberIn(const std::string& stem) {
@@ -70,7 +100,10 @@ std::unique_ptr<RowStream<ImageRow>> byNames(const CameraFiles& camera, ProblemL
   std::vector<std::string> numbers, sample;
   std::size_t digits = 0;
   for (const std::string& file : files) {
-    numbers.push_back(numberIn(fs::path(file).stem().string()));
+    const std::string stem = fs::path(file).stem().string();
+    std::string number = dateIn(stem);
+    if (number.empty()) number = secondsIn(stem);
+    numbers.push_back(number.empty() ? numberIn(stem) : number);
     digits = std::max(digits, numbers.back().size());
     if (sample.size() < tables::Layout::kSampled) sample.push_back(numbers.back());
   }

@@ -120,7 +120,7 @@ std::string listed(const int columns[3]) {
 /// `header`: what the header says it is in; `size`: of the vectors in the first rows.
 double accUnit(const std::string& path, const Units& units, double header, double size,
                ProblemLog* log) {
-  if (units.acc > 0) return units.acc;
+  if (units.acc != 0) return units.acc;
   if (header != 1 || !units.guess_acc) return header;
   const bool g = size > 0.85 && size<1.15, small = size> 850 && size < 1150;
   if (!g && !small) return header;
@@ -168,7 +168,7 @@ std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Uni
               listed(c.gyro) + ", by the size of the numbers: there is no header that says");
   }
   if (units.gyro <= 0) sayUnknownUnits(path, layout, c.gyro, log);
-  if (units.acc <= 0) sayUnknownUnits(path, layout, c.acc, log);
+  if (units.acc == 0) sayUnknownUnits(path, layout, c.acc, log);
   if (units.gyro > 0) c.gyro_unit = units.gyro;
   c.acc_unit = accUnit(path, units, c.acc_unit, tables::medianNorm(layout, c.acc), log);
   sayUnit(path, "gyro", c.gyro_unit, "rad/s", log);

@@ -36,10 +36,12 @@ std::vector<std::string> lackAll(const std::vector<std::string>& topics) {
 }
 
 std::vector<std::string> takenOf(std::initializer_list<Images> all,
-                                 const Lacks& lacks = lackNothing, bool all_of_a_kind = false) {
+                                 const Lacks& lacks = lackNothing, bool all_of_a_kind = false,
+                                 const std::vector<std::string>& named = {}) {
   const Survey s = surveyOf(all);
   std::vector<std::string> out;
-  for (const TopicInfo* t : chooseCameras(s, lacks, all_of_a_kind).taken) out.push_back(t->topic);
+  for (const TopicInfo* t : chooseCameras(s, named, lacks, all_of_a_kind).taken)
+    out.push_back(t->topic);
   return out;
 }
 
@@ -62,6 +64,17 @@ TEST(ChooseCameras, ThePairOfADepthCameraComesBeforeItsColours) {
                      {"/d455/infra2/image_rect_raw", "infra2"}}),
             (Topics{"/d455/infra1/image_rect_raw", "/d455/infra2/image_rect_raw",
                     "/d455/color/image_raw"}));
+}
+
+TEST(ChooseCameras, WhatTheCalibrationNamesComesFirst) {
+  const std::initializer_list<Images> all = {{"/d455/color/image_raw", "color"},
+                                             {"/d455/infra1/image_rect_raw", "infra1"},
+                                             {"/d455/infra2/image_rect_raw", "infra2"}};
+  EXPECT_EQ(takenOf(all, lackNothing, false, {"/d455/color/image_raw"}),
+            (Topics{"/d455/color/image_raw", "/d455/infra1/image_rect_raw",
+                    "/d455/infra2/image_rect_raw"}));
+  EXPECT_EQ(takenOf(all, lackAll, false, {"/d455/infra2/image_rect_raw/compressed", "/x"}),
+            Topics{"/d455/infra2/image_rect_raw"});
 }
 
 TEST(ChooseCameras, TheSameImagesInAnotherFormAreNoSecondCamera) {

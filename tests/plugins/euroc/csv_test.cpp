@@ -237,6 +237,36 @@ TEST_F(CsvFolder, TablesThatAreNotReadAreSaid) {
   EXPECT_EQ(c.log.get("ground_truth_no_pose"), kReadings);
 }
 
+TEST_F(CsvFolder, NamesOfImagesWithDateOrWithSecondsAndNanoseconds) {
+  table("a.csv", "t,ax,ay,az,gx,gy,gz\n", [](TimeNs t) { return seconds(t) + ",0,0,9.8,0,0,0"; });
+  calibration();
+  const auto dated = [](TimeNs t, const char* format) {
+    const std::time_t whole = t / 1'000'000'000;
+    std::tm parts{};
+    gmtime_r(&whole, &parts);
+    char date[40], ms[8];
+    std::strftime(date, sizeof date, format, &parts);
+    std::snprintf(ms, sizeof ms, "%03d", static_cast<int>(t / 1'000'000 % 1000));
+    return date + std::string(ms);
+  };
+  const std::vector<std::function<std::string(int, TimeNs)>> kinds{
+      [&](int, TimeNs t) { return dated(t, "IMG_%Y%m%d_%H%M%S") + ".png"; },
+      [&](int, TimeNs t) { return dated(t, "%Y-%m-%d_%H-%M-%S.") + ".png"; },
+      [](int, TimeNs t) {
+        const std::string ns = std::to_string(t);
+        return ns.substr(0, 10) + "_" + ns.substr(10) + ".png";
+      }};
+  for (const auto& kind : kinds) {
+    images("pictures", kind);
+    const Content c = read();
+    ASSERT_GT(c.images.size(), 2u) << c.notes;
+    for (std::size_t i = 0; i < c.images.size(); ++i) {
+      EXPECT_EQ(c.images[i].first, imageTime(static_cast<int>(i))) << c.images[i].second;
+    }
+    std::filesystem::remove_all(root() / "pictures");
+  }
+}
+
 TEST_F(CsvFolder, WhatCannotBeToldIsAskedFor) {
   images("pictures", [](int i, TimeNs) { return std::to_string(i) + ".png"; });
   EXPECT_FALSE(isTableFolder(root().string()));
