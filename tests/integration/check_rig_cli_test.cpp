@@ -62,4 +62,54 @@ TEST(CheckRigCli, ASecondCameraThatHangsOrLacksImagesIsNamed) {
   EXPECT_TRUE(has(lacks, "images_missing")) << lacks.text;
 }
 
+/// The second camera's T_BS, `times` as far from the first (whose place is given too) as it is.
+void moveSecond(const Variant& v, double times) {
+  const auto pose = [&](const std::string& camera) {
+    const std::string text = vir::test::readText((v.mav0() / camera / "sensor.yaml").string());
+    const std::size_t from = text.find('[', text.find("data:")) + 1;
+    std::istringstream in(text.substr(from, text.find(']', from) - from));
+    std::vector<double> out;
+    for (std::string number; std::getline(in, number, ',');) out.push_back(std::stod(number));
+    return std::make_pair(text, out);
+  };
+  const auto first = pose("cam0").second;
+  auto [text, second] = pose("cam1");
+  std::ostringstream data;
+  data << std::setprecision(12);
+  for (std::size_t i = 0; i < 16; ++i) {
+    const bool place = i % 4 == 3 && i < 12;
+    data << (i > 0 ? ", " : "") << (place ? first[i] + times * (second[i] - first[i]) : second[i]);
+  }
+  const std::size_t from = text.find('[', text.find("data:")) + 1;
+  text.replace(from, text.find(']', from) - from, data.str());
+  const auto file = v.mav0() / "cam1/sensor.yaml";
+  std::filesystem::remove(file);
+  vir::test::writeText(file, text);
+}
+
+TEST(CheckRigCli, ASecondCameraElsewhereThanTheCalibrationSaysIsNamed) {
+  VIR_REQUIRE_DATA(source, kFlight);
+  for (const auto& [times, kind] : {std::pair<double, const char*>{1.3, "rig_length"},
+                                    {-1, "rig_mirrored"},
+                                    {0, "rig_same_place"}}) {
+    const Variant v(source, 10);
+    v.rewrite("cam1", "#t", [](const Row& r) { return Variant::line(r.t, r.rest); });
+    moveSecond(v, times);
+    const Checked c = check(v);
+    EXPECT_EQ(c.code, 3) << c.text;
+    EXPECT_EQ(c.kinds, std::vector<std::string>{kind}) << c.text;
+  }
+}
+
+TEST(CheckRigCli, ASecondCameraThatIsLateIsNamed) {
+  VIR_REQUIRE_DATA(source, kFlight);
+  const Variant v(source, 12);
+  v.rewrite("cam1", "#t", [](const Row& r) { return Variant::line(r.t + 30'000'000, r.rest); });
+  const Checked c = check(v);
+  EXPECT_EQ(c.code, 3) << c.text;
+  EXPECT_EQ(c.kinds, std::vector<std::string>{"time_offset"}) << c.text;
+  EXPECT_TRUE(contains(c.text, "doubtful: CAM1: its images are stamped 3")) << c.text;
+  EXPECT_TRUE(contains(c.text, "--set \"Camera.other_time_offsets_s=-0.03")) << c.text;
+}
+
 }  // namespace

@@ -19,6 +19,9 @@ void assumeAsIn(const Settings& settings, RecordingCheck* check) {
   reader.section("Camera", "");
   reader.value("time_offset_s", time_offset_s, {-10.0, 10.0}, "image stamp + offset = IMU clock");
   check->setTimeOffset(time_offset_s);
+  std::vector<double> others_s;
+  reader.value("other_time_offsets_s", others_s, 0, "the same of CAM1, CAM2, ...");
+  check->setOtherTimeOffsets(others_s);
 }
 
 SourceReport checkAll(const SourceToRead& what, GivenCalibration* calibration,

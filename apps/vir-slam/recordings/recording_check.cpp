@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "recordings/checked_camera.h"
 #include "vir/camera/camera_model.h"
 #include "vir/check/intrinsics_check.h"
 #include "vir/rawlog/convert.h"
@@ -36,17 +37,6 @@ check::StreamKind kindOf(const CObservation& o) {
 
 }  // namespace
 
-struct RecordingCheck::Camera {
-  explicit Camera(const std::string& label) : images(label) {}
-  check::ImageCheck images;
-  CameraCalibration calibration;
-  bool calibrated = false;
-  std::optional<check::Finding> intrinsics;  ///< what is wrong with them
-  Pose T_B_C;
-  std::unique_ptr<check::ImageTurning> turning;
-  long count = 0;
-};
-
 RecordingCheck::RecordingCheck(Depth depth) : depth_(depth) {}
 RecordingCheck::~RecordingCheck() = default;
 
@@ -61,7 +51,12 @@ void RecordingCheck::add(const CObservation& o) {
     if (!turning_ && depth_ == Depth::full) {
       turning_ = std::make_unique<check::TurningCheck>(label, rawlog::kCameraLabel);
     }
-    if (turning_ && label == imus_.begin()->first) turning_->add(*sample);
+    if (turning_ && label == imus_.begin()->first) {
+      turning_->add(*sample);
+      for (auto& [other, camera] : cameras_) {
+        if (camera->own) camera->own->add(*sample);
+      }
+    }
   } else if (const auto* image = dynamic_cast<const CObservationImage*>(&o)) {
     addImage(*image, t);
   } else {
@@ -92,13 +87,10 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     camera->calibration = rawlog::fromMrptCamera(image.cameraParams);
     camera->T_B_C = rawlog::fromMrptPose(image.cameraPose);
     camera->calibrated = camera->calibration.fx > 0 && camera->calibration.cx > 0;
-    // The first by its label is held against the gyro, whichever came first.
-    const bool first = cameras_.begin()->first == image.sensorLabel;
     camera->intrinsics = check::intrinsicsFinding(camera->calibration, image.sensorLabel);
     // Turning seen through a lens that cannot be says nothing.
     const bool usable = camera->calibrated && !camera->intrinsics;
-    if (usable && depth_ == Depth::full && first) {
-      for (auto& [label, other] : cameras_) other->turning.reset();
+    if (usable && depth_ == Depth::full) {
       camera->turning =
           std::make_unique<check::ImageTurning>(camera::makeCamera(camera->calibration));
     }
@@ -124,8 +116,9 @@ void RecordingCheck::addImage(const CObservationImage& image, TimeNs t) {
     const auto turn = camera->turning->add(t, gray);
     camera->images.addCorners(camera->turning->corners());
     if (turn && turning_) {
-      turning_->setCamera(camera->calibration);
-      turning_->add(*turn);
+      check::TurningCheck& against_gyro = turningOf(image.sensorLabel);
+      against_gyro.setCamera(camera->calibration);
+      against_gyro.add(*turn);
     }
   }
   if (image.image.isExternallyStored()) image.image.unload();
@@ -162,7 +155,7 @@ void RecordingCheck::addToRigs(const std::string& label, TimeNs t, const cv::Mat
     if (label == cameras_.begin()->first) {
       rig.add(0, t, gray);
     } else if (label == other) {
-      rig.add(1, t, gray);
+      rig.add(1, t + fromSeconds(timeOffsetOf(label) - time_offset_s_), gray);
     }
   }
 }
@@ -209,22 +202,6 @@ void leaveOut(Which which, std::vector<check::Finding>* findings) {
 }
 
 }  // namespace
-
-bool RecordingCheck::isFurtherCamera(const std::string& label) const {
-  return cameras_.count(label) > 0 && label != cameras_.begin()->first;
-}
-
-/// A camera that a run leaves alone unless it is told otherwise makes no recording unusable.
-void RecordingCheck::calmFurther(std::vector<check::Finding>* findings) const {
-  for (check::Finding& f : *findings) {
-    if (f.severity != check::Severity::unusable || !isFurtherCamera(f.stream)) continue;
-    f.severity = check::Severity::doubtful;
-    f.remedy += (f.remedy.empty() ? "" : "; ") +
-                std::string(
-                    "until then leave it alone, as runs do by default: `[Estimator] "
-                    "other_cameras = none`");
-  }
-}
 
 std::vector<check::Finding> RecordingCheck::stampFindings() const {
   std::vector<check::Finding> out = check::checkStreams(streams());
@@ -308,6 +285,8 @@ std::vector<check::Finding> RecordingCheck::findings() const {
     return f.kind == "imu_columns_swapped";
   });
   if (gyro) take(turning.findings, &out);
+  const bool first_agrees = check::worst(turning.findings) == check::Severity::note;
+  if (stamps && first_agrees) takeFurtherTurning(&out);
   calmFurther(&out);
   for (check::Finding& f : out) {
     nameDriver(driver_, &f);

@@ -37,6 +37,11 @@ class RecordingCheck {
   void setNoise(const imu::ImuNoise& noise) { noise_ = noise; }
   /// Stamp of an image of the first camera + this = its time on the IMU's clock [s], as given.
   void setTimeOffset(double time_offset_s) { time_offset_s_ = time_offset_s; }
+  /// The same of the cameras beside the first, in the order of their labels; of one that is not
+  /// told that of the first.
+  void setOtherTimeOffsets(std::vector<double> offsets_s) {
+    other_time_offsets_s_ = std::move(offsets_s);
+  }
   /// That reads the recording ("csv", "bag", ...), to be named in remedies; empty: not known.
   void setDriver(const std::string& driver) { driver_ = driver; }
   /// Where anchors are, as far as somebody says so.
@@ -54,6 +59,10 @@ class RecordingCheck {
   struct Camera;
   std::optional<check::Mounting> mountingOf(const check::TurningVerdict& turning,
                                             const std::string& imu) const;
+  void nameOtherOffset(const std::string& label, std::string* text) const;
+  void takeFurtherTurning(std::vector<check::Finding>* out) const;
+  check::TurningCheck& turningOf(const std::string& camera);
+  double timeOffsetOf(const std::string& camera) const;
   bool isFurtherCamera(const std::string& label) const;
   void calmFurther(std::vector<check::Finding>* findings) const;
   std::vector<check::Finding> stampFindings() const;
@@ -70,6 +79,7 @@ class RecordingCheck {
   std::string driver_;
   std::optional<imu::ImuNoise> noise_;
   double time_offset_s_ = 0;
+  std::vector<double> other_time_offsets_s_;
   std::map<std::string, check::StreamCheck> streams_;
   std::map<std::string, check::ImuCheck> imus_;
   std::map<std::string, check::RangeCheck> ranges_;
