@@ -16,8 +16,9 @@ constexpr double kSameImage_s = 0.005;
 /// A Mat that owns its pixels shares them; others are of somebody whose pixels do not last.
 cv::Mat lasting(const cv::Mat& gray) { return gray.u != nullptr ? gray : gray.clone(); }
 
-bool isHeld(const std::vector<Anchor>& anchors) {
-  return std::any_of(anchors.begin(), anchors.end(), [](const Anchor& a) {
+/// Anchors that hold the path.
+long holding(const std::vector<Anchor>& anchors) {
+  return std::count_if(anchors.begin(), anchors.end(), [](const Anchor& a) {
     return a.state == AnchorState::estimated || a.state == AnchorState::fixed;
   });
 }
@@ -118,7 +119,8 @@ void LoopRun::see(const StateEstimate& estimate, const KeyframeSights& sights, c
   for (const auto& s : sights.of) seen.landmarks.push_back({s.px, s.inverse_distance, s.sigma});
   seen.segment_since = segment_since_;
   const std::vector<Anchor> anchors = estimator.anchors();
-  seen.held = isHeld(anchors);
+  seen.held = holding(anchors) > 0;
+  seen.turn_held = holding(anchors) > 1;
   if (!closer_->found()) closer_->setAnchors(anchors);
   closer_->add(seen);
   if (closer_->solveDue()) solve(estimator);

@@ -129,7 +129,7 @@ bool LoopCloser::searching() const {
 void LoopCloser::add(const SeenKeyframe& seen) {
   Impl& m = *impl_;
   if (!wants(seen.estimate)) return;
-  if (!seen.held || !m.loaded.keyframes.empty()) {
+  if (!seen.turn_held || !m.loaded.keyframes.empty()) {
     m.frozen.reset();
   } else if (!m.frozen) {
     m.frozen = m.places.graph().correction();

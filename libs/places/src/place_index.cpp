@@ -16,7 +16,7 @@ namespace vir::places {
 namespace {
 
 constexpr int kTables = 4;
-/// A table starts with few buckets and doubles them, up to so many bits of a key, as it fills.
+/// A table starts with few buckets and splits them, up to so many bits of a key, as it fills.
 constexpr std::size_t kFirstKeyBits = 12, kKeyBits = 20;
 constexpr std::size_t kFilled = 8;  // entries per bucket
 /// What looks like so many others says little: a full bucket forgets its oldest.
@@ -65,11 +65,13 @@ struct PlaceIndex::Impl {
     const int bit = key_bits[static_cast<std::size_t>(table)][k];
     return (d[static_cast<std::size_t>(bit / 8)] >> (bit % 8)) & 1U;
   }
+  /// The bucket: by `used_bits` bits, or one more where it has been split.
   std::size_t key(int table, const Descriptor& d) const {
     std::size_t out = 0;
     for (std::size_t k = 0; k < used_bits; ++k) out |= keyBit(table, k, d) << k;
-    return out;
+    return out < split ? out | keyBit(table, used_bits, d) << used_bits : out;
   }
+  std::size_t buckets() const { return (std::size_t{1} << used_bits) + split; }
   std::size_t slotOf(std::uint64_t id) const {
     const auto at = std::lower_bound(
         slots.begin(), slots.end(), id,
@@ -80,13 +82,13 @@ struct PlaceIndex::Impl {
     return slot < slots.size() && slots[slot].keyframe->id == id;
   }
   void put(Bucket* bucket, std::uint32_t entry) const;
-  void grow();
+  void splitOne();
   void thin();
   std::vector<PlaceCandidate> score(const PlaceKeyframe& keyframe, std::size_t end) const;
 
   PlaceIndexOptions options;
   std::array<std::array<int, kKeyBits>, kTables> key_bits{};
-  std::size_t used_bits = kFirstKeyBits;
+  std::size_t used_bits = kFirstKeyBits, split = 0;
   std::size_t points = 0;
   std::array<std::vector<Bucket>, kTables> tables;
   std::vector<Slot> slots;  // by id
@@ -101,23 +103,22 @@ void PlaceIndex::Impl::put(Bucket* bucket, std::uint32_t entry) const {
   bucket->next = (bucket->next + 1) % kBucketLimit;
 }
 
-/// One more bit in the keys: each bucket becomes two.
-void PlaceIndex::Impl::grow() {
+/// The next bucket becomes two, by one more bit: a few with each keyframe, so that none has to wait
+/// for all of them.
+void PlaceIndex::Impl::splitOne() {
   for (int t = 0; t < kTables; ++t) {
     auto& table = tables[static_cast<std::size_t>(t)];
-    const std::size_t before = table.size();
-    table.resize(2 * before);
-    for (std::size_t k = 0; k < before; ++k) {
-      Bucket low, high;
-      inOrder(&table[k]);
-      for (const std::uint32_t e : table[k].entries) {
-        const Descriptor& d = slots[e >> kPointBits].points[e & kMaxPoints].descriptor;
-        (keyBit(t, used_bits, d) ? high : low).entries.push_back(e);
-      }
-      table[k] = std::move(low);
-      table[before + k] = std::move(high);
+    Bucket low, high;
+    inOrder(&table[split]);
+    for (const std::uint32_t e : table[split].entries) {
+      const Descriptor& d = slots[e >> kPointBits].points[e & kMaxPoints].descriptor;
+      (keyBit(t, used_bits, d) ? high : low).entries.push_back(e);
     }
+    table[split] = std::move(low);
+    table.push_back(std::move(high));
   }
+  if (++split < std::size_t{1} << used_bits) return;
+  split = 0;
   ++used_bits;
 }
 
@@ -222,7 +223,9 @@ void PlaceIndex::add(std::shared_ptr<const PlaceKeyframe> keyframe) {
   const PlacePoint* const first = keyframe->points.data();
   impl_->slots.push_back({std::move(keyframe), first});
   impl_->points += points;
-  if (impl_->used_bits < kKeyBits && impl_->points > kFilled << impl_->used_bits) impl_->grow();
+  while (impl_->used_bits < kKeyBits && impl_->points > kFilled * impl_->buckets()) {
+    impl_->splitOne();
+  }
 }
 
 std::vector<PlaceCandidate> PlaceIndex::query(const PlaceKeyframe& keyframe, std::uint64_t before,

@@ -42,6 +42,8 @@ struct SeenKeyframe {
   std::vector<places::SeenLandmark> landmarks;
   TimeNs segment_since = 0;  ///< see PathNode
   bool held = false;         ///< likewise
+  /// By two anchors or more: a single one leaves open a turn of everything about its vertical.
+  bool turn_held = false;
 };
 
 /// Not for two threads at a time: it may have a thread of its own, which then makes all the calls.

@@ -13,7 +13,7 @@
 namespace vir::places {
 
 struct VerifyOptions {
-  double sigma_px = 1.5;          ///< of a corner found again, as a pixel of `focal_px`
+  double sigma_px = 2.0;          ///< of a corner found again, as a pixel of `focal_px`
   double focal_px = 0;            ///< pixels per radian; 0: as the newer keyframe's points say
   int max_distance_bits = 64;     ///< of descriptors that are matched
   double ratio = 0.85;            ///< distance of the best to that of the second best
@@ -22,7 +22,7 @@ struct VerifyOptions {
   int min_inliers = 35;           ///< different corners of the newer keyframe
   int min_inliers_known = 20;     ///< the same where a prior says as well where it must be
   double min_share = 0.3;         ///< inliers of the points that must be in view
-  int min_inliers_alone = 12;     ///< a place that nothing else looks like is told of with so many
+  int min_inliers_alone = 20;     ///< a place that nothing else looks like is told of with so many
   double min_share_alone = 0.1;   ///< and this share
   double sure_share = 0.65;       ///< of so many, `min_inliers_known` are enough
   double min_share_known = 0.15;  ///< the same with such a prior
