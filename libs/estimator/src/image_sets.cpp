@@ -45,6 +45,13 @@ TimeNs ImageSets::reach() const {
   return least == 0 ? kFirstReach : least / 2;
 }
 
+TimeNs ImageSets::clocksApart() const {
+  const auto [least, most] =
+      std::minmax_element(cameras_.begin(), cameras_.end(),
+                          [](const Camera& a, const Camera& b) { return a.offset < b.offset; });
+  return most->offset - least->offset;
+}
+
 /// Is an image of the first camera to be expected about `t`?
 bool ImageSets::firstGoesOn(TimeNs t) const {
   const Camera& first = cameras_.front();
@@ -55,7 +62,8 @@ bool ImageSets::firstGoesOn(TimeNs t) const {
 
 bool ImageSets::complete(TimeNs t) const {
   const TimeNs half = reach();
-  if (latest_ > t + half) return true;
+  // Images come by their own stamps: of clocks that are apart, one after the other.
+  if (latest_ > t + half + clocksApart()) return true;
   for (const Camera& c : cameras_) {
     if (c.waiting.size() > kMostWaiting) return true;
     if (c.last >= t - half && (!c.waiting.empty() || c.last > t + half)) continue;

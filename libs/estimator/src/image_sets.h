@@ -50,6 +50,8 @@ class ImageSets {
     TimeNs period = 0;  ///< between images; 0: not known yet
   };
   TimeNs reach() const;
+  /// By how much their clocks are apart at most [ns].
+  TimeNs clocksApart() const;
   bool firstGoesOn(TimeNs t) const;
   bool complete(TimeNs t) const;
 

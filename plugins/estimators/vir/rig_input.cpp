@@ -23,9 +23,12 @@ constexpr int kMostOthers = 7;
 constexpr long kImagesBeforeStart = 3;
 
 /// Pairs whose cameras should see the same, and match less of it than this, are no pairs. After so
-/// many sights.
-constexpr double kHardlyMatched = 0.05;
+/// many sights. Fewer than usual tell something only where something else does.
+constexpr double kHardlyMatched = 0.08, kSeldomMatched = 0.3;
 constexpr long kEnoughLookedFor = 2000;
+/// Of so many images, fewer than this part fit to any of the first camera in time.
+constexpr long kEnoughImages = 40;
+constexpr double kHardlyInTime = 0.3;
 /// A baseline that comes out as another by more than this part of it, and this [m].
 constexpr double kOtherBaseline = 0.02, kOtherBaselineM = 0.001;
 
@@ -175,10 +178,19 @@ void VirEstimator::doubtRig(const estimator::EstimatorCounters& c,
     });
     const std::string& label = camera->label;
     r->further_labels.push_back(label);
-    if (k >= c.further.size() || c.further[k].looked_for < kEnoughLookedFor) continue;
+    if (k >= c.further.size()) continue;
+    const double used = static_cast<double>(c.further[k].taken + c.further[k].unusable);
+    if (std::min(c.further[k].images, c.images) >= kEnoughImages &&
+        used < kHardlyInTime * static_cast<double>(std::min(c.further[k].images, c.images))) {
+      doubts.push_back(std::to_string(c.further[k].out_of_order) + " of " +
+                       std::to_string(c.further[k].images) + " images of " + label +
+                       " were left out: none of " + cameras_.front().label +
+                       " is of their time; their clocks are apart ([Camera] other_time_offsets_s)");
+    }
+    if (c.further[k].looked_for < kEnoughLookedFor) continue;
     const double matched =
         static_cast<double>(c.further[k].matched) / static_cast<double>(c.further[k].looked_for);
-    if (matched < kHardlyMatched) {
+    if (matched < (estimator_->doubts().empty() ? kHardlyMatched : kSeldomMatched)) {
       doubts.push_back(label + " should see what " + cameras_.front().label +
                        " sees, as their calibration has it, but only " + percent(matched) +
                        " of it was found there: one of their poses is wrong, left "

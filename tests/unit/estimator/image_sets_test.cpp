@@ -56,6 +56,19 @@ TEST(ImageSets, ClocksAreApartAndNearestCounts) {
   }
 }
 
+TEST(ImageSets, ClocksMayBeFurtherApartThanImages) {
+  for (const TimeNs apart : {120, -120}) {
+    Sorted s(apart);
+    int both = 0;
+    for (TimeNs t = 0; t <= 1500; t += 50) {
+      s.add(0, t);
+      s.add(1, t);  // the others' time by `apart` later
+      for (std::string now = s.next(); !now.empty(); now = s.next()) both += now == "01";
+    }
+    EXPECT_GE(both, 24) << apart;
+  }
+}
+
 TEST(ImageSets, WithoutPartnerByTheTimeOfTheRecording) {
   Sorted s;
   for (const TimeNs t : {0, 50}) {
