@@ -6,6 +6,7 @@
 #include "input_error.h"
 #include "vir/core/text.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/range_differences.h"
 
 namespace vir::bag {
 namespace {
@@ -106,12 +107,10 @@ class Chooser {
         log_->note(topic + " (" + info.type + ") left out: it speaks of ranges, but " +
                    (info.problem.empty() ? "which of its fields are anchor and distance its names "
                                            "do not tell: --topic range=" +
-                                               topic + ":ANCHOR,DISTANCE,unit=m|mm|ft says it"
+                                               topic +
+                                               ":ANCHOR,DISTANCE,unit=m|mm|ft says it "
+                                               "(reference=FIELD for differences)"
                                          : info.problem));
-      }
-      if (contains(lowerCase(info.type), {"tdoa"})) {
-        log_->note(topic + " (" + info.type +
-                   ") left out: differences of ranges, which no estimator of ours takes");
       }
     }
     if (choice_.streams.empty()) {
@@ -236,6 +235,10 @@ class Chooser {
           s.label = rawlog::kImuLabel;
           break;
         case Role::range:
+          if (!s.range.reference.empty()) {  // each has its reference in its own label
+            s.label = rawlog::differencesName();
+            break;
+          }
           s.antenna = static_cast<std::size_t>(ranges);
           s.label = numbered(rawlog::kRangeLabel, ranges++);
           break;

@@ -91,8 +91,8 @@ bool parseRest(const Fields& f, const RangeTable& table, RangeRow* row, RowFault
   return parseRadio(f, table, row, fault) && parseSight(f, table, fault);
 }
 
-bool plausible(const Fields& f, int column, double range_m, RowFault* fault) {
-  if (range_m >= 0 && range_m <= kMaxRange) return true;
+bool plausible(const Fields& f, int column, double range_m, bool differs, RowFault* fault) {
+  if ((differs ? -kMaxRange : 0) <= range_m && range_m <= kMaxRange) return true;
   return implausible(fault, "a range of " + std::string(at(f, column)) + " m");
 }
 
@@ -109,8 +109,17 @@ bool parseRange(const Fields& f, const RangeTable& table, RangeRow* row, RowFaul
     if (from == row->anchor) return implausible(fault, "a range of an anchor to itself");
     row->from = from;
   }
+  if (c.reference >= 0) {
+    int reference = 0;
+    if (!anchorId(at(f, c.reference), table.names, &reference, fault)) return false;
+    if (reference == row->anchor) {
+      return implausible(fault, "a difference of ranges to one and the same anchor");
+    }
+    row->reference = reference;
+  }
   if (c.unit_m != 1) row->range_m *= c.unit_m;
-  return plausible(f, c.range, row->range_m, fault) && parseRest(f, table, row, fault);
+  return plausible(f, c.range, row->range_m, c.reference >= 0, fault) &&
+         parseRest(f, table, row, fault);
 }
 
 /// The range to one anchor of a row that holds several.
@@ -132,7 +141,7 @@ bool parseOneOf(const Fields& f, const RangeTable& table, const tables::AnchorCo
     return false;
   }
   row->range_m *= to.unit_m;
-  return plausible(f, to.column, row->range_m, fault) && parseRest(f, table, row, fault);
+  return plausible(f, to.column, row->range_m, false, fault) && parseRest(f, table, row, fault);
 }
 
 std::unique_ptr<RowStream<RangeRow>> open(const std::string& path, const Units& units,
@@ -170,7 +179,8 @@ std::unique_ptr<RowStream<RangeRow>> open(const std::string& path, const Units& 
   }
   // Several anchors may answer at one time, and to several antennas.
   const auto same = [](const RangeRow& a, const RangeRow& b) {
-    return a.anchor == b.anchor && a.antenna == b.antenna && a.place == b.place;
+    return a.anchor == b.anchor && a.reference == b.reference && a.antenna == b.antenna &&
+           a.place == b.place;
   };
   RowCursor<RangeRow>::Spec spec{path, "range", {}, same, false, layout};
   if (!why_not.empty()) {
