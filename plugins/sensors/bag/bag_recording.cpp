@@ -75,11 +75,9 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
                      (look.damage.empty() ? "" : "; " + look.damage.front()));
   }
   choice_ = chooseTopics(look, wishes, log);
-  for (const Stream& s : choice_.streams) {
-    next_antenna_ += s.role == Role::range && s.range.reference.empty() ? 1 : 0;
-  }
   for (const auto& [topic, info] : look.topics) looked_at_.insert(topic);
   for (const Stream& s : choice_.streams) {
+    next_antenna_ += s.role == Role::range && s.range.reference.empty() ? 1 : 0;
     by_topic_[s.topic].push_back(static_cast<int>(&s - choice_.streams.data()));
     if (s.role != Role::camera) continue;
     CameraSetup camera;

@@ -13,7 +13,7 @@ namespace vir::rawlog {
 
 /// What their labels begin with.
 std::string differencesName();
-/// None for any other class or label.
+/// None for any other class or label; rangesOf() gives none of these.
 std::vector<Range> rangeDifferencesOf(const mrpt::obs::CObservation& observation);
 /// `difference.reference` must be set; else throws std::invalid_argument.
 std::shared_ptr<mrpt::obs::CObservationBeaconRanges> differenceObservation(const Range& difference);
