@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "text.h"
 #include "vir/core/order_statistics.h"

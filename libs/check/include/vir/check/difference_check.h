@@ -1,5 +1,6 @@
 #pragma once
 /// Units and plausibility of differences of ranges (TDoA).
+#include <cstdint>
 #include <map>
 #include <utility>
 #include <vector>
