@@ -109,6 +109,7 @@ class EurocExporter : public Exporter {
       addTruth(rawlog::fromMrptPose(pose->pose.mean), t);
     } else if (const auto* ranges = dynamic_cast<const CObservationBeaconRanges*>(&o)) {
       if (o.sensorLabel == rawlog::kPeerLabel) return Added::no_place;
+      if (rawlog::differenceReferenceOf(o.sensorLabel)) return Added::no_place;
       addRanges(*ranges, t);
     } else {
       return Added::no_place;

@@ -16,6 +16,7 @@
 #include "recordings/exporter.h"
 #include "vir/core/ini_writer.h"
 #include "vir/evaluation/trajectory.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
 
@@ -82,15 +83,19 @@ class CsvExporter : public Exporter {
   void finish() override { files_.close(); }
 
  private:
-  results::OutputFile& file(const CObservation& o, const char* header) {
+  results::OutputFile& file(const CObservation& o, const std::string& header) {
     return files_.at(fileName(o.sensorLabel) + ".csv", header);
   }
 
   void addRanges(const CObservationBeaconRanges& ranges, const std::string& t) {
+    const auto reference = rawlog::differenceReferenceOf(ranges.sensorLabel);
+    const std::string of = reference ? anchorText(anchors_, *reference) + "," : std::string();
     for (const auto& m : ranges.sensedData) {
       const auto& antenna = m.sensorLocationOnRobot;
-      file(ranges, "t_ns,beacon_id,range_m,std_m,antenna_x_m,antenna_y_m,antenna_z_m")
-          .line(t + "," + anchorText(anchors_, static_cast<std::uint32_t>(m.beaconID)) + "," +
+      file(ranges, std::string("t_ns,") +
+                       (reference ? "reference_id,anchor_id,tdoa_m" : "beacon_id,range_m") +
+                       ",std_m,antenna_x_m,antenna_y_m,antenna_z_m")
+          .line(t + "," + of + anchorText(anchors_, static_cast<std::uint32_t>(m.beaconID)) + "," +
                 exact(m.sensedDistance) + "," + exact(ranges.stdError) + "," + exact(antenna.x()) +
                 "," + exact(antenna.y()) + "," + exact(antenna.z()));
     }

@@ -17,6 +17,7 @@
 #include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/range_differences.h"
 
 namespace vir::app {
 namespace {
@@ -67,6 +68,7 @@ void RecordingCheck::add(const CObservation& o) {
 void RecordingCheck::addRanges(const CObservation& o) {
   const std::string& label = o.sensorLabel;
   const bool full = depth_ == Depth::full;
+  for (const Range& r : rawlog::rangeDifferencesOf(o)) differences_.add(r);
   for (const Range& r : rawlog::rangesOf(o)) {
     ranges_.try_emplace(label, label).first->second.add(r);
     // Those to other robots have no anchor.
@@ -226,6 +228,7 @@ std::vector<check::Finding> RecordingCheck::stampFindings() const {
 }
 
 void RecordingCheck::takeRanges(bool stamps, std::vector<check::Finding>* out) const {
+  take(differences_.findings(anchors_), out);
   for (const auto& [label, ranges] : ranges_) {
     const std::vector<check::Finding> of_ranges = ranges.findings();
     take(of_ranges, out);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "recordings/companion.h"
+#include "vir/check/difference_check.h"
 #include "vir/check/finding.h"
 #include "vir/check/image_check.h"
 #include "vir/check/imu_check.h"
@@ -83,6 +84,7 @@ class RecordingCheck {
   std::map<std::string, check::StreamCheck> streams_;
   std::map<std::string, check::ImuCheck> imus_;
   std::map<std::string, check::RangeCheck> ranges_;
+  check::DifferenceCheck differences_;
   std::map<std::string, check::RangePathCheck> along_path_;  ///< full only
   check::KnownPath truth_, odometry_;                        ///< full only
   check::GivenAnchors anchors_;

@@ -292,10 +292,11 @@ void RangeLayer::Impl::reweigh(AnchorTrack* a, const Held& held) {
   state.variance_factor = std::clamp(0.5 * (state.variance_factor + now), kLeastFactor, 30.0);
 }
 
-bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& head) {
+bool RangeLayer::update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& head,
+                        const HeldDifferences& differences) {
   Impl& s = *impl_;
   ++s.keyframes;
-  bool changed = s.updateSurvey(t, held);
+  bool changed = s.updateSurvey(t, held, differences);
   for (auto& [id, a] : s.tracks) {
     changed = s.returnIfFormerFits(t, &a) || changed;
     if (Collecting* collecting = a.collecting()) {

@@ -112,6 +112,7 @@ struct BackEnd {
   void attachRanges(const State& previous, const State& newest);
   /// Ranges held by the keyframes of both windows, `motion` being the antenna in W.
   std::vector<window::HeldRange> heldRanges(std::uint64_t key) const;
+  std::vector<window::HeldRange> heldDifferences() const;
   void updateAnchors(TimeNs t);
   void startLongWindow();
   State inWorld(const State& s) const;

@@ -58,7 +58,7 @@ std::vector<window::HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
   std::vector<window::HeldRange> out;
   for (const window::LongNode& n : long_window.nodes()) {
     for (window::HeldRange r : n.ranges) {
-      if (r.anchor != key) continue;
+      if (r.anchor != key || r.reference) continue;
       r.motion = n.antenna(r);
       r.lever.setZero();
       out.push_back(r);
@@ -72,10 +72,29 @@ std::vector<window::HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
   return out;
 }
 
+std::vector<window::HeldRange> BackEnd::heldDifferences() const {
+  std::vector<window::HeldRange> out;
+  for (const window::LongNode& n : long_window.nodes()) {
+    for (window::HeldRange r : n.ranges) {
+      if (!r.reference) continue;
+      r.motion = n.antenna(r);
+      r.lever.setZero();
+      out.push_back(r);
+    }
+  }
+  for (window::HeldRange r : window->differencesInO()) {
+    r.motion = long_window.antennaToWorld(r.motion, r.lever);
+    r.lever.setZero();
+    out.push_back(r);
+  }
+  return out;
+}
+
 void BackEnd::updateAnchors(TimeNs t) {
   window->updateCovariance();
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
-  if (ranges.update(t, held, window->rangesAtOldest())) {
+  const auto differences = [this] { return heldDifferences(); };
+  if (ranges.update(t, held, window->rangesAtOldest(), differences)) {
     window->optimise(kIterationsOnChange);
     window->updateCovariance();
   }

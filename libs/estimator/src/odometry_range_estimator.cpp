@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "old_keyframes.h"
 #include "start_sigma.h"
@@ -85,7 +86,10 @@ struct OdometryRangeEstimator::Impl {
   void attachRanges(TimeNs t, const Pose& T_O_B);
   void advance(TimeNs t, const Pose& T_O_B);
   Eigen::Matrix4d covarianceOf(const Travelled& travelled, double seconds) const;
+  std::vector<window::HeldRange> heldWhere(
+      const std::function<bool(const window::HeldRange&)>& wanted) const;
   std::vector<window::HeldRange> heldRanges(std::uint64_t key) const;
+  std::vector<window::HeldRange> heldDifferences() const;
   Eigen::Matrix<double, 6, 6> covarianceInWorld(const Pose& T_W_B) const;
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);
@@ -164,11 +168,12 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
   window::mergeRanges(&head_ranges, kMaxRangesPerNode);
 }
 
-std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uint64_t key) const {
+std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldWhere(
+    const std::function<bool(const window::HeldRange&)>& wanted) const {
   std::vector<window::HeldRange> out;
   const auto add = [&](const window::LongNode& n, const std::vector<window::HeldRange>& list) {
     for (window::HeldRange r : list) {
-      if (r.anchor != key) continue;
+      if (!wanted(r)) continue;
       r.motion = n.antenna(r);
       r.lever.setZero();
       out.push_back(r);
@@ -177,6 +182,14 @@ std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uin
   for (const window::LongNode& n : window.nodes()) add(n, n.ranges);
   add(window.head(), head_ranges);
   return out;
+}
+
+std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldRanges(std::uint64_t key) const {
+  return heldWhere([key](const window::HeldRange& r) { return r.anchor == key && !r.reference; });
+}
+
+std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldDifferences() const {
+  return heldWhere([](const window::HeldRange& r) { return r.reference.has_value(); });
 }
 
 void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
@@ -194,7 +207,9 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
   // The covariances must know the new node before ranges are judged by them.
   window.solve(config.iterations, head_ranges);
-  if (ranges.update(t, held, head_ranges)) window.solve(kIterationsOnChange, head_ranges);
+  const auto differences = [this] { return heldDifferences(); };
+  if (ranges.update(t, held, head_ranges, differences))
+    window.solve(kIterationsOnChange, head_ranges);
   collectRangeWarnings();
 }
 

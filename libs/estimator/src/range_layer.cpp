@@ -65,15 +65,19 @@ void describe(OptionVisitor& v, RangeOptions& o) {
           "known about anchors in the start's frame: id x y z sigma, repeated [m]");
 }
 
+ranging::GateOptions RangeLayer::Impl::gateOptions() const {
+  ranging::GateOptions gate;
+  gate.chi2 = options.gate_sigma * options.gate_sigma;
+  gate.max_reject_s = options.restart_s;
+  return gate;
+}
+
 AnchorTrack& RangeLayer::Impl::track(std::uint64_t id) {
   const auto it = tracks.find(id);
   if (it != tracks.end()) return it->second;
   AnchorTrack& a = tracks[id];
   a.id = id;
-  ranging::GateOptions gate;
-  gate.chi2 = options.gate_sigma * options.gate_sigma;
-  gate.max_reject_s = options.restart_s;
-  a.gate = ranging::RangeGate(gate);
+  a.gate = ranging::RangeGate(gateOptions());
   return a;
 }
 
@@ -84,24 +88,31 @@ void RangeLayer::Impl::setPrior(std::uint64_t id, const Vec3& p_W, double sigma_
   track(id).prior = prior;
 }
 
+void RangeLayer::Impl::travelTo(const Vec3& antenna_W) {
+  if (any_antenna) travelled_m += (antenna_W - last_antenna).norm();
+  any_antenna = true;
+  last_antenna = antenna_W;
+}
+
 void RangeLayer::Impl::record(const Range& r, RangeDecision decision) {
   RangeRecord d;
   d.t = r.t;
   d.anchor = r.anchor;
   d.measured_m = r.range_m;
   d.decision = decision;
+  d.reference = r.reference;
   decisions.push_back(d);
 }
 
 /// Two antennas of a robot measure to one anchor at one time: neither repeats the other.
-ranging::RangeCheck& RangeLayer::Impl::checkOf(const Vec3& p_B_U) {
+RangeLayer::Impl::Antenna& RangeLayer::Impl::antennaAt(const Vec3& p_B_U) {
   for (Antenna& a : antennas) {
-    if ((a.p_B_U - p_B_U).norm() < kSameAntenna) return a.check;
+    if ((a.p_B_U - p_B_U).norm() < kSameAntenna) return a;
   }
   if (antennas.size() < kMostAntennas) {
-    antennas.push_back({p_B_U, ranging::RangeCheck(checkOptions(options))});
+    antennas.push_back({p_B_U, ranging::RangeCheck(checkOptions(options)), {}});
   }
-  return antennas.back().check;
+  return antennas.back();
 }
 
 void RangeLayer::begin(TimeNs t) { impl_->elapsed.begin(t); }
@@ -114,7 +125,8 @@ void RangeLayer::offer(const AnchorRange& range) {
 void RangeLayer::offer(const Range& range) {
   Impl& s = *impl_;
   // A negative id of the radio arrives as a huge one; both would alias another anchor.
-  if (range.anchor > static_cast<std::uint64_t>(std::numeric_limits<int>::max())) {
+  constexpr std::uint64_t kLargestId = std::numeric_limits<int>::max();
+  if (range.anchor > kLargestId || range.reference.value_or(0) > kLargestId) {
     s.record(range, RangeDecision::bad_id);
     return;
   }
@@ -123,7 +135,9 @@ void RangeLayer::offer(const Range& range) {
     return;
   }
   const RangeDecision problem =
-      s.checkOf(range.p_B_U).check(static_cast<int>(range.anchor), range.t, range.range_m);
+      range.reference ? s.checkDifference(range)
+                      : s.antennaAt(range.p_B_U)
+                            .check.check(static_cast<int>(range.anchor), range.t, range.range_m);
   if (problem != RangeDecision::accepted) {
     s.record(range, problem);
     return;
@@ -173,10 +187,9 @@ RangeLayer::Impl::Innovation RangeLayer::Impl::innovation(const AnchorTrack& a,
 bool RangeLayer::accept(const Range& range, const AntennaPrediction& antenna,
                         window::HeldRange* held) {
   Impl& s = *impl_;
+  if (range.reference) return s.acceptDifference(range, antenna, held);
   AnchorTrack& a = s.track(range.anchor);
-  if (s.any_antenna) s.travelled_m += (antenna.p_W - s.last_antenna).norm();
-  s.any_antenna = true;
-  s.last_antenna = antenna.p_W;
+  s.travelTo(antenna.p_W);
   held->t = range.t;
   held->anchor = a.key();
   held->range_m = s.options.bias_model.corrected(range.range_m);
@@ -294,6 +307,15 @@ std::vector<std::pair<std::string, long>> RangeLayer::counters() const {
   }
   if (impl_->put_down_unusable > 0) {
     out.emplace_back("anchors_put_down_unusable", impl_->put_down_unusable);
+  }
+  long differences = 0, without_place = 0;
+  for (const auto& [pair, d] : impl_->differences) {
+    differences += d.heard();
+    without_place += d.collected;
+  }
+  if (differences > 0) {
+    out.emplace_back("range_differences", differences);
+    out.emplace_back("range_differences_without_a_place", without_place);
   }
   if (impl_->anchor_ranges_unusable > 0) {
     out.emplace_back("anchor_ranges_unusable", impl_->anchor_ranges_unusable);

@@ -1,6 +1,8 @@
 #pragma once
 /// Internal: ranges on their way in (range_layer.cpp) and the anchors' lives (anchor_life.cpp).
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "anchor_distances.h"
 #include "anchor_track.h"
@@ -23,6 +25,16 @@ inline bool isUsable(const ranging::AnchorInitialization& found) {
                                       found.geometry == ranging::AnchorGeometry::mirror);
 }
 
+/// Reference and anchor of a difference.
+using AnchorPair = std::pair<std::uint64_t, std::uint64_t>;
+
+/// What is known of the differences of ranges to two anchors.
+struct DifferenceTrack {
+  ranging::RangeGate gate;
+  long used = 0, rejected = 0, collected = 0;
+  long heard() const { return used + rejected + collected; }
+};
+
 struct RangeLayer::Impl {
   Impl(const RangeOptions& o, window::LongWindow* w, LogSink l)
       : options(o), window(w), log_sink(std::move(l)) {
@@ -38,7 +50,9 @@ struct RangeLayer::Impl {
     return c;
   }
 
+  ranging::GateOptions gateOptions() const;
   AnchorTrack& track(std::uint64_t id);
+  void travelTo(const Vec3& antenna_W);
   void setPrior(std::uint64_t id, const Vec3& p_W, double sigma_m);
   void record(const Range& r, RangeDecision decision);
   double sigmaOf(const Range& r) const {
@@ -85,7 +99,7 @@ struct RangeLayer::Impl {
   // survey_life.cpp
   /// Finds how the survey lies in W, holds its anchors to it, and notices what is wrong with it.
   /// True if the anchors changed.
-  bool updateSurvey(TimeNs t, const Held& held);
+  bool updateSurvey(TimeNs t, const Held& held, const HeldDifferences& differences);
   bool isSurveyed(std::uint64_t id) const;
   /// All ranges held to an anchor, those that were not believed too where it is surveyed.
   std::vector<window::HeldRange> allHeld(const AnchorTrack& a, const Held& held) const;
@@ -99,6 +113,14 @@ struct RangeLayer::Impl {
   /// What anchors have measured to one another, with what is known of their biases by now.
   void setDistances();
   bool placeNewlyHeard(TimeNs t);
+  // range_differences.cpp
+  RangeDecision checkDifference(const Range& range);
+  bool acceptDifference(const Range& range, const AntennaPrediction& antenna,
+                        window::HeldRange* held);
+  Innovation differenceInnovation(const window::HeldRange& held,
+                                  const AntennaPrediction& antenna) const;
+  bool updateSurveyByDifferences(TimeNs t, const HeldDifferences& differences);
+  void warnOfDifferencesWithoutPlaces();
   void addSurveyed(const std::vector<Anchor>& anchors, SurveyFit* out) const;  // survey_result.cpp
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);
@@ -113,11 +135,14 @@ struct RangeLayer::Impl {
   struct Antenna {
     Vec3 p_B_U = Vec3::Zero();
     ranging::RangeCheck check;
+    std::map<AnchorPair, ranging::RangeCheck> of_differences;
   };
-  ranging::RangeCheck& checkOf(const Vec3& p_B_U);
+  Antenna& antennaAt(const Vec3& p_B_U);
   std::vector<Antenna> antennas;
   std::map<std::uint64_t, AnchorTrack> tracks;
   std::vector<Range> pending;  ///< ordered by time
+  std::map<AnchorPair, DifferenceTrack> differences;
+  bool differences_warned = false;
   SurveyLife survey;
   AnchorDistances distances;
   long anchor_ranges_unusable = 0;  ///< between anchors, that cannot be

@@ -69,7 +69,8 @@ std::vector<ranging::SurveyRange> RangeLayer::Impl::surveyRanges(const Held& hel
   return out;
 }
 
-bool RangeLayer::Impl::updateSurvey(TimeNs t, const Held& held) {
+bool RangeLayer::Impl::updateSurvey(TimeNs t, const Held& held, const HeldDifferences& of_ranges) {
+  warnOfDifferencesWithoutPlaces();
   if (survey.given.empty()) return false;
   long heard = 0;
   bool suspicious = false;
@@ -80,6 +81,7 @@ bool RangeLayer::Impl::updateSurvey(TimeNs t, const Held& held) {
       suspicious = suspicious || (at->second.tied && at->second.gate.suspicious());
     }
   }
+  if (heard == 0) return updateSurveyByDifferences(t, of_ranges);
   const bool settled = survey.match.needed_sigma_m < kSettledSigma && !survey.match.other;
   const double more = !survey.found            ? kMoreToFind
                       : settled && !suspicious ? kMoreToVerify

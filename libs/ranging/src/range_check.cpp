@@ -42,9 +42,9 @@ RangeDecision RangeCheck::check(int anchor, TimeNs t, double range_m) {
 
 RangeDecision RangeCheck::decide(State* state, TimeNs t, double range_m) {
   if (!std::isfinite(range_m)) return RangeDecision::not_finite;
-  if (range_m < 0) return RangeDecision::negative;
-  if (range_m == 0) return RangeDecision::zero;
-  if (range_m > options_.max_range_m) return RangeDecision::too_far;
+  if (range_m < 0 && !options_.either_sign) return RangeDecision::negative;
+  if (range_m == 0 && !options_.either_sign) return RangeDecision::zero;
+  if (std::abs(range_m) > options_.max_range_m) return RangeDecision::too_far;
   const RangeDecision time = decideTime(state, t);
   if (time != RangeDecision::accepted) return time;
   state->equal = range_m == state->value ? state->equal + 1 : 1;

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "beacon_measurements.h"
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
@@ -47,6 +48,11 @@ CObservationIMU::Ptr toObservation(const ImuSample& sample, const std::string& l
 }
 
 std::vector<Range> rangesOf(const CObservation& observation) {
+  if (differenceReferenceOf(observation.sensorLabel)) return {};
+  return beaconMeasurements(observation);
+}
+
+std::vector<Range> beaconMeasurements(const CObservation& observation) {
   std::vector<Range> out;
   const auto* o = dynamic_cast<const CObservationBeaconRanges*>(&observation);
   if (o == nullptr) return out;

@@ -9,6 +9,7 @@ namespace vir::rawlog {
 namespace {
 
 const std::string kDeployedAnchor = "ANCHOR:";
+const std::string kDifference = "TDOA:";
 const std::string kSentAnchor = ":ANCHOR:", kSentWorld = ":WORLD:";  // behind the sender's id
 
 /// All of `text` from `from` on is a number.
@@ -31,6 +32,15 @@ std::string furtherLabel(const std::string& first, const std::string& number) {
 std::optional<std::uint64_t> deployedAnchorOf(const std::string& label) {
   if (label.compare(0, kDeployedAnchor.size(), kDeployedAnchor) != 0) return std::nullopt;
   return numberAt(label, kDeployedAnchor.size());
+}
+
+std::optional<std::uint64_t> differenceReferenceOf(const std::string& label) {
+  if (label.compare(0, kDifference.size(), kDifference) != 0) return std::nullopt;
+  return numberAt(label, kDifference.size());
+}
+
+std::string differenceLabel(std::uint64_t reference) {
+  return kDifference + std::to_string(reference);
 }
 
 bool isBroadcastLabel(const std::string& label, const std::string& peer_label) {

@@ -11,7 +11,7 @@ namespace {
 using namespace csv;
 
 constexpr const char* kRangesHeader =
-    "t_s,id,measured_m,predicted_m,residual_m,sigma_m,weight,decision";
+    "t_s,id,measured_m,predicted_m,residual_m,sigma_m,weight,decision,reference";
 constexpr const char* kAnchorsHeader =
     "id,x,y,z,cov_xx,cov_xy,cov_xz,cov_yx,cov_yy,cov_yz,cov_zx,cov_zy,cov_zz,state,bias_m,"
     "bias_sigma_m,ranges_used,ranges_rejected,mirror_x_m,mirror_y_m,mirror_z_m,advice";
@@ -23,7 +23,8 @@ std::string rangeLine(const RangeRecord& r) {
   for (const double v : {r.predicted_m, r.residual_m, r.sigma_m}) {
     line += "," + (predicted ? csvNumber(v) : std::string());
   }
-  return line + "," + csvNumber(r.weight) + "," + name(r.decision);
+  line += "," + csvNumber(r.weight) + "," + name(r.decision) + ",";
+  return r.reference ? line + std::to_string(*r.reference) : line;
 }
 
 std::string vectorOrNothing(const Vec3& v, bool known) {

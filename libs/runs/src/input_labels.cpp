@@ -16,7 +16,8 @@ constexpr std::size_t kObservationsAtLeast = 3000;
 /// Labels with a meaning that no input of an estimator has.
 bool spokenFor(const std::string& label) {
   return label == rawlog::kGroundTruthLabel || label == rawlog::kPeerLabel ||
-         rawlog::isBroadcastLabel(label) || rawlog::isDeployedAnchorLabel(label);
+         rawlog::isBroadcastLabel(label) || rawlog::isDeployedAnchorLabel(label) ||
+         rawlog::differenceReferenceOf(label).has_value();
 }
 
 std::string listed(const std::set<std::string>& labels, const char* between) {

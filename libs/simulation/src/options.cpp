@@ -117,6 +117,8 @@ void describe(OptionVisitor& v, RangeSimulationOptions& o) {
   v.value("max_distance_m", o.max_distance_m, kNotNegative, "no ranges beyond");
   v.value("max_solid_m", o.max_solid_m, kNotNegative,
           "no ranges through more of the scene's boxes");
+  v.value("differences", o.differences,
+          "differences of ranges (TDoA) instead: each anchor against the one before it");
   v.value("jump", o.jump, 0, "anchor's index, time [s], x y z: the anchor is moved there");
   v.value("seed", o.seed, kSeed, "of all these errors");
 }

@@ -124,6 +124,26 @@ bool findEnds(const Layout& layout, int anchor, RangeColumns* out) {
   return true;
 }
 
+bool findDifference(const Layout& layout, RangeColumns* out) {
+  const int difference = layout.find({"tdoa", "tdoa_m", "tdoa_meas", "tdoa_measurement",
+                                      "range_difference", "range_diff", "difference",
+                                      "difference_m", "distance_difference", "distance_diff"});
+  const int reference =
+      layout.find({"reference", "reference_id", "reference_anchor", "ref", "ref_id", "ida", "id_a",
+                   "anchor_a", "anchora", "from", "from_id"});
+  const int anchor = layout.find(
+      {"anchor", "anchor_id", "idb", "id_b", "anchor_b", "anchorb", "to", "to_id", "id"});
+  if (difference < 0 || reference < 0 || anchor < 0) return false;
+  out->range = difference;
+  out->reference = reference;
+  out->anchor = anchor;
+  const auto name = [&](int c) { return layout.names[static_cast<std::size_t>(c)]; };
+  out->remarks.push_back("differences of ranges (TDoA): column " + name(difference) +
+                         " is taken for the range to the anchor in column " + name(anchor) +
+                         " less that to the one in column " + name(reference));
+  return true;
+}
+
 bool findFlightTime(const Layout& layout, RangeColumns* out) {
   for (std::size_t i = 0; i < layout.names.size(); ++i) {
     for (const std::string base : {"tof", "time_of_flight", "flight_time"}) {

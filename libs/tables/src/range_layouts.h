@@ -14,6 +14,10 @@ std::size_t differentValues(const Layout& layout, int column);
 /// `anchor`, is called after it.
 bool findEnds(const Layout& layout, int anchor, RangeColumns* out);
 
+/// `reference, anchor, tdoa`: sets anchor, reference and range. False: there are no three such
+/// columns.
+bool findDifference(const Layout& layout, RangeColumns* out);
+
 /// A time of flight with its unit: sets range and unit; without one: the refusal. False: there is
 /// no such column.
 bool findFlightTime(const Layout& layout, RangeColumns* out);

@@ -134,13 +134,9 @@ void findFlags(const Layout& layout, RangeColumns* out) {
 
 /// Columns that nobody reads, once.
 void sayUnused(const Layout& layout, RangeColumns* out) {
-  std::set<int> used{out->stamp,
-                     out->antenna,
-                     out->sigma,
-                     out->valid,
-                     out->nlos,
-                     out->los,
-                     nanosecondColumn(layout, out->stamp)};
+  std::set<int> used{
+      out->stamp, out->antenna, out->reference, out->sigma,
+      out->valid, out->nlos,    out->los,       nanosecondColumn(layout, out->stamp)};
   used.insert(out->lever, out->lever + 3);
   used.insert(out->place, out->place + 3);
   if (out->wide.empty()) used.insert({out->anchor, out->range});
@@ -174,7 +170,7 @@ void findLength(const Layout& layout, RangeColumns* out) {
 int RangeColumns::last() const {
   int out = std::max({stamp, antenna, valid, lever[0], lever[1], lever[2]});
   // A row of a wide table may end early.
-  if (wide.empty()) out = std::max({out, anchor, range});
+  if (wide.empty()) out = std::max({out, anchor, range, reference});
   return out;
 }
 
@@ -210,10 +206,15 @@ RangeColumns rangeColumns(const Layout& layout) {
                            "measured_range_m",
                            "measured_distance",
                            "measured_distance_m"});
+  const bool differs = range < 0 && findDifference(layout, &out);
+  if (differs) {
+    range = out.range;
+    anchor = out.anchor;
+  }
   const bool by_flight = range < 0 && findFlightTime(layout, &out);
   if (by_flight && out.refusal.empty()) range = out.range;
   out.flight = by_flight && range >= 0;
-  const bool by_ends = range >= 0 && findEnds(layout, anchor, &out);
+  const bool by_ends = range >= 0 && !differs && findEnds(layout, anchor, &out);
   if (by_ends) anchor = out.anchor;
   out.named = anchor >= 0 && range >= 0;
   out.anchor = out.named ? anchor : out.stamp + 1;

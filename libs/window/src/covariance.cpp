@@ -120,6 +120,36 @@ class PoseCovariance {
   CalibrationChange step_ = CalibrationChange::Zero();
 };
 
+/// As a range, rigid, to two anchors.
+void addDifferenceInformation(const WindowState& w, const Frame& f, const HeldRange& r,
+                              NormalEquations* eq) {
+  const LongWindow& lw = *w.long_window;
+  const auto a = lw.anchors().find(r.anchor), reference = lw.anchors().find(*r.reference);
+  if (reference == lw.anchors().end() || reference == a) return;
+  const RigidRange rigid = rigidRange(w, f, r);
+  const factors::NodeRangeDifferenceFactor factor(rigid.term, rigid.motion_O, rigid.lever_O);
+  double e = 0;
+  Eigen::Matrix<double, 1, 5> Jn;
+  Eigen::Matrix<double, 1, 4> J_of[2];
+  const AnchorNode* nodes[2] = {&reference->second, &a->second};
+  const double* x[3] = {lw.head().x, nodes[0]->x, nodes[1]->x};
+  double* J[3] = {Jn.data(), J_of[0].data(), J_of[1].data()};
+  factor.Evaluate(x, &e, J);
+  for (const int i : lw.frozen()) Jn[i] = 0;
+  eq->H.topLeftCorner<5, 5>() += Jn.transpose() * Jn;
+  for (int i = 0; i < 2; ++i) {
+    if (nodes[i]->fixed) J_of[i].setZero();
+  }
+  for (int i = 0; i < 2; ++i) {
+    const int c = eq->offsetOf(nodes[i]->x);
+    eq->H.block<5, 4>(0, c) += Jn.transpose() * J_of[i];
+    eq->H.block<4, 5>(c, 0) += J_of[i].transpose() * Jn;
+    for (int k = 0; k < 2; ++k) {
+      eq->H.block<4, 4>(c, eq->offsetOf(nodes[k]->x)) += J_of[i].transpose() * J_of[k];
+    }
+  }
+}
+
 void addRangeInformation(const WindowState& w, NormalEquations* eq) {
   const LongWindow& lw = *w.long_window;
   for (const auto& f : w.frames) {
@@ -127,6 +157,10 @@ void addRangeInformation(const WindowState& w, NormalEquations* eq) {
       const auto known = lw.anchors().find(r.anchor);
       if (known == lw.anchors().end()) continue;
       const AnchorNode& a = known->second;
+      if (r.reference) {
+        addDifferenceInformation(w, *f, r, eq);
+        continue;
+      }
       const int c = eq->offsetOf(a.x);
       // The short window's own geometry is far better known than a range: taken as rigid here.
       const RigidRange range = rigidRange(w, *f, r);

@@ -142,11 +142,16 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& head_ranges) {
   const auto ranges = [&](const LongNode& n, const std::vector<HeldRange>& list) {
     for (const HeldRange& r : list) {
       const auto a = anchors.find(r.anchor);
-      if (a == anchors.end()) continue;
-      const factors::NodeRangeFactor factor = factorOf(r, a->second);
-      const double* blocks[2] = {n.x, a->second.x};
+      const auto reference = r.reference ? anchors.find(*r.reference) : anchors.end();
+      if (a == anchors.end() || (r.reference && reference == anchors.end())) continue;
       double e = 0;
-      factor.Evaluate(blocks, &e, nullptr);
+      if (r.reference) {
+        const double* blocks[3] = {n.x, reference->second.x, a->second.x};
+        differenceOf(r, a->second, reference->second).Evaluate(blocks, &e, nullptr);
+      } else {
+        const double* blocks[2] = {n.x, a->second.x};
+        factorOf(r, a->second).Evaluate(blocks, &e, nullptr);
+      }
       sum += e * e;
     }
   };

@@ -4,6 +4,7 @@
 
 #include "chain.h"
 #include "vir/factors/node_edge_factor.h"
+#include "vir/factors/node_range_difference_factor.h"
 #include "vir/factors/node_range_factor.h"
 #include "vir/factors/position_link_factor.h"
 #include "vir/window/long_window.h"
@@ -54,6 +55,15 @@ struct LongWindow::Impl {
         r.range_m, r.sigma_m * std::sqrt(a.variance_factor) / options.gamma_r, options.robust};
     return {term, options.ranges_at_own_time ? r.motion : Vec3(Vec3::Zero()), r.lever};
   }
+  /// The residual of a difference that a node (or the head) holds, between two known anchors.
+  factors::NodeRangeDifferenceFactor differenceOf(const HeldRange& r, const AnchorNode& a,
+                                                  const AnchorNode& reference) const {
+    const double factor = std::max(a.variance_factor, reference.variance_factor);
+    const factors::RangeTerm term{r.range_m, r.sigma_m * std::sqrt(factor) / options.gamma_r,
+                                  options.robust};
+    return {term, options.ranges_at_own_time ? r.motion : Vec3(Vec3::Zero()), r.lever};
+  }
+  void addDifference(const LongNode& n, const HeldRange& r, Frontal* f) const;
   void addPrior(Frontal* f) const;
   void addAnchorPriors(Frontal* f) const;
   // anchor_ties.cpp: what ties anchors to one another.

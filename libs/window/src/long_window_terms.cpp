@@ -71,6 +71,10 @@ void LongWindow::Impl::addAnchorPriors(Frontal* f) const {
 void LongWindow::Impl::addRanges(const LongNode& n, const std::vector<HeldRange>& ranges,
                                  Frontal* f) const {
   for (const HeldRange& r : ranges) {
+    if (r.reference) {
+      addDifference(n, r, f);
+      continue;
+    }
     const int index = anchorIndex(r.anchor);
     if (index < 0) continue;
     const AnchorNode& a = anchors.at(r.anchor);
@@ -85,6 +89,29 @@ void LongWindow::Impl::addRanges(const LongNode& n, const std::vector<HeldRange>
     if (a.fixed) Ja.setZero();
     f->add<1, 5, 4>(e, Jn, 0, Ja, f->anchorOffset(index));
   }
+}
+
+void LongWindow::Impl::addDifference(const LongNode& n, const HeldRange& r, Frontal* f) const {
+  const int first = anchorIndex(*r.reference), second = anchorIndex(r.anchor);
+  if (first < 0 || second < 0 || first == second) return;
+  const AnchorNode &reference = anchors.at(*r.reference), &a = anchors.at(r.anchor);
+  Vec1 e;
+  Row5 Jn;
+  Row4 Jr, Ja;
+  const double* blocks[3] = {n.x, reference.x, a.x};
+  double* jacobians[3] = {Jn.data(), Jr.data(), Ja.data()};
+  differenceOf(r, a, reference).Evaluate(blocks, e.data(), jacobians);
+  zeroFrozen(yawFrozen(), scaleFrozen(), &Jn);
+  if (reference.fixed) Jr.setZero();
+  if (a.fixed) Ja.setZero();
+  const int at_r = f->anchorOffset(first), at_a = f->anchorOffset(second);
+  f->add<1, 5, 4>(e, Jn, 0, Jr, at_r);
+  f->H.block<4, 4>(at_a, at_a) += Ja.transpose() * Ja;
+  f->H.block<5, 4>(0, at_a) += Jn.transpose() * Ja;
+  f->H.block<4, 5>(at_a, 0) += Ja.transpose() * Jn;
+  f->H.block<4, 4>(at_r, at_a) += Jr.transpose() * Ja;
+  f->H.block<4, 4>(at_a, at_r) += Ja.transpose() * Jr;
+  f->b.segment<4>(at_a) += Ja.transpose() * e;
 }
 
 void LongWindow::Impl::addNode(std::size_t k, Frontal* f) {

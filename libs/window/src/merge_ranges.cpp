@@ -1,20 +1,26 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "vir/window/long_window.h"
 
 namespace vir::window {
 namespace {
 
-/// Averages each range of this anchor with the next one of it; how many are left.
-std::size_t halve(std::vector<HeldRange>* ranges, std::uint64_t id) {
+/// What is measured: a range to an anchor, or the difference of two.
+using Measured = std::pair<std::uint64_t, std::optional<std::uint64_t>>;
+Measured measuredBy(const HeldRange& r) { return {r.anchor, r.reference}; }
+
+/// Averages each of these ranges with the next one of them; how many are left.
+std::size_t halve(std::vector<HeldRange>* ranges, const Measured& which) {
   std::vector<HeldRange> kept;
-  HeldRange* open = nullptr;  // of this anchor, waiting for a partner
+  HeldRange* open = nullptr;  // one of them, waiting for a partner
   std::size_t left = 0;
   kept.reserve(ranges->size());
   for (const HeldRange& r : *ranges) {
-    if (r.anchor != id) {
+    if (measuredBy(r) != which) {
       kept.push_back(r);
       continue;
     }
@@ -42,10 +48,10 @@ std::size_t halve(std::vector<HeldRange>* ranges, std::uint64_t id) {
 }  // namespace
 
 void mergeRanges(std::vector<HeldRange>* ranges, std::size_t limit) {
-  std::map<std::uint64_t, std::size_t> count;
-  for (const HeldRange& r : *ranges) ++count[r.anchor];
-  for (auto& [id, n] : count) {
-    while (n > std::max<std::size_t>(limit, 1)) n = halve(ranges, id);
+  std::map<Measured, std::size_t> count;
+  for (const HeldRange& r : *ranges) ++count[measuredBy(r)];
+  for (auto& [which, n] : count) {
+    while (n > std::max<std::size_t>(limit, 1)) n = halve(ranges, which);
   }
 }
 

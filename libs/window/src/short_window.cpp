@@ -8,6 +8,25 @@
 #include "window_state.h"
 
 namespace vir::window {
+namespace {
+
+/// Those wanted of all that frames hold, antenna and lever arm in O.
+template <typename Wanted>
+std::vector<HeldRange> heldInO(const WindowState& w, const Wanted& wanted) {
+  std::vector<HeldRange> out;
+  for (const auto& f : w.frames) {
+    const Pose T_O_B = f->T_W_B();
+    for (HeldRange r : f->ranges) {
+      if (!wanted(r)) continue;
+      r.motion = T_O_B * Vec3(r.motion + r.lever);
+      r.lever = T_O_B.q * r.lever;
+      out.push_back(r);
+    }
+  }
+  return out;
+}
+
+}  // namespace
 struct ShortWindow::Impl : WindowState {
   Frame& add(const State& s, const std::vector<vision::FeatureObservation>& features,
              bool standing) {
@@ -239,17 +258,12 @@ void ShortWindow::attach(LongWindow* long_window) { impl_->long_window = long_wi
 void ShortWindow::addRange(const HeldRange& range) { impl_->newest().ranges.push_back(range); }
 
 std::vector<HeldRange> ShortWindow::rangesInO(std::uint64_t anchor) const {
-  std::vector<HeldRange> out;
-  for (const auto& f : impl_->frames) {
-    const Pose T_O_B = f->T_W_B();
-    for (HeldRange r : f->ranges) {
-      if (r.anchor != anchor) continue;
-      r.motion = T_O_B * Vec3(r.motion + r.lever);
-      r.lever = T_O_B.q * r.lever;
-      out.push_back(r);
-    }
-  }
-  return out;
+  return heldInO(*impl_,
+                 [anchor](const HeldRange& r) { return r.anchor == anchor && !r.reference; });
+}
+
+std::vector<HeldRange> ShortWindow::differencesInO() const {
+  return heldInO(*impl_, [](const HeldRange& r) { return r.reference.has_value(); });
 }
 
 std::vector<HeldRange> ShortWindow::rangesAtOldest() const {

@@ -145,6 +145,10 @@ void TermSet::addRanges() {
     for (const HeldRange& r : frame->ranges) {
       AnchorNode* a = lw.anchor(r.anchor);
       if (!a) continue;
+      if (r.reference) {
+        addDifference(*frame, r, *a);
+        continue;
+      }
       if (!a->settled) {
         const RigidRange range = rigidRange(w_, *frame, r);
         rigid_ranges_.emplace_back(range.term, range.motion_O, range.lever_O);
@@ -167,6 +171,17 @@ void TermSet::addRanges() {
       }
     }
   }
+}
+
+/// The short window's own geometry is far better known than a difference of ranges: rigid.
+void TermSet::addDifference(const Frame& frame, const HeldRange& r, AnchorNode& a) {
+  LongWindow& lw = *w_.long_window;
+  AnchorNode* reference = lw.anchor(*r.reference);
+  if (reference == nullptr || reference == &a) return;
+  const RigidRange rigid = rigidRange(w_, frame, r);
+  rigid_differences_.emplace_back(rigid.term, rigid.motion_O, rigid.lever_O);
+  terms_.push_back(
+      {&rigid_differences_.back(), {lw.headParameters(), reference->x, a.x}, 0, false, nullptr});
 }
 
 void TermSet::addTail(std::size_t first) {

@@ -13,6 +13,7 @@
 #include "vir/factors/imu_factor.h"
 #include "vir/factors/linear_prior_factor.h"
 #include "vir/factors/motion_factors.h"
+#include "vir/factors/node_range_difference_factor.h"
 #include "vir/factors/node_range_factor.h"
 #include "vir/factors/pose_manifold.h"
 #include "vir/factors/reprojection_factor.h"
@@ -229,6 +230,7 @@ class TermSet {
   void addAll();
   /// What the long window says of its head and the anchors, and the ranges of all frames.
   void addRanges();
+  void addDifference(const Frame& frame, const HeldRange& r, AnchorNode& a);
   /// What the frames from index `first` on feel of the rest, with landmarks and older frames taken
   /// as known.
   void addTail(std::size_t first);
@@ -257,6 +259,7 @@ class TermSet {
   std::deque<factors::WindowRangeFactor> window_ranges_;
   std::deque<factors::HeadRangeFactor> head_ranges_;
   std::deque<factors::NodeRangeFactor> rigid_ranges_;
+  std::deque<factors::NodeRangeDifferenceFactor> rigid_differences_;
   factors::LinearPrior message_;
   std::vector<std::unique_ptr<ceres::CostFunction>> others_;
   int sights_ = 0;

@@ -3,6 +3,7 @@
 #include "bias_model_file.h"
 #include "vir/rawlog/anchor_ranges.h"
 #include "vir/rawlog/convert.h"
+#include "vir/rawlog/range_differences.h"
 #include "vir/roles/range_labels.h"
 
 namespace vir {
@@ -41,6 +42,7 @@ void OdometryEstimator::add(const mrpt::obs::CObservation& observation) {
   } else if (const auto anchor = rawlog::deployedAnchorOf(observation)) {
     estimator_.anchorDeployed(anchor->id, anchor->p_B, anchor->sigma_m);
   } else {
+    for (const Range& r : rawlog::rangeDifferencesOf(observation)) estimator_.addRange(r);
     for (const AnchorRange& r : rawlog::anchorRangesOf(observation)) {
       estimator_.addAnchorRange(r);
     }

@@ -17,6 +17,7 @@
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/range_differences.h"
 #include "vir/roles/range_labels.h"
 
 namespace vir {
@@ -110,6 +111,9 @@ void VirEstimator::add(const mrpt::obs::CObservation& observation) {
   } else if (const auto anchor = rawlog::deployedAnchorOf(observation)) {
     inTurn([this, a = *anchor] { estimator_->anchorDeployed(a.id, a.p_B, a.sigma_m); });
   } else {
+    for (const Range& r : rawlog::rangeDifferencesOf(observation)) {
+      inTurn([this, r] { estimator_->addRange(r); });
+    }
     for (const AnchorRange& r : rawlog::anchorRangesOf(observation)) {
       inTurn([this, r] { estimator_->addAnchorRange(r); });
     }

@@ -25,6 +25,7 @@
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/range_differences.h"
 #include "vir/roles/grabber_settings.h"
 
 namespace vir {
@@ -149,7 +150,12 @@ void BagSource::emit(bag::Reading* reading) {
   std::future<void> written;
   if (const auto* imu = std::get_if<ImuSample>(&reading->what)) {
     obs = rawlog::toObservation(*imu, s.label);
-  } else if (const auto* range = std::get_if<Range>(&reading->what)) {
+  } else if (const auto* range = std::get_if<Range>(&reading->what); range && range->reference) {
+    obs = rawlog::differenceObservation(*range);
+    ++given_[s.label];
+    appendObservation(obs);
+    return;
+  } else if (range != nullptr) {
     obs = rawlog::toObservation(*range, reading->label.empty() ? s.label : reading->label);
   } else if (const auto* pose = std::get_if<StampedPose>(&reading->what)) {
     obs = rawlog::toObservation(*pose, s.label);

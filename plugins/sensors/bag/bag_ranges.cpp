@@ -23,6 +23,14 @@ void BagRecording::takeRanges(const MessageView& m, const Stream& s, TimeNs t, T
     range.anchor = static_cast<std::uint64_t>(anchors_.numberOfAny(r.anchor));
     range.range_m = r.range_m * options_.range_factor;
     range.sigma_m = r.sigma_m > 0 ? r.sigma_m : options_.range_sigma_m;
+    if (!r.reference.empty()) {
+      range.reference = static_cast<std::uint64_t>(anchors_.numberOfAny(r.reference));
+      if (range.reference == range.anchor) {
+        log_->add("range_implausible", whereOf(s, received),
+                  "a difference of ranges to one and the same anchor");
+        continue;
+      }
+    }
     if (r.place) places_.add(range.anchor, *r.place);
     const std::size_t antenna = antennaOf(s, index, r.tag);
     range.p_B_U = r.antenna.value_or(leverArm(options_.lever_arm_m, antenna));

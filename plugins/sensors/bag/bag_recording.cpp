@@ -67,7 +67,6 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
   }
   choice_ = chooseTopics(look, options, wishes, log);
   for (Stream& s : choice_.streams) {
-    next_antenna_ += s.role == Role::range ? 1 : 0;
     // Anchors of a name have the numbers that this import gives them.
     if (!s.anchor_name.empty()) {
       s.label =
@@ -76,6 +75,7 @@ BagRecording::BagRecording(const BagOptions& options, ProblemLog* log)
   }
   for (const auto& [topic, info] : look.topics) looked_at_.insert(topic);
   for (const Stream& s : choice_.streams) {
+    next_antenna_ += s.role == Role::range && s.range.reference.empty() ? 1 : 0;
     by_topic_[s.topic].push_back(static_cast<int>(&s - choice_.streams.data()));
     if (s.role != Role::camera) continue;
     CameraSetup camera;

@@ -15,6 +15,8 @@ using bags::MessageView;
 
 constexpr std::size_t kMostRanges = 1000;
 
+/// UTIL: the range to anchor idB less that to anchor idA.
+constexpr const char* kUtilType = "cf_msgs/Tdoa";
 constexpr const char* kOwnType = "vir_slam/Range";
 
 struct Known {
@@ -43,6 +45,7 @@ constexpr Known kKnown[] = {
     {"gtec_msgs/PozyxRanging", "", "destinationId", "range", "", false, "", "", 0.001},
     // What `export --format mcap` writes
     {kOwnType, "", "anchor", "range_m", "sigma_m", false, "antenna", "", 1},
+    {kUtilType, "", "idB", "data", "", false, "", "", 1},
     {"sensor_msgs/Range", "", "", "range", "", false, "", "", 1},
 };
 
@@ -136,6 +139,7 @@ void readOne(const MessageView& m, const RangeFields& f, std::vector<ReadRange>*
   ReadRange r;
   r.anchor = f.fixed_anchor ? *f.fixed_anchor : anchorText(m, f.anchor);
   if (!f.name.empty() && m.has(f.name) && !m.text(f.name).empty()) r.anchor = m.text(f.name);
+  if (!f.reference.empty()) r.reference = anchorText(m, f.reference);
   r.range_m = m.number(f.distance) * f.unit_m;
   addCommon(m, f, &r);
   out->push_back(r);
@@ -174,6 +178,15 @@ constexpr Names kAntennaNames = {"tag_offset", "antenna_offset", "antenna_positi
 constexpr Names kPlaceNames = {"anchor_position",    "anchor_location",    "anchor_pos",
                                "responder_position", "responder_location", "anchor_place"};
 constexpr Names kValidNames = {"valid", "valid_range", "is_valid", "range_valid"};
+
+// Of differences.
+constexpr Names kFirstNames = {"reference", "reference_id", "ref_id",   "idA",    "id_a",
+                               "anchor_a",  "anchorA",      "anchor_1", "from_id"};
+constexpr Names kSecondNames = {"anchor",   "anchor_id", "idB",      "id_b",
+                                "anchor_b", "anchorB",   "anchor_2", "to_id"};
+constexpr Names kDifferenceNames = {"tdoa",      "data",     "difference", "range_difference",
+                                    "diff",      "distance", "value",      "distance_diff",
+                                    "range_diff"};
 
 const Field* fieldNamed(const bags::MessageType& type, Names names, bool array) {
   for (const char* name : names) {
@@ -244,8 +257,8 @@ void applyOption(const std::string& topic, const std::string& option, RangeField
   std::string value = option.substr(equals + 1);
   // Within a list fields are those of its elements, however they are written.
   if (!f->list.empty() && value.rfind(f->list + "[].", 0) == 0) value.erase(0, f->list.size() + 3);
-  f->asked = f->asked || key == "stamp" || key == "sigma" || key == "tag" || key == "antenna" ||
-             key == "place";
+  f->asked = f->asked || key == "stamp" || key == "reference" || key == "sigma" || key == "tag" ||
+             key == "antenna" || key == "place";
   if (key == "stamp") {
     f->stamp = value;
   } else if (key == "sigma") {
@@ -259,12 +272,14 @@ void applyOption(const std::string& topic, const std::string& option, RangeField
     f->antenna = value;
   } else if (key == "place") {
     f->place = value;
+  } else if (key == "reference") {
+    f->reference = value;
   } else if (key == "unit" && lengthUnitOf(value)) {
     f->unit_m = *lengthUnitOf(value);
   } else {
     throw InputError(topic + ": `" + option + "` is not known; unit=" + kLengthUnitNames +
                      ", stamp=FIELD, sigma=FIELD, valid=FIELD, "
-                     "tag=FIELD, antenna=FIELD and place=FIELD are");
+                     "tag=FIELD, antenna=FIELD, place=FIELD and reference=FIELD are");
   }
 }
 
@@ -284,6 +299,10 @@ std::optional<RangeFields> knownRangeFields(const std::string& type) {
     f.antenna = k.antenna;
     f.place = k.place;
     if (type == kOwnType) f.name = "anchor_name";
+    if (type == kUtilType) {
+      f.reference = "idA";
+      f.stamp = "stamp";
+    }
     f.unit_m = k.unit_m;
     return f;
   }
@@ -296,6 +315,19 @@ std::vector<std::string> guessRangeFields(const bags::MessageType& type) {
     if (out.empty() && f.array && f.type != nullptr) out = pairIn(*f.type, f.name + "[].", false);
   }
   return out.empty() ? pairIn(type, "", true) : out;
+}
+
+std::vector<std::string> guessDifferenceFields(const bags::MessageType& type) {
+  const Field *first = fieldNamed(type, kFirstNames, false),
+              *second = fieldNamed(type, kSecondNames, false),
+              *distance = fieldNamed(type, kDifferenceNames, false);
+  if (first == nullptr || second == nullptr || distance == nullptr || !isReal(distance->kind) ||
+      isReal(first->kind) || isReal(second->kind)) {
+    return {};
+  }
+  std::vector<std::string> out{second->name, distance->name, "reference=" + first->name};
+  addGuessedOptions(type, *distance, false, &out);
+  return out;
 }
 
 RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type,

@@ -24,12 +24,15 @@ struct RangeFields {
   std::string name;     ///< a text: the anchor, where that is no number
   std::string tag;      ///< a number or a text: which of the robot's radios; empty: there is one
   std::optional<std::string> fixed_anchor;
+  /// A number or a text: the anchor to which the range is less; set: differences of ranges (TDoA).
+  std::string reference;
   double unit_m = 1;
 };
 
 /// One range as the message has it.
 struct ReadRange {
-  std::string anchor;  ///< as written: decimal, or text
+  std::string anchor;     ///< as written: decimal, or text
+  std::string reference;  ///< likewise; empty: a range
   double range_m = 0;
   std::string tag;     ///< as written; empty: not told
   double sigma_m = 0;  ///< 0: not given
@@ -44,13 +47,16 @@ bool isOwnRange(const std::string& type);
 std::optional<RangeFields> knownRangeFields(const std::string& type);
 /// By what was asked for (`anchor,distance`, each perhaps `list[].field`; `#7` = always anchor 7;
 /// then perhaps `unit=mm`, `stamp=field`, `sigma=field`, `valid=field`, `tag=field`,
-/// `antenna=field`, `place=field`), or of the known type.
+/// `antenna=field`, `place=field`, `reference=field`), or of the known type.
 /// `frame`: of the topic's messages, for a Range that names no anchor. Throws InputError.
 RangeFields rangeFieldsOf(const TopicWish& wish, const std::string& type, const std::string& frame);
 /// The fields that must be anchor and distance by their names, as `--topic range=` takes them, in a
 /// type that is not known: of the message, of a list of messages in it, or two lists side by side.
 /// Whole numbers are taken for millimetres. Empty: there is no such pair.
 std::vector<std::string> guessRangeFields(const bags::MessageType& type);
+
+/// Likewise of differences of ranges (TDoA), with the field of the reference anchor.
+std::vector<std::string> guessDifferenceFields(const bags::MessageType& type);
 
 /// Throws bags::BagError.
 std::vector<ReadRange> readRanges(const bags::MessageView& message, const RangeFields& fields);

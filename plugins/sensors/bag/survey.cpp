@@ -80,9 +80,8 @@ void lookInto(const MessageView& m, const BagMessage& message, TopicInfo* info, 
 bool mayHoldRanges(const TopicInfo& info) {
   if (knownRangeFields(info.type)) return false;
   const std::string name = lowerCase(info.type + info.topic);
-  // Differences of ranges are none.
-  if (name.find("tdoa") != std::string::npos) return false;
-  for (const char* word : {"uwb", "ranging", "range", "distance", "pozyx", "dwm", "anchor"}) {
+  for (const char* word :
+       {"uwb", "tdoa", "ranging", "range", "distance", "pozyx", "dwm", "anchor"}) {
     if (name.find(word) != std::string::npos) return true;
   }
   return false;
@@ -168,7 +167,9 @@ Survey survey(const std::string& source, double seconds, const std::vector<std::
     if (definition == nullptr) continue;
     if (info.count == 1) info.bare_vector = hasBareVector(definition->root());
     if (info.count == 1 && info.speaks_of_ranges) {
-      info.range_guess = guessRangeFields(definition->root());
+      const bool differs = lowerCase(info.type + info.topic).find("tdoa") != std::string::npos;
+      info.range_guess = differs ? guessDifferenceFields(definition->root())
+                                 : guessRangeFields(definition->root());
     }
     try {
       lookInto(MessageView(*definition, message.data), message, &info, &out);

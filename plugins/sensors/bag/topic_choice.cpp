@@ -10,6 +10,7 @@
 #include "own_labels.h"
 #include "vir/core/text.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/range_differences.h"
 
 namespace vir::bag {
 namespace {
@@ -102,12 +103,10 @@ class Chooser {
         log_->note(topic + " (" + info.type + ") left out: it speaks of ranges, but " +
                    (info.problem.empty() ? "which of its fields are anchor and distance its names "
                                            "do not tell: --topic range=" +
-                                               topic + ":ANCHOR,DISTANCE,unit=m|mm|ft says it"
+                                               topic +
+                                               ":ANCHOR,DISTANCE,unit=m|mm|ft says it "
+                                               "(reference=FIELD for differences)"
                                          : info.problem));
-      }
-      if (contains(lowerCase(info.type), {"tdoa"})) {
-        log_->note(topic + " (" + info.type +
-                   ") left out: differences of ranges, which no estimator of ours takes");
       }
     }
     if (choice_.streams.empty()) {
@@ -239,6 +238,10 @@ class Chooser {
           s.label = rawlog::kImuLabel;
           break;
         case Role::range:
+          if (!s.range.reference.empty()) {  // each has its reference in its own label
+            s.label = rawlog::differencesName();
+            break;
+          }
           while (labelled(numbered(rawlog::kRangeLabel, ranges))) ++ranges;
           s.antenna = static_cast<std::size_t>(ranges);
           s.label = numbered(rawlog::kRangeLabel, ranges++);

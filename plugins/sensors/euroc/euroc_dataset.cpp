@@ -18,6 +18,7 @@
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
 #include "vir/rawlog/mrpt_time.h"
+#include "vir/rawlog/range_differences.h"
 #include "vir/roles/grabber_settings.h"
 
 namespace vir {
@@ -160,9 +161,15 @@ void FolderSource::emit(const Event& event) {
     }
     const bool drawn = streams.empty();
     const std::string label = drawn ? rawlog::kRangeLabel : streams[event.stream].label;
-    const Range measured{event.t, static_cast<std::uint32_t>(range->anchor), range->range_m,
-                         drawn ? options_.range_sigma_m : range->sigma_m,
-                         range->place.value_or(recording_->antennaInBody())};
+    Range measured{event.t, static_cast<std::uint32_t>(range->anchor), range->range_m,
+                   drawn ? options_.range_sigma_m : range->sigma_m,
+                   range->place.value_or(recording_->antennaInBody())};
+    if (range->reference) {
+      measured.reference = static_cast<std::uint32_t>(*range->reference);
+      ++given_["ranges_differences"];
+      appendObservation(rawlog::differenceObservation(measured));
+      return;
+    }
     obs = rawlog::toObservation(measured, label, rawlog::kUnknownRadio);
     counter = label == rawlog::kRangeLabel ? "ranges" : "ranges_" + label;
   } else if (const auto* pose = std::get_if<euroc::PoseRow>(&event.what)) {

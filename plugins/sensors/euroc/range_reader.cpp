@@ -101,8 +101,8 @@ bool parseRest(const Fields& f, const RangeTable& table, RangeRow* row, RowFault
   return parseRadio(f, table, row, fault) && parseSight(f, table, fault);
 }
 
-bool plausible(const Fields& f, int column, double range_m, RowFault* fault) {
-  if (range_m >= 0 && range_m <= kMaxRange) return true;
+bool plausible(const Fields& f, int column, double range_m, bool differs, RowFault* fault) {
+  if ((differs ? -kMaxRange : 0) <= range_m && range_m <= kMaxRange) return true;
   return implausible(fault, "a range of " + std::string(at(f, column)) + " m");
 }
 
@@ -113,8 +113,17 @@ bool parseRange(const Fields& f, const RangeTable& table, RangeRow* row, RowFaul
       !anchorId(at(f, c.anchor), table.names, &row->anchor, fault)) {
     return false;
   }
+  if (c.reference >= 0) {
+    int reference = 0;
+    if (!anchorId(at(f, c.reference), table.names, &reference, fault)) return false;
+    if (reference == row->anchor) {
+      return implausible(fault, "a difference of ranges to one and the same anchor");
+    }
+    row->reference = reference;
+  }
   if (c.unit_m != 1) row->range_m *= c.unit_m;
-  return plausible(f, c.range, row->range_m, fault) && parseRest(f, table, row, fault);
+  return plausible(f, c.range, row->range_m, c.reference >= 0, fault) &&
+         parseRest(f, table, row, fault);
 }
 
 /// One of the two ends of a range between anchors.
@@ -134,7 +143,7 @@ bool parseBetween(const Fields& f, const RangeTable& table, RangeRow* row, RowFa
   const tables::RangeColumns& c = table.c;
   const auto parse = [&] {
     int from = 0;
-    if (!enough(f, c.last(), fault) || !stamp(f, table.stamps, &row->t, fault) ||
+    if (!enough(f, c.last(), fault) || !stampOf(f, table, row, fault) ||
         !parseEnd(f, c.antenna, table, &from, fault) ||
         !parseEnd(f, c.anchor, table, &row->anchor, fault) ||
         !value(f, c.range, &row->range_m, fault)) {
@@ -147,7 +156,7 @@ bool parseBetween(const Fields& f, const RangeTable& table, RangeRow* row, RowFa
     }
     row->from = from;
     if (c.unit_m != 1) row->range_m *= c.unit_m;
-    if (plausible(f, c.range, row->range_m, fault)) return true;
+    if (plausible(f, c.range, row->range_m, false, fault)) return true;
     fault->text = "column " + std::to_string(c.range + 1) + ": " + fault->text;
     return false;
   };
@@ -177,7 +186,7 @@ bool parseOneOf(const Fields& f, const RangeTable& table, const tables::AnchorCo
     return false;
   }
   row->range_m *= to.unit_m;
-  return plausible(f, to.column, row->range_m, fault) && parseRest(f, table, row, fault);
+  return plausible(f, to.column, row->range_m, false, fault) && parseRest(f, table, row, fault);
 }
 
 std::unique_ptr<RowStream<RangeRow>> open(const std::string& path, const Units& units,
@@ -218,7 +227,8 @@ std::unique_ptr<RowStream<RangeRow>> open(const std::string& path, const Units& 
   }
   // Several anchors may answer at one time, and to several antennas.
   const auto same = [](const RangeRow& a, const RangeRow& b) {
-    return a.anchor == b.anchor && a.antenna == b.antenna && a.place == b.place;
+    return a.anchor == b.anchor && a.reference == b.reference && a.antenna == b.antenna &&
+           a.place == b.place;
   };
   RowCursor<RangeRow>::Spec spec{path,  between_anchors ? "anchor_range" : "range", {}, same, false,
                                  layout};

@@ -35,6 +35,7 @@ struct RangeRow {
   std::optional<Vec3> place;              ///< of the antenna, in our body [m]; none: not said
   double sigma_m = 0;                     ///< standard deviation; 0: not said
   std::optional<Vec3> anchor_place = {};  ///< in a frame of its own [m]; none: not said
+  std::optional<int> reference = {};      ///< a difference of ranges: less that to this anchor
   std::optional<int> from = {};           ///< the anchor that measured it; none: the robot did
 };
 

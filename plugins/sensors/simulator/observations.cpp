@@ -1,4 +1,5 @@
 #include <Eigen/Core>
+#include <cmath>
 //
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationRobotPose.h>
@@ -9,6 +10,7 @@
 #include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_camera.h"
 #include "vir/rawlog/mrpt_pose.h"
+#include "vir/rawlog/range_differences.h"
 
 namespace vir::simulator {
 
@@ -16,8 +18,13 @@ using namespace mrpt::obs;
 
 CObservation::Ptr rangeObservation(const char* label, const simulation::SimulatedRange& range,
                                    const Vec3& antenna, double sigma_m) {
-  const Range measured{range.t, static_cast<std::uint32_t>(range.anchor), range.range_m, sigma_m,
-                       antenna};
+  Range measured{range.t, static_cast<std::uint32_t>(range.anchor), range.range_m, sigma_m,
+                 antenna};
+  if (range.reference) {
+    measured.sigma_m = std::sqrt(2.0) * sigma_m;
+    measured.reference = static_cast<std::uint32_t>(*range.reference);
+    return rawlog::differenceObservation(measured);
+  }
   return rawlog::toObservation(measured, label, rawlog::kUnknownRadio);
 }
 

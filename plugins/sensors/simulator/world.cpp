@@ -173,7 +173,12 @@ void World::Impl::recordRanges() {
                                                   options.odometry_errors, scene.get());
   const simulation::RobotRanges& own = all[static_cast<std::size_t>(index)];
   long blocked = 0;
-  for (const simulation::SimulatedRange& r : own.anchors) {
+  const std::vector<simulation::SimulatedRange> differences =
+      options.range_errors.differences
+          ? simulation::simulateRangeDifferences(*motion, options.range_errors, scene.get())
+          : std::vector<simulation::SimulatedRange>();
+  const auto& to_anchors = options.range_errors.differences ? differences : own.anchors;
+  for (const simulation::SimulatedRange& r : to_anchors) {
     events.push_back({r.t, AnchorRange{r}});
     blocked += r.line_of_sight ? 0 : 1;
   }
@@ -181,7 +186,8 @@ void World::Impl::recordRanges() {
     events.push_back({p.range.t, p});
     blocked += p.range.line_of_sight ? 0 : 1;
   }
-  notes.push_back(std::to_string(own.anchors.size() + own.peers.size()) + " ranges, " +
+  notes.push_back(std::to_string(to_anchors.size() + own.peers.size()) +
+                  (options.range_errors.differences ? " differences of ranges, " : " ranges, ") +
                   std::to_string(blocked) + " without line of sight");
 }
 

@@ -1,6 +1,8 @@
 /// Ranges of a bag, which have no standard message.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "input_error.h"
 #include "recording_fixture.h"
 
@@ -117,17 +119,23 @@ TEST_F(Recording, RangesOfATypeNobodyKnowsByTheNamesOfItsFields) {
     list.header(kStart + kMs, "tag").put(std::uint32_t{1}).text("0x84").put(3.5);
     bag.write("/b", "other/UwbScan", list.bytes(), kStart + kMs);
     test::WireBytes difference = bag.message();
-    difference.header(kStart, "tag").put(1).put(2).put(0.5F);
-    bag.write("/tdoa", "cf_msgs/Tdoa", difference.bytes(), kStart);
+    difference.header(kStart + 2 * kMs, "tag").put(1).put(2).put(-0.5F);
+    bag.write("/tdoa", "cf_msgs/Tdoa", difference.bytes(), kStart + 2 * kMs);
   }
   const auto ranges = only<Range>(readAll());
-  ASSERT_EQ(ranges.size(), 2u);
+  ASSERT_EQ(ranges.size(), 3u);
+  EXPECT_EQ(ranges[2].anchor, 2u);
+  ASSERT_TRUE(ranges[2].reference);
+  EXPECT_EQ(*ranges[2].reference, 1u);
+  EXPECT_EQ(ranges[2].range_m, -0.5);
+  EXPECT_EQ(ranges[2].t, kStart + 2 * kMs);
+  EXPECT_FALSE(ranges[0].reference);
   EXPECT_EQ(ranges[0].anchor, 7u);
   EXPECT_EQ(ranges[0].range_m, 2.5);  // whole numbers are millimetres
   EXPECT_EQ(ranges[1].anchor, 0x84u);
   EXPECT_EQ(ranges[1].range_m, 3.5);
   EXPECT_TRUE(noted("by the names of its fields, anchor_id,distance,unit=mm"));
-  EXPECT_TRUE(noted("differences of ranges"));
+  EXPECT_TRUE(noted("/tdoa (cf_msgs/Tdoa) taken as range, TDOA"));
 }
 
 TEST_F(Recording, RangesByTheNamesOfTheirFields) {
@@ -186,12 +194,6 @@ TEST_F(Recording, RangesOfPackagesNamedUwbMsgsAreFoundByTheNamesOfTheirFields) {
     n.put(0u).put(std::uint32_t{1'600'000'002}).put(0u).text("").text("tag").put(2u);
     n.text("anchor_2").text("0x10").put(2u).put(1.5).put(2.5);
     bag.write("/uwb/all", "uwb_msgs/Ranges", n.bytes(), kStart);
-    // No ranges.
-    bag.define("cf_msgs/Tdoa", "time stamp\nint8 idA\nint8 idB\nfloat32 data\n");
-    bag.write(
-        "/tdoa_data", "cf_msgs/Tdoa",
-        bag.message().put(0u).put(0u).put(std::uint8_t{1}).put(std::uint8_t{2}).put(1.f).bytes(),
-        kStart);
   }
   const auto ranges = only<Range>(readAll());
   ASSERT_EQ(ranges.size(), 3u);
@@ -203,7 +205,58 @@ TEST_F(Recording, RangesOfPackagesNamedUwbMsgsAreFoundByTheNamesOfTheirFields) {
   EXPECT_EQ(ranges[2].anchor, 16u);
   EXPECT_TRUE(noted("anchorid,distance,stamp=stamp,valid=valid_range"));
   EXPECT_TRUE(noted("by the names of its fields, anchors,data"));
-  EXPECT_TRUE(noted("/tdoa_data (cf_msgs/Tdoa) left out: differences of ranges"));
+}
+
+/// Without a header, of a type nobody knows, and by the fields that the user names.
+TEST_F(Recording, DifferencesOfRanges) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  {
+    test::Ros1Writer bag(path());
+    bag.define("cf_msgs/Tdoa", "time stamp\nint8 idA\nint8 idB\nfloat32 data\n");
+    struct Row {
+      std::uint8_t a, b;
+      float d;
+    };
+    const Row rows[] = {{1, 2, 1.25F}, {2, 3, nan}, {3, 3, 0.5F}, {0, 1, 0.F}};
+    std::uint32_t s = 1'600'000'001;
+    for (const Row& r : rows) {
+      bag.write("/tdoa_data", "cf_msgs/Tdoa",
+                bag.message().put(s++).put(5u).put(r.a).put(r.b).put(r.d).bytes(), kStart);
+    }
+    bag.define("other/Tdoa", "Header header\nstring anchor_a\nstring anchor_b\nfloat64 diff\n");
+    test::WireBytes guessed = bag.message();
+    guessed.header(kStart + kMs, "tag").text("0x10").text("0x11").put(-2.5);
+    bag.write("/b", "other/Tdoa", guessed.bytes(), kStart + kMs);
+    bag.define("my/Pair", "Header header\nuint8 base\nuint8 far\nfloat64 mm\n");
+    test::WireBytes named = bag.message();
+    named.header(kStart + 2 * kMs, "tag").put(std::uint8_t{4}).put(std::uint8_t{5}).put(-750.0);
+    bag.write("/c", "my/Pair", named.bytes(), kStart + 2 * kMs);
+  }
+  auto ranges = only<Range>(readAll());
+  ASSERT_EQ(ranges.size(), 3u);
+  const auto isDifference = [](const Range& r, std::uint64_t reference, std::uint64_t anchor) {
+    return r.reference == reference && r.anchor == anchor;
+  };
+  int known = 0, zero = 0, guessed = 0;
+  for (const Range& r : ranges) {
+    if (isDifference(r, 1, 2)) {
+      ++known;
+      EXPECT_EQ(r.range_m, 1.25);
+      EXPECT_EQ(r.t, 1'600'000'001LL * 1'000 * kMs + 5);
+    }
+    zero += isDifference(r, 0, 1) && r.range_m == 0;
+    guessed += isDifference(r, 0x10, 0x11) && r.range_m == -2.5;
+  }
+  EXPECT_EQ(known, 1);
+  EXPECT_EQ(zero, 1);
+  EXPECT_EQ(guessed, 1);
+  EXPECT_EQ(log.get("range_not_finite"), 1);
+  EXPECT_EQ(log.get("range_implausible"), 1) << "of one anchor to itself";
+  EXPECT_TRUE(noted("anchor_b,diff,reference=anchor_a"));
+  ranges = only<Range>(readAll("range=/c:far,mm,unit=mm,reference=base"));
+  ASSERT_EQ(ranges.size(), 1u);
+  EXPECT_TRUE(isDifference(ranges[0], 4, 5));
+  EXPECT_EQ(ranges[0].range_m, -0.75);
 }
 
 TEST_F(Recording, FieldsThatAreAskedForAndNotThereAreSaid) {

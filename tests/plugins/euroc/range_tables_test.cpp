@@ -327,5 +327,34 @@ TEST(RangeTables, BetweenAnchorsWhatIsNoRangeIsSaid) {
                InputError);
 }
 
+/// As UTIL's tables have them: idB less idA; and what is none.
+TEST(RangeTables, DifferencesOfRanges) {
+  const Content c = readBoth(rows("timestamp,idA,idB,tdoa_meas [mm]", 8,
+                                  [](int i) {
+                                    return i == 0   ? "7,7,250"
+                                           : i == 1 ? "7,8,"
+                                           : i == 2 ? "7,8,x"
+                                           : i == 3 ? "7,8,1e12"
+                                                    : "7,8,-1250";
+                                  }),
+                             "tdoa.csv");
+  int own = 0, differences = 0;
+  for (const RangeRow& r : c.ranges) {
+    if (!r.reference) {
+      ++own;
+      continue;
+    }
+    ++differences;
+    EXPECT_EQ(*r.reference, 7);
+    EXPECT_EQ(r.anchor, 8);
+    EXPECT_DOUBLE_EQ(r.range_m, -1.25);
+  }
+  EXPECT_EQ(own, 20) << c.notes;
+  EXPECT_EQ(differences, 4) << c.notes;
+  EXPECT_EQ(c.log.get("range_implausible"), 2) << c.notes;
+  EXPECT_TRUE(contains(c.notes, "one and the same anchor")) << c.notes;
+  EXPECT_TRUE(contains(c.notes, "less that to the one in column ida")) << c.notes;
+}
+
 }  // namespace
 }  // namespace vir::euroc

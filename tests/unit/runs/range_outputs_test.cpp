@@ -100,11 +100,11 @@ TEST_F(RangeOutputs, EveryRangeIsListed) {
   const Table t = table("ranges.csv");
   ASSERT_EQ(t.size(), 10u);
   EXPECT_EQ(t[0], (std::vector<std::string>{"t_s", "id", "measured_m", "predicted_m", "residual_m",
-                                            "sigma_m", "weight", "decision"}));
+                                            "sigma_m", "weight", "decision", "reference"}));
   EXPECT_EQ(t[1], (std::vector<std::string>{"1700000000.000000000", "4", "3", "", "", "", "0",
-                                            "collected"}));
+                                            "collected", ""}));
   EXPECT_EQ(t[4], (std::vector<std::string>{"1700000000.050000000", "4", "3", "2.98", "0.02", "0.1",
-                                            "1", "accepted"}));
+                                            "1", "accepted", ""}));
   EXPECT_EQ(t[7][7], "too_long");
   EXPECT_EQ(s.ranges_accepted, 5);
   EXPECT_EQ(s.ranges_collected, 3);

@@ -40,10 +40,12 @@ class LongWindowModes : public ::testing::TestWithParam<LongWindowMode> {};
 INSTANTIATE_TEST_SUITE_P(Modes, LongWindowModes,
                          ::testing::Values(LongWindowMode::pose, LongWindowMode::position));
 
-TEST_P(LongWindowModes, OneStepIsThatOfTheDenseProblem) {
+void expectOneStepOfTheDenseProblem(LongWindowMode mode, bool differences) {
   for (double scale_sigma : {0.0, 0.1}) {
-    const Walk walk(threeAnchors(25));
-    LongWindow w(optionsFor(GetParam(), 1000, scale_sigma));
+    WalkOptions o = threeAnchors(25);
+    o.differences = differences;
+    const Walk walk(o);
+    LongWindow w(optionsFor(mode, 1000, scale_sigma));
     walk.start(&w);
     walk.addAnchors(&w, 0.3, 0.5);
     for (std::size_t k = 1; k < walk.truth.size(); ++k) walk.advance(&w, k);
@@ -69,6 +71,14 @@ TEST_P(LongWindowModes, OneStepIsThatOfTheDenseProblem) {
     w.backSubstitute();
     EXPECT_LT(largestDifference(valuesOf(w), batch.x), 1e-8) << "scale sigma " << scale_sigma;
   }
+}
+
+TEST_P(LongWindowModes, OneStepIsThatOfTheDenseProblem) {
+  expectOneStepOfTheDenseProblem(GetParam(), false);
+}
+
+TEST_P(LongWindowModes, OneStepIsThatOfTheDenseProblemWithDifferencesOfRanges) {
+  expectOneStepOfTheDenseProblem(GetParam(), true);
 }
 
 TEST_P(LongWindowModes, SolvedIsTheDenseBatchSolution) {
@@ -332,6 +342,24 @@ TEST(MergeRanges, CountsMeansAndSigma) {
   EXPECT_EQ(list[0].merged, 3);
   EXPECT_DOUBLE_EQ(list[0].range_m, 5);
   EXPECT_NEAR(list[0].sigma_m, 0.1 / std::sqrt(3), 1e-15);
+}
+
+TEST(MergeRanges, DifferencesOfOnePairOnly) {
+  std::vector<HeldRange> list(6);
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    list[k].t = static_cast<TimeNs>(k);
+    list[k].range_m = static_cast<double>(k);
+    list[k].anchor = 1;
+    if (k >= 2) list[k].reference = k < 4 ? 2 : 3;
+  }
+  mergeRanges(&list, 1);
+  ASSERT_EQ(list.size(), 3u);
+  EXPECT_FALSE(list[0].reference);
+  EXPECT_DOUBLE_EQ(list[0].range_m, 0.5);
+  EXPECT_EQ(list[1].reference, 2u);
+  EXPECT_DOUBLE_EQ(list[1].range_m, 2.5);
+  EXPECT_EQ(list[2].reference, 3u);
+  EXPECT_DOUBLE_EQ(list[2].range_m, 4.5);
 }
 
 TEST(MergeRanges, NeverMoreThanTheLimitNorBetterThanAQuarter) {

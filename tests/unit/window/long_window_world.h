@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "vir/factors/node_edge_factor.h"
+#include "vir/factors/node_range_difference_factor.h"
 #include "vir/factors/node_range_factor.h"
 #include "vir/factors/position_link_factor.h"
 #include "vir/window/long_window.h"
@@ -28,7 +29,8 @@ struct WalkOptions {
   double log_scale = 0;
   double position_noise_m = 0.003, yaw_noise_rad = 0.0005;  ///< per node
   double range_noise_m = 0.03;
-  int ranges_per_node = 2;  ///< to each anchor
+  int ranges_per_node = 2;   ///< to each anchor
+  bool differences = false;  ///< of the ranges to each anchor and the one before it
   double height_m = 1.0;
   unsigned seed = 1;
 };
@@ -63,6 +65,10 @@ struct Walk {
               place(k) + vir::rotZ(yaw) * (std::exp(-o.log_scale) * r.motion + r.lever);
           r.sigma_m = std::max(o.range_noise_m, 0.01);
           r.range_m = (p_U - o.anchors[a]).norm() + o.range_noise_m * noise.normal();
+          if (o.differences) {
+            r.reference = (a + o.anchors.size() - 1) % o.anchors.size();
+            r.range_m -= (p_U - o.anchors[*r.reference]).norm();
+          }
           here.push_back(r);
         }
       }
@@ -122,6 +128,11 @@ class Batch {
     const auto hold = [&](const std::vector<HeldRange>& list, int k) {
       for (const HeldRange& r : list) {
         const vir::factors::RangeTerm term = w->termOf(r.anchor, r.range_m, r.sigma_m);
+        if (r.reference) {
+          put(std::make_unique<vir::factors::NodeRangeDifferenceFactor>(term, r.motion, r.lever),
+              {k, index.at(*r.reference), index.at(r.anchor)});
+          continue;
+        }
         put(std::make_unique<vir::factors::NodeRangeFactor>(term, r.motion, r.lever),
             {k, index.at(r.anchor)});
       }
@@ -152,12 +163,14 @@ class Batch {
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
     for (const Term& t : terms_) {
-      const Blocks at = {x[static_cast<std::size_t>(t.a)], x[static_cast<std::size_t>(t.b)]};
+      Blocks at;
+      for (const int block : t.blocks) at.push_back(x[static_cast<std::size_t>(block)]);
       Eigen::VectorXd r;
       const auto J = analyticJacobians(*t.cost, at, &r);
       Eigen::MatrixXd row = Eigen::MatrixXd::Zero(r.size(), n);
-      row.middleCols(offsetOf(t.a), J[0].cols()) = J[0];
-      row.middleCols(offsetOf(t.b), J[1].cols()) = J[1];
+      for (std::size_t i = 0; i < J.size(); ++i) {
+        row.middleCols(offsetOf(t.blocks[i]), J[i].cols()) = J[i];
+      }
       H += row.transpose() * row;
       b += row.transpose() * r;
     }
@@ -198,10 +211,10 @@ class Batch {
  private:
   struct Term {
     std::unique_ptr<ceres::CostFunction> cost;
-    int a, b;
+    std::vector<int> blocks;
   };
-  void put(std::unique_ptr<ceres::CostFunction> cost, std::pair<int, int> blocks) {
-    terms_.push_back({std::move(cost), blocks.first, blocks.second});
+  void put(std::unique_ptr<ceres::CostFunction> cost, std::vector<int> blocks) {
+    terms_.push_back({std::move(cost), std::move(blocks)});
   }
 
   std::vector<int> frozen_;

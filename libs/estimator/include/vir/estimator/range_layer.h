@@ -60,7 +60,8 @@ class RangeLayer {
 
   /// The first image, or pose: times are told since then.
   void begin(TimeNs t);
-  /// Takes a range; what cannot be used at all is recorded with its reason.
+  /// Takes a range or a difference of ranges; what cannot be used at all is recorded with its
+  /// reason.
   void offer(const Range& range);
   /// A range between two anchors, which ties them; what cannot be is counted.
   void offer(const AnchorRange& range);
@@ -73,13 +74,16 @@ class RangeLayer {
   /// the two vectors filled in.
   bool accept(const Range& range, const AntennaPrediction& antenna, window::HeldRange* held);
 
-  /// All held ranges of an anchor, the antenna's position in W in `motion`.
+  /// All held ranges of an anchor, no differences, the antenna's position in W in `motion`.
   using Held = std::function<std::vector<window::HeldRange>(std::uint64_t key)>;
   /// Once per keyframe: finds new anchors, settles mirror images, reweighs correlated ranges,
   /// notices anchors that are no longer where they were. True if the anchors changed so much that
   /// the window is to be solved again.
   /// `head`: all ranges held after the long window's nodes, as if at its head.
-  bool update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& head);
+  /// `differences`: all of them that are held, the antenna's position in W in `motion`.
+  using HeldDifferences = std::function<std::vector<window::HeldRange>()>;
+  bool update(TimeNs t, const Held& held, const std::vector<window::HeldRange>& head,
+              const HeldDifferences& differences);
 
   /// An image that is no keyframe: one piece of the work that update() has put off, if there is
   /// any.

@@ -12,6 +12,7 @@ struct RangeCheckOptions {
   double max_range_m = 500;  ///< longer ones are absurd
   int max_equal = 50;        ///< so often exactly the same value in a row: the device is stuck
   int max_backward = 20;     ///< so many late ones in a row: the clock was set back, start anew
+  bool either_sign = false;  ///< differences of ranges: zero and below are as good as above
   int max_anchors = 256;     ///< a broken stream of random ids must not fill the memory
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 /// Ranges from an antenna on the body to anchors, with what goes wrong in practice.
+#include <optional>
 #include <vector>
 
 #include "vir/core/options.h"
@@ -27,6 +28,9 @@ struct RangeSimulationOptions {
   double max_distance_m = 1000;
   double max_solid_m = 1.0;  ///< through more of the scene's boxes nothing gets
   std::vector<double> jump;  ///< anchor's index, time [s], x y z: it is moved there
+  /// Differences instead of ranges (TDoA): each anchor is heard together with the one before it, as
+  /// by a robot that listens to anchors which are synchronised.
+  bool differences = false;
   int seed = 1;
 };
 /// Section [SimulatedRanges].
@@ -35,9 +39,10 @@ void describe(OptionVisitor& v, RangeSimulationOptions& o);
 struct SimulatedRange {
   TimeNs t = 0;
   int anchor = 0;      ///< id
-  double range_m = 0;  ///< as measured
+  double range_m = 0;  ///< as measured; of a difference that to `anchor` less that to `reference`
   double true_m = 0;   ///< from the antenna to the anchor
   bool line_of_sight = true;
+  std::optional<int> reference = std::nullopt;  ///< id; set: a difference
 };
 
 /// In time order. Every anchor answers `rate_hz` times a second at jittered times of its own. What
@@ -47,6 +52,13 @@ struct SimulatedRange {
 std::vector<SimulatedRange> simulateRanges(const Motion& motion,
                                            const RangeSimulationOptions& options,
                                            const rendering::Scene* scene = nullptr);
+
+/// Differences of ranges (TDoA): each anchor against the one before it, the first against the last,
+/// `rate_hz` times a second and pair; both errors are in it. As simulateRanges() otherwise; none
+/// with fewer than two anchors.
+std::vector<SimulatedRange> simulateRangeDifferences(const Motion& motion,
+                                                     const RangeSimulationOptions& options,
+                                                     const rendering::Scene* scene = nullptr);
 
 /// Where anchor `index` is at a time [s after the motion's begin].
 Vec3 anchorAt(const RangeSimulationOptions& options, std::size_t index, double s);

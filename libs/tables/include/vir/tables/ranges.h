@@ -18,6 +18,8 @@ struct AnchorColumn {
 struct RangeColumns {
   int stamp = 0, anchor = 1, range = 2;
   int antenna = -1;  ///< which of the robot's own antennas
+  /// Set: differences of ranges (TDoA), `range` being that to `anchor` less that to this one.
+  int reference = -1;
   bool named = false;
   double unit_m = 1;               ///< of what the header says the ranges are in
   bool flight = false;             ///< those are times of flight, which range_unit does not change

@@ -1,6 +1,7 @@
 #pragma once
 /// Ranges, from the radio to the file.
 #include <cstdint>
+#include <optional>
 
 #include "vir/core/time.h"
 #include "vir/geometry/so3.h"
@@ -16,6 +17,9 @@ struct Range {
   double range_m = 0;
   double sigma_m = 0;         ///< <= 0: not known, the setting is used
   Vec3 p_B_U = Vec3::Zero();  ///< antenna in the body [m]
+  /// Set: a difference of ranges (TDoA); `range_m` is the range to `anchor` less that to this
+  /// anchor, of either sign.
+  std::optional<std::uint64_t> reference = std::nullopt;
 };
 
 /// What becomes of a range, and why it is not used.
@@ -50,6 +54,7 @@ struct RangeRecord {
   double sigma_m = 0;      ///< of the prediction and the range together; 0 if none
   double weight = 0;       ///< of the robust loss, 0..1
   RangeDecision decision = RangeDecision::collected;
+  std::optional<std::uint64_t> reference = std::nullopt;  ///< as of Range
 };
 
 }  // namespace types

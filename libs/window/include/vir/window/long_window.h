@@ -64,9 +64,11 @@ struct HeldRange {
   Vec3 motion = Vec3::Zero();  ///< what the body moved from its keyframe's time to t [m]
   Vec3 lever = Vec3::Zero();   ///< antenna against the body then [m]
   int merged = 1;              ///< ranges averaged in this one
+  /// Set: `range_m` is the range to `anchor` less that to this one.
+  std::optional<std::uint64_t> reference = std::nullopt;
 };
 
-/// Averages neighbours (same anchor) until at most `limit` ranges per anchor are left: a robot that
+/// Averages neighbours (same anchor, same reference) until at most `limit` ranges per anchor are left: a robot that
 /// stands still would pile them up on one keyframe. The average is never taken as better than a
 /// quarter of one range's sigma: errors at one place are alike.
 void mergeRanges(std::vector<HeldRange>* ranges, std::size_t limit);

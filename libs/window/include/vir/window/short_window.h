@@ -176,6 +176,8 @@ class ShortWindow {
   /// All ranges of an anchor in this window, `motion` being the antenna's position in O, `lever`
   /// its lever arm there.
   std::vector<HeldRange> rangesInO(std::uint64_t anchor) const;
+  /// Likewise all differences of ranges.
+  std::vector<HeldRange> differencesInO() const;
   /// All ranges in this window as if held by its oldest frame, vectors in O's axes.
   std::vector<HeldRange> rangesAtOldest() const;
   /// Works out the covariances below at the present state (as costly as a marginalisation).
