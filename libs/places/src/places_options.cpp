@@ -33,6 +33,8 @@ void PlaceIndexOptions::validate() const { checkBounds(*this); }
 void describe(OptionVisitor& v, VerifyOptions& o) {
   v.section("LoopCheck", "Is it the same place, and where are the two keyframes?");
   v.value("sigma_px", o.sigma_px, {0.01, 100.0}, "of a corner that is found again");
+  v.value("sigma_px_unknown", o.sigma_px_unknown, {0.01, 100.0},
+          "the same where nothing says how the two lie to each other, as in a map");
   v.value("focal_px", o.focal_px, {0.0, 1e5},
           "pixels per radian that sigma_px is meant for; 0 = as the image says");
   v.value("max_distance_bits", o.max_distance_bits, {1, 128}, "of descriptors that are matched");

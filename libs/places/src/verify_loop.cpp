@@ -185,6 +185,7 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
   given.validate();
   VerifyOptions options = given;
   if (!(options.focal_px > 0)) options.focal_px = focalOf(newer);
+  if (!prior) options.sigma_px = std::max(options.sigma_px, options.sigma_px_unknown);
   LoopVerdict verdict;
   const auto refuse = [&](LoopRefusal why) {
     verdict.refusal = why;

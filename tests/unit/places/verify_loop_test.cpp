@@ -244,7 +244,7 @@ TEST(VerifyLoop, KnowsThePixelsOfTheCameraItself) {
   world.noise_rad *= 2.5;
   const auto newer = world.see(9, 100, standing(Vec3(0.3, 0.2, 0), 0.1));
   places::VerifyOptions fine, coarse;
-  fine.sigma_px = coarse.sigma_px = 1;
+  fine.sigma_px_unknown = coarse.sigma_px_unknown = 1;
   fine.focal_px = 900;
   const int too_strict = verifyLoop(*newer, Older{older}, fine).inliers;
   PlaceKeyframe half = *newer;

@@ -13,7 +13,8 @@
 namespace vir::places {
 
 struct VerifyOptions {
-  double sigma_px = 2.0;          ///< of a corner found again, as a pixel of `focal_px`
+  double sigma_px = 1.0;          ///< of a corner found again, as a pixel of `focal_px`
+  double sigma_px_unknown = 2.0;  ///< the same without any prior: another day, seen from elsewhere
   double focal_px = 0;            ///< pixels per radian; 0: as the newer keyframe's points say
   int max_distance_bits = 64;     ///< of descriptors that are matched
   double ratio = 0.85;            ///< distance of the best to that of the second best
