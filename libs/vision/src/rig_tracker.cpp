@@ -326,11 +326,7 @@ TrackedFrame RigTracker::Impl::process(TimeNs t, const std::vector<RigImage>& im
           }));
       own.budget = std::min(allowed, matched + static_cast<int>(kOwnShare * options.max_tracks));
     }
-    // Most of its own share is there: not worth a look at the whole image.
-    const auto own_half = static_cast<std::size_t>(0.5 * kOwnShare * options.max_tracks);
-    if (!overlapped || own.tracks.size() + own_half < static_cast<std::size_t>(own.budget)) {
-      own.detect(&frames[k]);
-    }
+    own.detect(&frames[k]);
     for (const std::size_t j : usable) {
       for (Pair& pair : pairs) {
         if (pair.a == images[k].camera && pair.b == images[j].camera) match(&pair);

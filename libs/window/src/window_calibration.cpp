@@ -69,7 +69,10 @@ CalibrationSigma rigSigma(const WindowState& w, const FurtherCamera& camera, dou
   constexpr double kGoodPx = 0.2;
   const double worse = std::max(1.0, misfit_px / kGoodPx);
   const auto atMost = [worse](double sigma, double* of) { *of = std::min(*of, worse * sigma); };
+  // A rig that is turned by a milliradian or two is still one that was built to half a millimetre.
+  constexpr double kBuiltPx = 1.5, kBuiltM = 0.0005;
   atMost(0.00025, &out.position_m);
+  if (misfit_px < kBuiltPx) out.position_m = std::min(out.position_m, kBuiltM);
   atMost(0.0005, &out.rotation_rad);
   atMost(0.0005, &out.time_offset_s);
   atMost(0.002, &out.focal);
