@@ -35,6 +35,10 @@ bool isName(std::string_view text) {
   if (text.empty() || text.size() > kLongest || text.front() == ' ' || text.back() == ' ') {
     return false;
   }
+  const bool letters = std::any_of(
+      text.begin(), text.end(), [](unsigned char c) { return c >= 0x80 || std::isalpha(c) != 0; });
+  // Two numbers are two columns run together.
+  if (!letters && text.find(' ') != text.npos) return false;
   return std::all_of(text.begin(), text.end(), [](unsigned char c) {
     return c >= 0x80 || std::isalnum(c) != 0 ||
            std::string_view(" _-:./#+()").find(char(c)) != std::string_view::npos;

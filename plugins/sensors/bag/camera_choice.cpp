@@ -89,12 +89,12 @@ bool ofAKind(const std::vector<Word>& a, const std::vector<Word>& b) {
 struct Candidate {
   const TopicInfo* info = nullptr;
   std::vector<Word> words;
-  std::size_t place = 0;  ///< among those that the calibration names, or behind them
+  bool named = false;  ///< by the calibration
 };
 
-std::size_t placeIn(const std::vector<std::string>& named, const std::string& topic) {
-  const auto same = [&](const std::string& other) { return baseOf(other) == baseOf(topic); };
-  return static_cast<std::size_t>(std::find_if(named.begin(), named.end(), same) - named.begin());
+bool isIn(const std::vector<std::string>& named, const std::string& topic) {
+  return std::any_of(named.begin(), named.end(),
+                     [&](const std::string& other) { return baseOf(other) == baseOf(topic); });
 }
 
 /// Two topics of one camera. Drivers may write the frame of the left camera to both images of a
@@ -110,11 +110,11 @@ std::vector<Candidate> toldApart(const Survey& survey, const std::vector<std::st
   std::vector<Candidate> all, apart;
   for (const auto& [topic, info] : survey.topics) {
     if (isImage(info.type) && info.camera && !isNoPicture(info)) {
-      all.push_back({&info, wordsOf(topic), placeIn(named, topic)});
+      all.push_back({&info, wordsOf(topic), isIn(named, topic)});
     }
   }
   std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
-    return a.place != b.place ? a.place < b.place : rank(*a.info) < rank(*b.info);
+    return a.named != b.named ? a.named : rank(*a.info) < rank(*b.info);
   });
   for (const Candidate& c : all) {
     if (c.info->real_numbers && !all.front().info->real_numbers) {
@@ -154,7 +154,7 @@ CameraChoice chooseCameras(const Survey& survey, const std::vector<std::string>&
   if (cameras.empty()) return out;
   const std::vector<Word> kind = cameras.front().words;
   std::sort(cameras.begin(), cameras.end(), [&](const Candidate& a, const Candidate& b) {
-    if (a.place != b.place) return a.place < b.place;
+    if (a.named != b.named) return a.named;
     const bool kin_a = ofAKind(a.words, kind), kin_b = ofAKind(b.words, kind);
     return kin_a != kin_b ? kin_a : a.words < b.words;
   });

@@ -28,7 +28,7 @@ using Lacks = std::function<std::vector<std::string>(const std::vector<std::stri
 /// The cameras that can be told apart by the names of their topics or frames. Of those beside the
 /// first only the ones that lack nothing; with `all_of_a_kind` also those that are called as the
 /// first is but for a number or a side.
-/// `named`: topics that the calibration calls by name; these come first, in its order.
+/// `named`: topics that the calibration calls by name; these come first.
 CameraChoice chooseCameras(const Survey& survey, const std::vector<std::string>& named,
                            const Lacks& lacks, bool all_of_a_kind);
 

@@ -17,7 +17,7 @@ class AnchorNames {
   /// A whole decimal number or one in 0x notation that fits stays what it is. Anything else
   /// (`200A`, 64 bits) gets a number of its own, from 1000000 on in the order in which they come.
   /// False for what is no name: empty, longer than 64 bytes, not of letters (of any language),
-  /// digits, blanks within and `_-:./#+()`.
+  /// digits, blanks within (beside letters) and `_-:./#+()`.
   bool numberOf(std::string_view name, std::int32_t* number);
   /// As above, of whatever text a message calls an anchor; never negative.
   std::int32_t numberOfAny(std::string_view name);
