@@ -110,6 +110,15 @@ TEST_F(Tables, NamesInTopicsMayHaveBlanks) {
   expect(virSlam("check " + source() + " --topic 'imu=my imu.cs'"), 1, "there is no ");
 }
 
+TEST_F(Tables, AListOfImagesThatAreNotThereIsDoubtful) {
+  test::writeText(root() / "CAM0.csv", "timestamp,filename\n" + std::to_string(kStart) +
+                                           ",a.png\n" + std::to_string(kStart + 50'000'000) +
+                                           ",b.png\n");
+  const Outcome outcome = virSlam("check " + source());
+  expect(outcome, 3, "CAM0.csv: taken for a list of images, but they are not there");
+  expect(outcome, 3, "images are listed and not there");
+}
+
 TEST_F(Tables, AMinusIsNoFile) {
   expect(virSlam("check " + source() + " --json -"), 2, "'-' is no file");
   EXPECT_FALSE(fs::exists("-"));

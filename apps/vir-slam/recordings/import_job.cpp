@@ -25,7 +25,8 @@ OpenedSource find(const ImportJob& job) {
   opened.driver = job.driver.empty() ? driverThatReads(job.source) : job.driver;
   if (opened.driver.empty()) {
     throw UsageError(job.source + ": no driver knows this kind of file or folder; those for " +
-                     "recordings are " + recordedDrivers());
+                     "recordings are " + recordedDrivers() + "; `vir-slam import DRIVER " +
+                     job.source + "` says what one of them lacks");
   }
   opened.sensor = roles::openSensor(opened.driver);
   opened.source = opened.sensor->recorded();

@@ -88,6 +88,16 @@ CameraFiles cameraIn(const fs::path& mav0, const std::string& name) {
   return {name, dir.string(), (dir / "data.csv").string(), "", ifThere(dir / "sensor.yaml")};
 }
 
+/// Kalibr's file of all cameras, where TUM-VI has it.
+std::string chainBeside(const fs::path& mav0) {
+  const fs::path around = mav0.parent_path();
+  for (const char* name : {"dso/camchain.yaml", "camchain.yaml", "camchain-imucam.yaml"}) {
+    const std::string file = ifThere(around / name);
+    if (!file.empty()) return file;
+  }
+  return {};
+}
+
 }  // namespace
 
 bool isFolder(const std::string& source) {
@@ -107,15 +117,12 @@ Folder findFolder(const std::string& source, const std::string& camera) {
                        subfolders(mav0) + " (set euroc.camera, or none)");
     }
     f.cameras.push_back(cameraIn(mav0, camera));
-    // A second one without calibration is of no use.
     for (const std::string& other : numbered(mav0, "cam")) {
-      if (other == camera) continue;
-      const CameraFiles more = cameraIn(mav0, other);
-      if (more.yaml.empty()) {
-        f.notes.push_back(more.dir + ": not read, it has no sensor.yaml");
-      } else {
-        f.cameras.push_back(more);
-      }
+      if (other != camera) f.cameras.push_back(cameraIn(mav0, other));
+    }
+    const auto lacks = [](const CameraFiles& c) { return c.yaml.empty(); };
+    if (std::any_of(f.cameras.begin(), f.cameras.end(), lacks)) {
+      f.calibration = chainBeside(mav0);
     }
   }
   if (!fs::is_directory(mav0 / "imu0")) {

@@ -30,8 +30,9 @@ struct Folder {
   std::vector<RangeFiles> ranges;
   std::string truth_file;           ///< empty: none
   std::string truth_yaml;           ///< empty: none
-  std::string calibration;          ///< found beside the tables; empty: none
+  std::string calibration;          ///< found beside tables or cameras; empty: none
   std::vector<std::string> unread;  ///< tables that are called after what is not there otherwise
+  std::vector<std::string> without_images;  ///< lists of images that are not there
   std::vector<std::string> notes;
 };
 

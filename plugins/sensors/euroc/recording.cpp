@@ -55,11 +55,19 @@ Recording::Recording(Folder folder, const EurocOptions& o, ProblemLog* log)
     : log_(log), folder_(std::move(folder)), section_(o.section), units_(unitsOf(o)) {
   validate(o);
   for (const std::string& note : folder_.notes) log_->note(note);
+  for (const std::string& list : folder_.without_images) {
+    log_->note(list + ": taken for a list of images, but they are not there; put them beside it");
+    log_->count("image_missing");
+  }
   if (!folder_.unread.empty()) {
     log_->count("table_not_read", static_cast<long>(folder_.unread.size()));
   }
   openCalibration(o);
   openStreams(o);
+}
+
+std::string Recording::calibrationFile(const EurocOptions& o) const {
+  return o.calibration.empty() ? folder_.calibration : o.calibration;
 }
 
 void Recording::openCalibration(const EurocOptions& o) {
@@ -77,8 +85,16 @@ void Recording::openCalibration(const EurocOptions& o) {
                "truth were moved to the IMU's frame");
   }
   for (const CameraFiles& files : folder_.cameras) {
-    if (!cameras_.empty() && !o.other_cameras) {
+    const bool further = !cameras_.empty();
+    if (further && !o.other_cameras) {
       log_->note(files.dir + ": not read (other_cameras = false)");
+      continue;
+    }
+    // A second one without calibration is of no use.
+    if (further && section_ != "csv" && files.yaml.empty() &&
+        !readGivenCalibration(calibrationFile(o), files.name, false).isWhole()) {
+      log_->note(files.dir + ": not read, it has no sensor.yaml" +
+                 (calibrationFile(o).empty() ? "" : " and is not whole in " + calibrationFile(o)));
       continue;
     }
     CameraStream camera;
@@ -107,7 +123,7 @@ std::vector<double> Recording::otherTimeOffsets() const {
 
 void Recording::openCamera(const EurocOptions& o, CameraStream* camera, bool first) {
   const std::string& yaml = camera->files.yaml;
-  const std::string file = o.calibration.empty() ? folder_.calibration : o.calibration;
+  const std::string file = calibrationFile(o);
   const GivenCalibration given = readGivenCalibration(file, camera->files.name, first);
   for (const std::string& note : given.notes) log_->note(file + ": " + note);
   const bool table_only = yaml.empty() && section_ == "csv";

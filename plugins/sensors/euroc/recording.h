@@ -77,6 +77,8 @@ class Recording {
   const AnchorPlaces& anchorPlaces() const { return anchor_places_; }
 
  private:
+  /// What goes before the cameras' own; empty: nothing.
+  std::string calibrationFile(const EurocOptions& o) const;
   void openCalibration(const EurocOptions& o);
   void openCamera(const EurocOptions& o, CameraStream* camera, bool first);
   void openStreams(const EurocOptions& o);

@@ -38,6 +38,8 @@ struct GivenCalibration {
   std::optional<double> time_offset_s;  ///< stamp of an image + this = IMU's clock
   std::optional<ImuYaml> imu;
   std::vector<std::string> notes;
+  /// All that a camera needs.
+  bool isWhole() const { return camera && T_B_C; }
 };
 
 /// The file's camera `camera`; else, where `or_first`, its first. Empty for no path.

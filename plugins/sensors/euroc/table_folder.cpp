@@ -200,8 +200,7 @@ class Finder {
         if (c.dir.empty() && !found_.videos.empty()) {
           continue;  // the times of its frames
         } else if (c.dir.empty()) {
-          folder_.notes.push_back(shortName(list) +
-                                  ": taken for a list of images, but they are not there");
+          folder_.without_images.push_back(shortName(list));
         } else {
           cameras.push_back(c);
           covered.insert(c.dir);

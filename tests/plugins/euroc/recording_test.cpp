@@ -305,6 +305,45 @@ TEST(Recording, TumViLayout) {
   EXPECT_TRUE(contains(c.log.messages()[0], "imu0/sensor.yaml: missing"));
 }
 
+/// Its calibration is one file of Kalibr's for both cameras.
+TEST(Recording, TumViHasItsCamerasInOneFile) {
+  namespace fs = std::filesystem;
+  EurocFolderOptions fo;
+  fo.tum_vi = true;
+  fo.ranges = false;
+  const EurocFolder f(fo);
+  fs::remove(f.mav0() / "cam0/sensor.yaml");
+  fs::copy(f.mav0() / "cam0", f.mav0() / "cam1", fs::copy_options::recursive);
+  EXPECT_TRUE(contains(errorOf(optionsFor(f)), "cam0/sensor.yaml: no such file"));
+  const auto camera = [](int i, const std::string& place) {
+    return "cam" + std::to_string(i) + ":\n  camera_model: pinhole\n  intrinsics: [4" +
+           std::to_string(i) +
+           ", 41, 31, 23]\n  distortion_model: equidistant\n"
+           "  distortion_coeffs: [0.01, 0, 0, 0]\n  resolution: [64, 48]\n" +
+           place;
+  };
+  const std::string turned = ": [[1,0,0,0.1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n";
+  fs::create_directory(f.root() / "dso");
+  const auto chain = [&](const std::string& second) {
+    test::writeText(f.root() / "dso/camchain.yaml", camera(0, "  T_cam_imu" + turned) + second);
+  };
+  chain(camera(1, "  T_cn_cnm1" + turned));
+  ProblemLog log;
+  const Recording recording(optionsFor(f), &log);
+  const auto& both = recording.cameras();
+  ASSERT_EQ(both.size(), 2u);
+  EXPECT_EQ(both[0].calibration.camera.fx, 40);
+  EXPECT_EQ(both[1].calibration.camera.fx, 41);
+  EXPECT_NEAR((both[1].calibration.T_B_C.p - Vec3(-0.2, 0, 0)).norm(), 0, 1e-12);
+  chain("");
+  ProblemLog one;
+  const Recording alone(optionsFor(f), &one);
+  EXPECT_EQ(alone.cameras().size(), 1u);
+  std::string said;
+  for (const std::string& m : one.messages()) said += m + "\n";
+  EXPECT_TRUE(contains(said, "cam1: not read, it has no sensor.yaml and is not whole in ")) << said;
+}
+
 TEST(RecordingErrors, SayWhatIsMissing) {
   EurocOptions o;
   EXPECT_TRUE(contains(errorOf(o), "source is empty"));
