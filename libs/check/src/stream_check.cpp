@@ -5,6 +5,7 @@
 
 #include "text.h"
 #include "vir/core/order_statistics.h"
+#include "vir/core/time_bounds.h"
 
 namespace vir::check {
 namespace {
@@ -158,8 +159,27 @@ std::string whyApart(const StreamSummary& a, const StreamSummary& b) {
   return up + " counts from power-up, " + date + " is Unix time";
 }
 
-void checkOverlap(const StreamSummary& imu, const StreamSummary& other, std::vector<Finding>* out) {
-  const TimeNs both = std::min(imu.last, other.last) - std::max(imu.first, other.first);
+TimeNs inCommon(const StreamSummary& a, const StreamSummary& b) {
+  return std::min(a.last, b.last) - std::max(a.first, b.first);
+}
+
+/// `imu_alone`: no camera has its clock.
+std::string remedyApart(const StreamSummary& imu, const StreamSummary& other, bool imu_alone) {
+  const bool images = other.kind == StreamKind::images;
+  if (images ? !imu_alone : other.kind != StreamKind::ranges) {
+    return "put both on one clock before importing";
+  }
+  const TimeNs later = timeBetween(imu.first, other.first);
+  return "import with --set " + std::string(kDriver) +
+         (images ? ".imu_time_offset_s=" : ".range_time_offset_s=") +
+         num(toSeconds(images ? later : -later), 12) +
+         " if both began together (images to 0.1 s); the messages of a bag may have been received "
+         "by one clock: stamps=received";
+}
+
+void checkOverlap(const StreamSummary& imu, const StreamSummary& other, bool imu_alone,
+                  std::vector<Finding>* out) {
+  const TimeNs both = inCommon(imu, other);
   // Images that have no readings give no poses; of the others a part may do.
   const bool images = other.kind == StreamKind::images;
   const TimeNs of_both = std::min(imu.last - imu.first, other.last - other.first);
@@ -169,7 +189,7 @@ void checkOverlap(const StreamSummary& imu, const StreamSummary& other, std::vec
   if (both <= 0) {
     out->push_back({images ? Severity::unusable : Severity::doubtful, "no_overlap", other.label,
                     "has no time in common with " + imu.label + ": " + whyApart(imu, other), spans,
-                    "put both on one clock before importing"});
+                    remedyApart(imu, other, imu_alone)});
   } else if (toSeconds(both) < least * toSeconds(wanted)) {
     out->push_back({Severity::doubtful, "little_overlap", other.label,
                     "overlaps with " + imu.label + " for " + num(toSeconds(both)) + " of " +
@@ -268,8 +288,11 @@ std::vector<Finding> checkStreams(const std::vector<StreamSummary>& streams) {
                    "a camera alone knows no scale: record or import the IMU as well"});
   }
   if (std::find(sound.begin(), sound.end(), imu) == sound.end()) return out;
+  const bool imu_alone = std::none_of(sound.begin(), sound.end(), [&](const StreamSummary* s) {
+    return s->kind == StreamKind::images && inCommon(*imu, *s) > 0;
+  });
   for (const StreamSummary* s : sound) {
-    if (s != imu && s->count > 1) checkOverlap(*imu, *s, &out);
+    if (s != imu && s->count > 1) checkOverlap(*imu, *s, imu_alone, &out);
   }
   return out;
 }

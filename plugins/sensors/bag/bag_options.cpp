@@ -49,9 +49,11 @@ void describe(OptionVisitor& v, const std::string& section, BagOptions& o) {
            "unit of the accelerometer; auto: m/s2, as messages have it");
   v.choice("gyro_unit", o.gyro_unit, rateUnits(),
            "unit of the gyro; auto: rad/s, as messages have it");
+  v.value("imu_time_offset_s", o.imu_time_offset_s, {-4e9, 4e9},
+          "stamp of the IMU + this = time on the cameras' clock, to 0.1 s; see stamps as well");
   v.value("range_factor", o.range_factor, {0.1, 10},
           "the ranges are multiplied by this; `vir-slam check` finds it");
-  v.value("range_time_offset_s", o.range_time_offset_s, {-60, 60},
+  v.value("range_time_offset_s", o.range_time_offset_s, {-4e9, 4e9},
           "of the ranges: stamp + this = time on the IMU's clock; `vir-slam check` finds it");
   v.value("range_sigma_m", o.range_sigma_m, {0, 100}, "of ranges whose messages tell none");
   v.value("lever_arm_m", o.lever_arm_m, 0,

@@ -22,6 +22,7 @@ struct BagOptions {
 
   std::string acc_unit = "auto", gyro_unit = "auto";  ///< words of imu_units.h
 
+  double imu_time_offset_s = 0;    ///< stamp of a reading + this = time on the cameras' clock
   double range_factor = 1;         ///< on the ranges
   double range_time_offset_s = 0;  ///< stamp of a range + this = time on the IMU's clock
   double range_sigma_m = 0.1;

@@ -8,6 +8,7 @@
 #include "input_error.h"
 #include "lever_arms.h"
 #include "own_labels.h"
+#include "vir/core/time_bounds.h"
 #include "whole_png.h"
 
 namespace vir::bag {
@@ -262,6 +263,7 @@ void BagRecording::takeImu(const MessageView& m, const Stream& s, TimeNs t, Time
     if (!v.allFinite()) log_->add("imu_not_finite", whereOf(s, received), "a value is no number");
     return v.allFinite();
   };
+  if (isStamp(t)) t += fromSeconds(options_.imu_time_offset_s);
   if (s.role == Role::imu) {
     const ImuSample sample{t, gyro_unit_ * vectorAt(m, "angular_velocity"),
                            acc_unit_ * vectorAt(m, "linear_acceleration")};

@@ -45,9 +45,12 @@ void describe(OptionVisitor& v, EurocOptions& o) {
   v.choice("gyro_unit", o.gyro_unit, rateUnits(), "unit of the gyro");
   v.choice("range_unit", o.range_unit, {"auto", "m", "cm", "mm", "ft", "in", "yd"},
            "unit of the ranges");
+  v.value("imu_time_offset_s", o.imu_time_offset_s, {-4e9, 4e9},
+          "stamp of the IMU + this = time on the cameras' clock, to 0.1 s: where one counts from "
+          "power-up; what is left is found while running");
   v.value("range_factor", o.range_factor, {0.1, 10},
           "the ranges read are multiplied by this; `vir-slam check` finds it");
-  v.value("range_time_offset_s", o.range_time_offset_s, {-60, 60},
+  v.value("range_time_offset_s", o.range_time_offset_s, {-4e9, 4e9},
           "of the ranges read: stamp + this = time on the IMU's clock; `vir-slam check` finds it");
   v.value("width_px", o.width_px, {0, 20000},
           "images are made this wide, calibration included; 0 = as they are");

@@ -27,6 +27,7 @@ struct EurocOptions {
   double start_s = 0;            ///< [s] after the first image
   double max_duration_s = 0;     ///< [s] from the start, 0 = all
 
+  double imu_time_offset_s = 0;    ///< stamp of a reading + this = time on the cameras' clock
   double range_factor = 1;         ///< on the ranges read
   double range_time_offset_s = 0;  ///< stamp of a range read + this = time on the IMU's clock
   bool simulate_ranges = false;

@@ -7,7 +7,6 @@
 #include "row_values.h"
 #include "vir/core/text.h"
 #include "vir/core/text_file.h"
-#include "vir/core/time_bounds.h"
 #include "vir/tables/ranges.h"
 #include "vir/tables/unknown_units.h"
 
@@ -26,16 +25,7 @@ struct RangeTable {
   ProblemLog* log;
   std::string path;
   bool between_anchors = false;  // the column of antennas has anchors too
-  TimeNs offset = 0;             // to be added to stamps
 };
-
-bool stampOf(const Fields& f, const RangeTable& table, RangeRow* row, RowFault* fault) {
-  if (!stamp(f, table.stamps, &row->t, fault)) return false;
-  row->t += table.offset;
-  if (isStamp(row->t)) return true;
-  *fault = {"before_zero", "range_time_offset_s puts it at a time before 0"};
-  return false;
-}
 
 /// A word or a number; a share counts as true from a half on.
 bool flag(const Fields& f, int column, bool* out, RowFault* fault) {
@@ -108,7 +98,7 @@ bool plausible(const Fields& f, int column, double range_m, bool differs, RowFau
 
 bool parseRange(const Fields& f, const RangeTable& table, RangeRow* row, RowFault* fault) {
   const tables::RangeColumns& c = table.c;
-  if (!enough(f, c.last(), fault) || !stampOf(f, table, row, fault) ||
+  if (!enough(f, c.last(), fault) || !stamp(f, table.stamps, &row->t, fault) ||
       !value(f, c.range, &row->range_m, fault) ||
       !anchorId(at(f, c.anchor), table.names, &row->anchor, fault)) {
     return false;
@@ -143,7 +133,7 @@ bool parseBetween(const Fields& f, const RangeTable& table, RangeRow* row, RowFa
   const tables::RangeColumns& c = table.c;
   const auto parse = [&] {
     int from = 0;
-    if (!enough(f, c.last(), fault) || !stampOf(f, table, row, fault) ||
+    if (!enough(f, c.last(), fault) || !stamp(f, table.stamps, &row->t, fault) ||
         !parseEnd(f, c.antenna, table, &from, fault) ||
         !parseEnd(f, c.anchor, table, &row->anchor, fault) ||
         !value(f, c.range, &row->range_m, fault)) {
@@ -176,7 +166,7 @@ bool parseOneOf(const Fields& f, const RangeTable& table, const tables::AnchorCo
   RowFault again;
   RowFault* of_row = first ? fault : &again;
   fault->kind = "not_measured";
-  if (!enough(f, table.c.last(), of_row) || !stampOf(f, table, row, of_row)) return false;
+  if (!enough(f, table.c.last(), of_row) || !stamp(f, table.stamps, &row->t, of_row)) return false;
   double v = 0;
   if (column >= f.size() || f[column].empty() || (parseNumber(f[column], &v) && !(v > 0))) {
     return false;
@@ -193,8 +183,7 @@ std::unique_ptr<RowStream<RangeRow>> open(const std::string& path, const Units& 
                                           tables::AnchorNames* names, ProblemLog* log,
                                           bool between_anchors) {
   const tables::Layout layout = tables::layoutOf(path);
-  RangeTable table{
-      tables::rangeColumns(layout), {}, names, log, path, between_anchors, units.range_offset};
+  RangeTable table{tables::rangeColumns(layout), {}, names, log, path, between_anchors};
   tables::RangeColumns& c = table.c;
   if (units.range > 0 && !c.flight) {
     c.unit_m = units.range;
@@ -205,6 +194,7 @@ std::unique_ptr<RowStream<RangeRow>> open(const std::string& path, const Units& 
   const bool wide = !c.wide.empty();
   sayUnit(path, "range", wide ? c.wide.front().unit_m : c.unit_m, "m", log);
   table.stamps = stampsOf(path, layout, c.stamp, kRangeStep, false, log);
+  table.stamps.offset = units.range_offset;
   std::vector<int> lengths{c.lever[0], c.sigma};
   if (!wide) lengths.push_back(c.range);
   for (const tables::AnchorColumn& to : c.wide) lengths.push_back(to.column);

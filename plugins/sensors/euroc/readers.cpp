@@ -152,7 +152,8 @@ std::unique_ptr<RowStream<ImuSample>> openImu(const std::string& path, const Uni
                                               ProblemLog* log) {
   const tables::Layout layout = tables::layoutOf(path);
   tables::ImuColumns c = tables::imuColumns(layout);
-  const Stamps stamps = stampsOf(path, layout, c.stamp, kImuStep, false, log);
+  Stamps stamps = stampsOf(path, layout, c.stamp, kImuStep, false, log);
+  stamps.offset = units.imu_offset;
   if (c.named && (c.gyro[0] != 1 || c.acc[0] != 4)) {
     log->note(path + ": by its header the gyro is in columns" + listed(c.gyro) +
               ", the accelerometer in columns" + listed(c.acc));
@@ -185,7 +186,8 @@ std::unique_ptr<RowStream<VectorRow>> openVectors(const std::string& path, Vecto
   const tables::Layout layout = tables::layoutOf(path);
   tables::VectorColumns c =
       gyro ? tables::gyroColumns(layout, true) : tables::accelerometerColumns(layout, true);
-  const Stamps stamps = stampsOf(path, layout, c.stamp, kImuStep, false, log);
+  Stamps stamps = stampsOf(path, layout, c.stamp, kImuStep, false, log);
+  stamps.offset = units.imu_offset;
   if (!c.named) {
     tables::Taken taken{{c.stamp, "stamp"}};
     tables::addAxes(c.v, gyro ? "gyro" : "accelerometer", &taken);

@@ -60,6 +60,7 @@ struct Units {
   double acc = 0;           ///< [m/s^2]
   double range = 0;         ///< [m]
   double range_factor = 1;  ///< on ranges, whatever their unit
+  TimeNs imu_offset = 0;    ///< stamp of a reading + this = time on the cameras' clock
   TimeNs range_offset = 0;  ///< stamp of a range + this = time on the IMU's clock
   /// Take an accelerometer whose first second is about 1 (or 1000) long for one in g (mg).
   bool guess_acc = false;

@@ -48,7 +48,13 @@ bool stamp(const Fields& f, const Stamps& stamps, TimeNs* t, RowFault* fault) {
     const auto column = static_cast<std::size_t>(stamps.nanoseconds);
     is_time = is_time && column < f.size() && tables::addNanoseconds(f[column], t);
   }
-  if (is_time && isStamp(*t)) return true;
+  if (is_time && isStamp(*t)) {
+    *t += stamps.offset;
+    if (isStamp(*t)) return true;
+    *fault = {"before_zero", "`" + std::string(text.substr(0, 40)) +
+                                 "` is no time any more with the offset of the settings"};
+    return false;
+  }
   if (is_time && *t >= 0) {
     *fault = {"implausible", "`" + std::string(text.substr(0, 40)) + "` is a time after 2099"};
     return false;

@@ -21,6 +21,7 @@ struct Stamps {
   int column = 0;
   tables::StampUnit unit = tables::StampUnit::nanoseconds;
   int nanoseconds = -1;  ///< column of what belongs to whole seconds
+  TimeNs offset = 0;     ///< to be added to all of them
 };
 
 /// Notes what is unusual in them. `typical_step_s`: between rows [s]; `seconds_expected`: not

@@ -21,6 +21,7 @@ Units unitsOf(const EurocOptions& o) {
   u.gyro = rateUnit(o.gyro_unit);
   if (const auto unit = lengthUnitOf(o.range_unit)) u.range = *unit;
   u.range_factor = o.range_factor;
+  u.imu_offset = fromSeconds(o.imu_time_offset_s);
   u.range_offset = fromSeconds(o.range_time_offset_s);
   u.guess_acc = o.section == "csv";
   return u;

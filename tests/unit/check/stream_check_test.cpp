@@ -90,6 +90,13 @@ TEST(StreamCheck, NamesClocksThatDoNotMeet) {
       << findings[0].what;
   EXPECT_NE(findings[0].evidence.find("43847.434"), std::string::npos) << findings[0].evidence;
   EXPECT_NE(findings[0].evidence.find("1400000000.000"), std::string::npos);
+  EXPECT_NE(findings[0].remedy.find(".imu_time_offset_s=1399956152.57"), std::string::npos)
+      << findings[0].remedy;
+  // Not where another camera has the IMU's clock.
+  const auto second = stream("CAM1", StreamKind::images, 43847434001234, 50000000, 200);
+  const auto two = checkStreams({images(), second, imu(43847434001234)});
+  ASSERT_EQ(seriousKinds(two), Kinds{"no_overlap"});
+  EXPECT_EQ(two[0].remedy, "put both on one clock before importing");
   EXPECT_EQ(seriousKinds(checkStreams({images(kDate + 9000000000), imu()})),
             Kinds{"little_overlap"});
 }
