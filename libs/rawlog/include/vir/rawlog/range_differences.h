@@ -1,6 +1,6 @@
 #pragma once
 /// Differences of ranges (TDoA): a CObservationBeaconRanges labelled `TDOA:<id>` holds the range to
-/// each of its beacons less the range to anchor <id> [m], of either sign.
+/// each of its beacons less the range to that anchor [m], of either sign.
 #include <mrpt/obs/CObservationBeaconRanges.h>
 
 #include <memory>
