@@ -103,7 +103,8 @@ TEST(ChooseCameras, WhatLacksItsCalibrationIsNoFurtherCamera) {
   EXPECT_EQ(takenOf(all, lackAll), Topics{"/cam0/image_raw"});
   EXPECT_EQ(takenOf(all, lackAll, true), (Topics{"/cam0/image_raw", "/cam1/image_raw"}));
   const Survey s = surveyOf(all);
-  EXPECT_EQ(chooseCameras(s, {}, lackAll, false).left_out.at("/cam1/image_raw"), "nothing is known");
+  EXPECT_EQ(chooseCameras(s, {}, lackAll, false).left_out.at("/cam1/image_raw"),
+            "nothing is known");
   EXPECT_TRUE(takenOf({{"/depth/image", "d"}}).empty());
 }
 

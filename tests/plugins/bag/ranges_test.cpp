@@ -109,8 +109,9 @@ TEST_F(Recording, RangesOfATypeNobodyKnowsByTheNamesOfItsFields) {
   {
     test::Ros1Writer bag(path());
     bag.define("some_driver/UwbRange", "Header header\nuint16 anchor_id\nuint32 distance\n");
-    bag.define("other/UwbScan", "Header header\nMeasurement[] all\n" + std::string(80, '=') +
-                                    "\nMSG: other/Measurement\nstring anchor_name\nfloat64 range_m\n");
+    bag.define("other/UwbScan",
+               "Header header\nMeasurement[] all\n" + std::string(80, '=') +
+                   "\nMSG: other/Measurement\nstring anchor_name\nfloat64 range_m\n");
     bag.define("cf_msgs/Tdoa", "Header header\nint32 idA\nint32 idB\nfloat32 data\n");
     test::WireBytes one = bag.message();
     one.header(kStart, "tag").put(std::uint16_t{7}).put(std::uint32_t{2500});

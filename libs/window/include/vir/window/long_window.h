@@ -68,9 +68,9 @@ struct HeldRange {
   std::optional<std::uint64_t> reference = std::nullopt;
 };
 
-/// Averages neighbours (same anchor, same reference) until at most `limit` ranges per anchor are left: a robot that
-/// stands still would pile them up on one keyframe. The average is never taken as better than a
-/// quarter of one range's sigma: errors at one place are alike.
+/// Averages neighbours (same anchor, same reference) until at most `limit` ranges per anchor are
+/// left: a robot that stands still would pile them up on one keyframe. The average is never taken
+/// as better than a quarter of one range's sigma: errors at one place are alike.
 void mergeRanges(std::vector<HeldRange>* ranges, std::size_t limit);
 
 /// An anchor's state: position in W and the constant bias of its ranges.
