@@ -96,7 +96,8 @@ rawlog=$out/recording.rawlog
 reference=$(ground_truth "$source_folder")
 
 say "Running the estimator on $rawlog"
-"$vir_slam" run "$root/ini/euroc.ini" --rawlog "$rawlog" --out "$out"
+results=$out/run # a run takes no folder that holds anything else
+"$vir_slam" run "$root/ini/euroc.ini" --rawlog "$rawlog" --out "$results"
 
 if [ -n "$reference" ]; then
   say "Comparing with $reference"
@@ -104,13 +105,13 @@ if [ -n "$reference" ]; then
   for file in "$source_folder"/{mav0/,}cam0/data.csv; do
     if [ -f "$file" ]; then images=(--images "$file"); fi
   done
-  "$vir_slam" evaluate --reference "$reference" "$out/trajectory.tum" \
-    ${images[@]+"${images[@]}"} --json "$out/evaluation.json" --plot "$out/evaluation.svg"
+  "$vir_slam" evaluate --reference "$reference" "$results/trajectory.tum" \
+    ${images[@]+"${images[@]}"} --json "$results/evaluation.json" --plot "$results/evaluation.svg"
 else
   say "No ground truth beside the recording: nothing to compare with"
 fi
 
 say "Summary"
-if [ -f "$out/summary.json" ]; then cat "$out/summary.json"; echo; fi
-say "Results are in $out"
-ls "$out"
+cat "$results/summary.json"
+say "Results are in $results; the recording is beside them"
+ls "$results"
