@@ -100,14 +100,7 @@ bool RangeLayer::Impl::acceptDifference(const Range& range, const AntennaPredict
     return true;
   }
   const auto [residual, variance] = differenceInnovation(*held, antenna);
-  RangeRecord r;
-  r.t = range.t;
-  r.anchor = range.anchor;
-  r.reference = range.reference;
-  r.measured_m = range.range_m;
-  r.predicted_m = range.range_m - residual;
-  r.residual_m = residual;
-  r.sigma_m = std::sqrt(variance);
+  RangeRecord r = recordOf(range, residual, variance);
   r.decision = d.gate.check(range.t, residual, variance, travelled_m);
   const bool accepted = r.decision == RangeDecision::accepted;
   const factors::RangeTerm term = window->termOf(a.key(), held->range_m, held->sigma_m);

@@ -94,13 +94,26 @@ void RangeLayer::Impl::travelTo(const Vec3& antenna_W) {
   last_antenna = antenna_W;
 }
 
-void RangeLayer::Impl::record(const Range& r, RangeDecision decision) {
+RangeRecord RangeLayer::Impl::recordOf(const Range& r) {
   RangeRecord d;
   d.t = r.t;
   d.anchor = r.anchor;
-  d.measured_m = r.range_m;
-  d.decision = decision;
   d.reference = r.reference;
+  d.measured_m = r.range_m;
+  return d;
+}
+
+RangeRecord RangeLayer::Impl::recordOf(const Range& r, double residual_m, double variance) {
+  RangeRecord d = recordOf(r);
+  d.predicted_m = r.range_m - residual_m;
+  d.residual_m = residual_m;
+  d.sigma_m = std::sqrt(variance);
+  return d;
+}
+
+void RangeLayer::Impl::record(const Range& r, RangeDecision decision) {
+  RangeRecord d = recordOf(r);
+  d.decision = decision;
   decisions.push_back(d);
 }
 
@@ -204,13 +217,7 @@ bool RangeLayer::accept(const Range& range, const AntennaPrediction& antenna,
   }
   const auto [residual, variance] = s.innovation(a, *state, antenna, *held);
   const RangeDecision decision = a.gate.check(range.t, residual, variance, s.travelled_m);
-  RangeRecord d;
-  d.t = range.t;
-  d.anchor = range.anchor;
-  d.measured_m = range.range_m;
-  d.predicted_m = range.range_m - residual;
-  d.residual_m = residual;
-  d.sigma_m = std::sqrt(variance);
+  RangeRecord d = Impl::recordOf(range, residual, variance);
   const factors::RangeTerm term = s.window->termOf(a.key(), held->range_m, held->sigma_m);
   bool accepted = decision == RangeDecision::accepted;
   Located* located = a.located();

@@ -54,6 +54,9 @@ struct RangeLayer::Impl {
   AnchorTrack& track(std::uint64_t id);
   void travelTo(const Vec3& antenna_W);
   void setPrior(std::uint64_t id, const Vec3& p_W, double sigma_m);
+  /// Without a decision yet; the second with what was predicted.
+  static RangeRecord recordOf(const Range& r);
+  static RangeRecord recordOf(const Range& r, double residual_m, double variance);
   void record(const Range& r, RangeDecision decision);
   double sigmaOf(const Range& r) const {
     return r.sigma_m > 0 ? r.sigma_m * options.sigma_scale : options.sigma_m;
