@@ -90,6 +90,14 @@ TransformAnswer agreed(const Evidence& evidence, const std::vector<Reading>& rea
     margin = std::min(margin, r.answer.margin);
     if (told == nullptr) told = &r.answer;  // the most cautious
   }
+  // Doubt about the standard deviations is for the verdict. Where they lead to the same transform
+  // as the likeliest reading, what they say is told: its height and covariance are the cautious
+  // ones (ranges that are believed ten times more pull an unknown height off the middle).
+  const TransformAnswer& as_said = readings.front().answer;
+  if (as_said.status == TransformStatus::unique && agree(evidence, as_said, likeliest.answer)) {
+    told = &as_said;
+    margin = std::min(margin, as_said.margin);
+  }
   if (told == nullptr) return readings.front().answer;  // costs that are no numbers
   TransformAnswer out = *told;
   out.margin = margin;
