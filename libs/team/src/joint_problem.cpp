@@ -9,8 +9,7 @@
 #include <cmath>
 #include <limits>
 
-#include "vir/factors/node_edge_factor.h"
-#include "vir/factors/node_range_factor.h"
+#include "vir/factors/drift_edge_factor.h"
 #include "vir/geometry/interpolation.h"
 #include "vir/ranging/anchor_initialization.h"
 #include "vir/types/interpolation.h"
@@ -22,7 +21,7 @@ using Vec5 = Eigen::Matrix<double, 5, 1>;
 
 constexpr TimeNs kLongestGap = 1000000000;  // between two poses of a path
 constexpr double kWeakPrior = 1e-6;   // information on every unknown: keeps the system solvable
-constexpr double kExactScale = 1e-6;  // standard deviation of a scale that is called right
+constexpr double kExactScale = 1e-6;  // standard deviation of what is called right
 constexpr double kStartSigma = 1e-3;  // of the first robot's first pose: the gauge
 constexpr double kGate = 4;           // sigmas
 constexpr double kLevel = 1e-3;       // [m]; a robot whose odometry rises by less moves in a plane
@@ -37,6 +36,7 @@ JointProblem::JointProblem(const std::vector<JointRobot>& robots,
     addNodes(robot);
     if (!problem_.empty()) return;
   }
+  constants_.resize(nodes_.size());
   holdStarts();
   addRanges(robots, mutual);
   startAnchors();
@@ -44,18 +44,20 @@ JointProblem::JointProblem(const std::vector<JointRobot>& robots,
     first_column_.push_back(unknowns_);
     unknowns_ += 5 * list.size();
   }
-  unknowns_ += 3 * anchors_.size();
+  unknowns_ += 4 * constants_.size() + 3 * anchors_.size();
 }
 
 void JointProblem::addNodes(const JointRobot& robot) {
   std::vector<JointNode> list;
-  double metres = 0, radians = 0, lowest = 1e300, highest = -1e300;
+  double metres = 0, radians = 0, turn = 0, lowest = 1e300, highest = -1e300;
   const StampedPose* before = nullptr;
   for (const StampedPose& odometry : robot.odometry) {
     const auto estimate = vir::poseAt(robot.estimate, odometry.t, kLongestGap);
     if (before != nullptr) {
       metres += (odometry.T_W_B.p - before->T_W_B.p).norm();
-      radians += std::abs(wrapAngle(yawOf(odometry.T_W_B.R()) - yawOf(before->T_W_B.R())));
+      const double step = wrapAngle(yawOf(odometry.T_W_B.R()) - yawOf(before->T_W_B.R()));
+      radians += std::abs(step);
+      turn += step;
     }
     before = &odometry;
     if (!estimate) continue;
@@ -65,16 +67,17 @@ void JointProblem::addNodes(const JointRobot& robot) {
     if (!due) continue;
     JointNode node;
     node.t = odometry.t;
-    node.p_O = odometry.T_W_B.p;
+    node.T_O_B = odometry.T_W_B;
     node.metres = metres;
     node.radians = radians;
-    lowest = std::min(lowest, node.p_O.z());
-    highest = std::max(highest, node.p_O.z());
+    node.turn_rad = turn;
+    lowest = std::min(lowest, node.T_O_B.p.z());
+    highest = std::max(highest, node.T_O_B.p.z());
     node.x.head<3>() = robot.T_C_W * estimate->p;
     node.x[3] = robot.T_C_W.yaw_rad + yawOf(estimate->R()) - yawOf(odometry.T_W_B.R());
     if (!list.empty()) node.x[3] = list.back().x[3] + wrapAngle(node.x[3] - list.back().x[3]);
     list.push_back(node);
-    metres = radians = 0;
+    metres = radians = turn = 0;
   }
   level_.push_back(highest - lowest < kLevel);
   if (list.size() < 2) problem_ = "a robot has no odometry while it has estimated poses";
@@ -90,13 +93,14 @@ std::optional<NodePoint> JointProblem::pointAt(const JointRobot& robot, std::siz
                                [](TimeNs s, const JointNode& n) { return s < n.t; });
   auto nearest = next - 1;
   // The nearer of the two along the way.
-  if (next != list.end() && (next->p_O - pose->p).norm() < (nearest->p_O - pose->p).norm()) {
+  if (next != list.end() &&
+      (next->T_O_B.p - pose->p).norm() < (nearest->T_O_B.p - pose->p).norm()) {
     nearest = next;
   }
   NodePoint point;
   point.robot = index;
   point.node = static_cast<std::size_t>(nearest - list.begin());
-  point.antenna = {pose->p - nearest->p_O, pose->q * p_B_U};
+  point.antenna = {pose->p - nearest->T_O_B.p, pose->q * p_B_U, pose->R().leftCols<2>()};
   return point;
 }
 
@@ -165,6 +169,10 @@ std::size_t JointProblem::columnOf(std::size_t robot, std::size_t node) const {
   return first_column_[robot] + 5 * node;
 }
 
+std::size_t JointProblem::columnOfCentre(std::size_t robot) const {
+  return unknowns_ - 3 * anchors_.size() - 4 * (constants_.size() - robot) + 2;
+}
+
 std::size_t JointProblem::columnOfAnchor(std::uint64_t id) const {
   const auto place = std::distance(anchors_.begin(), anchors_.find(id));
   return unknowns_ - 3 * anchors_.size() + 3 * static_cast<std::size_t>(place);
@@ -173,7 +181,8 @@ std::size_t JointProblem::columnOfAnchor(std::uint64_t id) const {
 Vec3 JointProblem::position(const NodePoint& point) const {
   const JointNode& n = nodes_[point.robot][point.node];
   return n.x.head<3>() +
-         rotZ(n.x[3]) * (std::exp(-n.x[4]) * point.antenna.motion_O + point.antenna.lever_O);
+         rotZ(n.x[3]) * (std::exp(-n.x[4]) * point.antenna.motion_O + point.antenna.lever_O +
+                         point.antenna.axes_O * centreOf(point.robot));
 }
 
 Pose JointProblem::poseAt(std::size_t robot, TimeNs t, const Pose& T_O_B) const {
@@ -181,8 +190,10 @@ Pose JointProblem::poseAt(std::size_t robot, TimeNs t, const Pose& T_O_B) const 
   const auto& list = nodes_[robot];
   const auto next = std::upper_bound(list.begin(), list.end(), t,
                                      [](TimeNs s, const JointNode& n) { return s < n.t; });
+  const Vec3 centre_O = T_O_B.R().leftCols<2>() * centreOf(robot);
   const auto from = [&](const JointNode& n) {
-    const Vec3 p = n.x.head<3>() + rotZ(n.x[3]) * (std::exp(-n.x[4]) * (T_O_B.p - n.p_O));
+    const Vec3 p =
+        n.x.head<3>() + rotZ(n.x[3]) * (std::exp(-n.x[4]) * (T_O_B.p - n.T_O_B.p) + centre_O);
     return Pose(Quat(rotZ(n.x[3])) * T_O_B.q, p);
   };
   if (next == list.begin()) return from(list.front());
@@ -190,6 +201,10 @@ Pose JointProblem::poseAt(std::size_t robot, TimeNs t, const Pose& T_O_B) const 
   if (next == list.end()) return from(before);
   const double u = toSeconds(t - before.t) / toSeconds(next->t - before.t);
   return interpolate(from(before), from(*next), u);
+}
+
+Eigen::Vector2d JointProblem::centreOf(std::size_t robot) const {
+  return {constants_[robot].centre[0], constants_[robot].centre[1]};
 }
 
 std::map<std::uint64_t, Vec3> JointProblem::anchors() const {
@@ -206,13 +221,17 @@ double JointProblem::residual(const JointRange& r) const {
 /// The scale is near 1; the first robot's start is where it is; and a robot that moves in a plane
 /// keeps the height that the transform says: ranges know it by its square only.
 void JointProblem::holdStarts() {
-  const auto hold = [this](JointNode* node, const Eigen::MatrixXd& J, const Vec5& x0) {
+  const auto hold = [this](double* x, const Eigen::MatrixXd& J, const Eigen::VectorXd& x0) {
     factors::LinearPrior prior;
-    prior.blocks.push_back({5, 0, {x0.data(), x0.data() + 5}});
+    prior.blocks.push_back({static_cast<int>(x0.size()), 0, {x0.data(), x0.data() + x0.size()}});
     prior.J = J;
     prior.r0 = Eigen::VectorXd::Zero(J.rows());
-    held_.push_back({node->x.data(), std::move(prior)});
+    held_.push_back({x, std::move(prior)});
   };
+  const Eigen::Vector2d centre =
+      Eigen::Vector2d::Constant(1 / std::hypot(options_.centre_sigma_m, kExactScale));
+  const Eigen::Vector2d drift(1 / std::hypot(options_.heading_per_m, kExactScale),
+                              1 / std::hypot(options_.heading_per_rad, kExactScale));
   for (std::size_t robot = 0; robot < nodes_.size(); ++robot) {
     auto& list = nodes_[robot];
     Vec5 weight = Vec5::Constant(std::sqrt(kWeakPrior)), x0 = Vec5::Zero();
@@ -221,10 +240,12 @@ void JointProblem::holdStarts() {
       weight.head<4>().setConstant(1 / kStartSigma);
       x0.head<4>() = list[0].x.head<4>();
     }
-    hold(&list[0], weight.asDiagonal(), x0);
+    hold(list[0].x.data(), weight.asDiagonal(), x0);
+    hold(constants_[robot].drift.data(), drift.asDiagonal(), Eigen::Vector2d::Zero());
+    hold(constants_[robot].centre.data(), centre.asDiagonal(), Eigen::Vector2d::Zero());
     if (!level_[robot]) continue;
     for (JointNode& node : list) {
-      hold(&node, Vec5::Unit(2).transpose() / kLevelSigma, Vec5::Unit(2) * node.x[2]);
+      hold(node.x.data(), Vec5::Unit(2).transpose() / kLevelSigma, Vec5::Unit(2) * node.x[2]);
     }
   }
 }
@@ -242,8 +263,10 @@ void JointProblem::fillPath(std::size_t robot, ceres::Problem* problem) {
     Eigen::Matrix4d W = Eigen::Matrix4d::Zero();
     W.diagonal() << 1 / position, 1 / position, 1 / (position * o.noise.usableVerticalShare()),
         1 / yaw;
-    problem->AddResidualBlock(new factors::NodeEdgeFactor(b.p_O - a.p_O, W, std::sqrt(scale)),
-                              nullptr, std::vector<double*>{a.x.data(), b.x.data()});
+    problem->AddResidualBlock(
+        new factors::DriftEdgeFactor(b.T_O_B.p - a.T_O_B.p, W, std::sqrt(scale), b.metres,
+                                     b.turn_rad),
+        nullptr, std::vector<double*>{a.x.data(), b.x.data(), constants_[robot].drift.data()});
   }
 }
 
@@ -251,12 +274,16 @@ void JointProblem::fill(ceres::Problem* problem, bool linear) {
   for (auto& list : nodes_) {
     for (JointNode& node : list) problem->AddParameterBlock(node.x.data(), 5);
   }
+  for (Constants& c : constants_) {
+    problem->AddParameterBlock(c.drift.data(), 2);
+    problem->AddParameterBlock(c.centre.data(), 2);
+  }
   for (auto& item : anchors_) {
     problem->AddParameterBlock(item.second.data(), 4,
                                new ceres::SubsetManifold(4, std::vector<int>{3}));
   }
   for (const Held& h : held_) {
-    problem->AddResidualBlock(new factors::LinearPriorFactor(h.prior), nullptr, h.node);
+    problem->AddResidualBlock(new factors::LinearPriorFactor(h.prior), nullptr, h.x);
   }
   for (std::size_t robot = 0; robot < nodes_.size(); ++robot) fillPath(robot, problem);
   for (const JointRange& r : ranges_) {
@@ -267,16 +294,16 @@ void JointProblem::fill(ceres::Problem* problem, bool linear) {
       term.robust.huber_delta = term.robust.nlos_delta = 0;
     }
     double* const first = nodes_[r.first.robot][r.first.node].x.data();
+    double* const centre = constants_[r.first.robot].centre.data();
     auto* const loss = new ceres::ScaledLoss(nullptr, worth, ceres::TAKE_OWNERSHIP);
     if (r.second) {
       double* const second = nodes_[r.second->robot][r.second->node].x.data();
       problem->AddResidualBlock(
           new factors::MutualRangeFactor(term, r.first.antenna, r.second->antenna), loss, first,
-          second);
+          second, centre, constants_[r.second->robot].centre.data());
     } else {
-      const auto& [motion_O, lever_O] = r.first.antenna;
-      problem->AddResidualBlock(new factors::NodeRangeFactor(term, motion_O, lever_O), loss, first,
-                                anchors_.at(r.anchor).data());
+      problem->AddResidualBlock(new factors::CentredRangeFactor(term, r.first.antenna), loss, first,
+                                anchors_.at(r.anchor).data(), centre);
     }
   }
 }

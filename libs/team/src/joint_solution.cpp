@@ -39,26 +39,30 @@ WorldTransform aligned(const std::vector<Vec3>& from, const std::vector<Vec3>& t
 }
 
 /// What lays a robot's own estimate onto its part of the solution, and how that depends on the
-/// unknowns: the nodes' errors pass through the same least squares.
+/// unknowns: the nodes' errors, and that of the centre, pass through the same least squares.
 WorldTransform ownWorld(const JointProblem& problem, const JointRobot& robot, std::size_t index,
                         Eigen::MatrixXd* rows) {
+  const std::vector<JointNode>& nodes = problem.nodes()[index];
   std::vector<Vec3> own, common;
-  std::vector<std::size_t> columns;
   std::size_t at = 0;
-  for (std::size_t k = 0; k < problem.nodes()[index].size(); ++k) {
-    const JointNode& node = problem.nodes()[index][k];
+  for (const JointNode& node : nodes) {
     while (at + 1 < robot.estimate.size() && robot.estimate[at].t < node.t) ++at;
     own.push_back(robot.estimate[at].T_W_B.p);
-    common.push_back(node.x.head<3>());
-    columns.push_back(problem.columnOf(index, k));
+    common.push_back(problem.poseAt(index, node.t, node.T_O_B).p);
   }
   const WorldTransform T = aligned(own, common);
+  const auto centre = static_cast<long>(problem.columnOfCentre(index));
   Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
   *rows = Eigen::MatrixXd::Zero(static_cast<long>(problem.unknowns()), 4);
-  for (std::size_t k = 0; k < own.size(); ++k) {
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
     const Mat3x4 J = pointJacobian(rotZ(T.yaw_rad) * own[k]);
     N += J.transpose() * J;
-    rows->middleRows<3>(static_cast<long>(columns[k])) = J;
+    const auto column = static_cast<long>(problem.columnOf(index, k));
+    const Vec3 offset = common[k] - nodes[k].x.head<3>();
+    rows->middleRows<3>(column) = J;
+    rows->row(column + 3) = Vec3(-offset.y(), offset.x(), 0).transpose() * J;
+    rows->middleRows<2>(centre) +=
+        (rotZ(nodes[k].x[3]) * nodes[k].T_O_B.R().leftCols<2>()).transpose() * J;
   }
   *rows *= N.inverse();
   return T;
@@ -80,10 +84,10 @@ void fillCovariances(JointProblem* problem, const Eigen::MatrixXd& rows, JointSo
 
 OdometryNoise jointNoiseDefaults() {
   OdometryNoise o;
-  o.sigma_per_sqrt_m = 0.02;
+  o.sigma_per_sqrt_m = 0.01;
   o.sigma_per_sqrt_s = 0.002;
-  o.yaw_per_sqrt_m = 0.01;
-  o.yaw_per_sqrt_rad = 0.01;
+  o.yaw_per_sqrt_m = 0.005;
+  o.yaw_per_sqrt_rad = 0.005;
   o.yaw_per_sqrt_s = 0.001;
   o.vertical_share = 0.1;
   return o;
@@ -101,6 +105,12 @@ void describe(OptionVisitor& v, JointOptions& o) {
           "standard deviation of the odometry's scale; 0: it is right");
   v.value("scale_walk_per_sqrt_m", o.scale_walk_per_sqrt_m, {0.0, 10.0},
           "random walk of the scale with the distance [1/sqrt(m)]");
+  v.value("heading_per_m", o.heading_per_m, {0.0, 1.0},
+          "standard deviation of the heading's constant error along the way [rad/m]; 0: none");
+  v.value("heading_per_rad", o.heading_per_rad, {0.0, 1.0},
+          "standard deviation of the heading's constant error in turns [rad/rad]; 0: none");
+  v.value("centre_sigma_m", o.centre_sigma_m, {0.0, 10.0},
+          "standard deviation of where the body turns, in x and y from its origin [m]; 0: there");
   v.value("range_worth", o.range_worth, {1e-4, 1.0},
           "worth of a range among many whose errors resemble one another");
   v.value("iterations", o.iterations, {1, 10000}, "of the solver, at most");

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "vir/factors/drift_edge_factor.h"
 #include "vir/factors/head_range_factor.h"
 #include "vir/factors/imu_factor.h"
 #include "vir/factors/linear_prior_factor.h"
@@ -43,12 +44,13 @@ const Blocks& usual() {
                              {3, 4, 5, 0.1},                                       // anchor
                              {0.01, -0.02, 0.3},                                   // landmark
                              {0.001, 0, 0.01, 0, 1, -1, 0.1, 0.2},                 // camera
-                             std::vector<double>(imu::kImuIntrinsicsSize, 0.001)};
+                             std::vector<double>(imu::kImuIntrinsicsSize, 0.001),
+                             {0.02, -0.01}};  // centre, drift of the heading
   return blocks;
 }
 
 /// Of usual().
-enum Which { kPose, kOther, kSpeed, kNode, kAnchor, kLandmark, kCamera, kIntrinsics };
+enum Which { kPose, kOther, kSpeed, kNode, kAnchor, kLandmark, kCamera, kIntrinsics, kTwo };
 
 void evaluate(const ceres::CostFunction& f, const Blocks& x, bool numbers,
               const std::string& what) {
@@ -96,9 +98,13 @@ TEST(ExtremeNumbers, WhereRobotsAndAnchorsAre) {
   tryAll(NodeRangeDifferenceFactor(range, a, b), {kNode, kAnchor, kAnchor}, "difference");
   tryAll(HeadRangeFactor(range, a, b), {kPose, kNode, kAnchor}, "head range");
   tryAll(WindowRangeFactor(range, a, b), {kPose, kOther, kNode, kAnchor}, "window range");
-  tryAll(MutualRangeFactor(range, {a, b}, {b, a}), {kNode, kNode}, "mutual range");
+  const AntennaAtNode first{a, b, AntennaAtNode::Axes::Identity()};
+  tryAll(MutualRangeFactor(range, first, {b, a}), {kNode, kNode, kTwo, kTwo}, "mutual range");
+  tryAll(CentredRangeFactor(range, first), {kNode, kAnchor, kTwo}, "centred range");
   tryAll(PositionLinkFactor(a, 100), {kNode, kNode}, "link");
   tryAll(NodeEdgeFactor(a, Eigen::Matrix4d::Identity(), 0.01), {kNode, kNode}, "edge");
+  tryAll(DriftEdgeFactor(a, Eigen::Matrix4d::Identity(), 0.01, 2, 0.5), {kNode, kNode, kTwo},
+         "drifting edge");
   tryAll(ZeroVelocityFactor(0.01), {kSpeed}, "rest");
   tryAll(RelativePoseFactor(Pose(), Eigen::Matrix<double, 6, 6>::Identity()), {kPose, kOther},
          "relative pose");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "vir/factors/drift_edge_factor.h"
 #include "vir/factors/head_range_factor.h"
 #include "vir/factors/mutual_range_factor.h"
 #include "vir/factors/node_edge_factor.h"
@@ -162,15 +163,30 @@ TEST(MutualRangeFactor, ResidualByHand) {
   const double range = std::sqrt(34.0) - 1;
   const MutualRangeFactor f(plain(range, 0.5), {Vec3(2, 0, 1), Vec3(0, 1, 0)},
                             {Vec3(2, 0, 0), Vec3(0, 0, 0.5)});
-  const Blocks x = {{1, 2, 0, M_PI / 2, std::log(2.0)}, {1, 0, 4, 0, 0}};
+  const Blocks x = {{1, 2, 0, M_PI / 2, std::log(2.0)}, {1, 0, 4, 0, 0}, {9, 9}, {9, 9}};
   EXPECT_NEAR(residualOf(f, x)[0], 2.0, 1e-12);
 }
 
+/// The body looks along y of the odometry, which is along -x of W: its origin is 0.3 m ahead of and
+/// 0.1 m left of what turns, so at (-0.3, -0.1) in W.
+TEST(MutualRangeFactor, CentreByHand) {
+  AntennaAtNode first;
+  first.axes_O << 0, -1, 1, 0, 0, 0;
+  const MutualRangeFactor f(plain(1, 0.5), first, {});
+  const Blocks x = {{0.3, 3.1, 4, M_PI / 2, 0.2}, {0, 0, 0, 1, 0}, {0.3, 0.1}, {9, 9}};
+  EXPECT_NEAR(residualOf(f, x)[0], (5 - 1) / 0.5, 1e-12);
+}
+
 TEST(MutualRangeFactor, JacobiansEverywhere) {
-  const AntennaAtNode first{Vec3(0.6, -0.3, 0.1), Vec3(0.1, 0.2, -0.15)};
-  const AntennaAtNode second{Vec3(-0.2, 0.5, 0.3), Vec3(0.05, -0.1, 0.2)};
-  const auto at = [](const NamedNode& n, const AntennaAtNode& a) {
-    const Vec3 offset = std::exp(-n.x[4]) * a.motion_O + a.lever_O;
+  AntennaAtNode first{Vec3(0.6, -0.3, 0.1), Vec3(0.1, 0.2, -0.15)};
+  AntennaAtNode second{Vec3(-0.2, 0.5, 0.3), Vec3(0.05, -0.1, 0.2)};
+  first.axes_O = expQuat(Vec3(0.1, -0.2, 2.5)).toRotationMatrix().leftCols<2>();
+  second.axes_O = expQuat(Vec3(0.3, 0.1, -1)).toRotationMatrix().leftCols<2>();
+  const std::vector<double> c1 = {0.05, -0.03}, c2 = {-0.08, 0.02};
+  const auto at = [&](const NamedNode& n, const AntennaAtNode& a) {
+    const std::vector<double>& c = &a == &first ? c1 : c2;
+    const Vec3 offset =
+        std::exp(-n.x[4]) * a.motion_O + a.lever_O + a.axes_O * Eigen::Vector2d(c[0], c[1]);
     return Vec3(Vec3(n.x.data()) + rotZ(n.x[3]) * offset);
   };
   for (const NamedNode& a : difficultNodes()) {
@@ -179,21 +195,34 @@ TEST(MutualRangeFactor, JacobiansEverywhere) {
       if (expected < 2 * kMinDistance) continue;
       for (double error : rangeErrors()) {
         const MutualRangeFactor f({expected + error, 0.1, {}}, first, second);
-        vir_test::expectJacobians(f, {a.x, b.x}, a.name + ", " + b.name);
+        vir_test::expectJacobians(f, {a.x, b.x, c1, c2}, a.name + ", " + b.name);
       }
     }
   }
 }
 
-/// One antenna that does not move is an anchor without a bias.
+TEST(CentredRangeFactor, JacobiansEverywhere) {
+  AntennaAtNode antenna{Vec3(0.6, -0.3, 0.1), Vec3(0.1, 0.2, -0.15)};
+  antenna.axes_O = expQuat(Vec3(0.1, -0.2, 2.5)).toRotationMatrix().leftCols<2>();
+  for (const NamedNode& n : difficultNodes()) {
+    for (const double range : {1.0, 4.0, 300.0}) {
+      const CentredRangeFactor f({range, 0.1, {}}, antenna);
+      vir_test::expectJacobians(f, {n.x, {1.5, 2, 3, 0.4}, {0.05, -0.03}}, n.name);
+    }
+  }
+}
+
+/// One antenna that does not move is an anchor without a bias; a centre that is the body's origin
+/// says nothing.
 TEST(MutualRangeFactor, IsTheRangeToAnAnchor) {
   const Vec3 motion(0.6, -0.3, 0.1), lever(0.1, 0.2, -0.15);
   for (const NamedNode& n : difficultNodes()) {
     const MutualRangeFactor mutual({4, 0.1, {}}, {motion, lever}, {});
     const NodeRangeFactor anchor({4, 0.1, {}}, motion, lever);
-    EXPECT_EQ(residualOf(mutual, {n.x, {1, 2, 3, 0.4, 0}})[0],
-              residualOf(anchor, {n.x, {1, 2, 3, 0}})[0])
-        << n.name;
+    const CentredRangeFactor centred({4, 0.1, {}}, {motion, lever});
+    const double expected = residualOf(anchor, {n.x, {1, 2, 3, 0}})[0];
+    EXPECT_EQ(residualOf(mutual, {n.x, {1, 2, 3, 0.4, 0}, {0, 0}, {0, 0}})[0], expected) << n.name;
+    EXPECT_EQ(residualOf(centred, {n.x, {1, 2, 3, 0}, {0, 0}})[0], expected) << n.name;
   }
 }
 
@@ -356,6 +385,29 @@ TEST(NodeEdgeFactor, IsTheSameSeenFromAnywhere) {
     return std::vector<double>{p.x(), p.y(), p.z(), x[3] + turn, x[4]};
   };
   EXPECT_LT((residualOf(f, {a, b}) - residualOf(f, {moved(a), moved(b)})).norm(), 1e-11);
+}
+
+/// The heading errs by 0.02 rad/m and -0.1 rad/rad: 0.04 - 0.05 over 2 m and half a radian.
+TEST(DriftEdgeFactor, ResidualByHandAndJacobians) {
+  Eigen::Matrix4d W = Eigen::Matrix4d::Zero();
+  W.diagonal() << 20, 30, 40, 200;
+  const Vec3 motion(0.5, -0.3, 0.2);
+  const std::vector<double> drift = {0.02, -0.1};
+  vir_test::JacobianTolerance tolerance;
+  tolerance.relative = 1e-7;
+  for (const NamedNode& a : difficultNodes()) {
+    for (const NamedNode& b : difficultNodes()) {
+      const Eigen::VectorXd plain = residualOf(NodeEdgeFactor(motion, W, 0.01), {a.x, b.x});
+      const DriftEdgeFactor f(motion, W, 0.01, 2, 0.5);
+      Eigen::VectorXd off = residualOf(f, {a.x, b.x, drift}) - plain;
+      off[3] -= 200 * 0.01;
+      EXPECT_LT(off.norm(), 1e-9 * (1 + plain.norm())) << a.name << " to " << b.name;
+      Eigen::Matrix4d coupled = W;
+      coupled(0, 3) = 7;
+      vir_test::expectJacobians(DriftEdgeFactor(motion, coupled, 0.01, 2, 0.5), {a.x, b.x, drift},
+                                a.name + " to " + b.name, tolerance);
+    }
+  }
 }
 
 TEST(PositionLinkFactor, ResidualByHandAndJacobians) {

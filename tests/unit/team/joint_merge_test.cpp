@@ -54,6 +54,7 @@ struct Merge {
   std::vector<PairResult> pairs;
   MergedMap map;
   JointSolution solution;
+  JointOptions options;
 
   /// As found from the ranges alone: roughly.
   void prepare() {
@@ -68,7 +69,7 @@ struct Merge {
     pairs = {pair};
     map = merge(records, edgesOf(pairs));
   }
-  std::string run() { return mergeJointly(records, {}, &map, &pairs, &solution); }
+  std::string run() { return mergeJointly(records, options, &map, &pairs, &solution); }
 };
 
 TEST(JointMerge, FindsTheTransformAndLaysThePathsIntoOneWorld) {
@@ -96,6 +97,8 @@ TEST(JointMerge, AnUnknownAntennaIsBorneByTheRanges) {
   Merge known, unknown;
   known.prepare();
   unknown.records[1].anchor_ranges.clear();
+  // Nor would the ranges say more than that of where bodies turn.
+  known.options.centre_sigma_m = unknown.options.centre_sigma_m = 0;
   unknown.prepare();
   EXPECT_EQ(unknown.pairs[0].ranges.antenna_unknown,
             static_cast<long>(unknown.pairs[0].ranges.list.size()));

@@ -36,7 +36,12 @@ OdometryNoise jointNoiseDefaults();
 struct JointOptions {
   double node_distance_m = 0.15, node_turn_rad = 0.3, node_interval_s = 2.0;
   OdometryNoise noise = jointNoiseDefaults();
-  double scale_sigma = 0.1, scale_walk_per_sqrt_m = 0.01;
+  double scale_sigma = 0.1, scale_walk_per_sqrt_m = 0.003;
+  /// Of the heading's errors that are the same all the way: [rad/m], and [rad/rad] of turns.
+  double heading_per_m = 0.005, heading_per_rad = 0.02;
+  /// Of where the body's origin (from which antennas are counted) is in x and y of the body, seen
+  /// from what the odometry's poses turn about [m].
+  double centre_sigma_m = 0.05;
   double range_worth = 0.15;  ///< of a range among many: their errors are correlated
   int iterations = 30;
   ranging::RobustRange robust;
