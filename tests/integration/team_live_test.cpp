@@ -142,8 +142,8 @@ class TeamLive : public testing::Test {
     const std::string program = test::buildDir() + "/bin/vir_test_dds_relay", number = domain();
     helpers_.push_back(fork());
     if (helpers_.back() == 0) {
-      execl(program.c_str(), program.c_str(), number.c_str(), a.c_str(), b.c_str(), lost, delay_s,
-            twice, nullptr);
+      execl(program.c_str(), program.c_str(), number.c_str(), lost, delay_s, twice, a.c_str(),
+            b.c_str(), nullptr);
       _exit(127);
     }
   }
@@ -308,6 +308,55 @@ TEST_F(TeamLive, OverABadNetwork) {
   EXPECT_GT(counters["team_lost"], 20);
   EXPECT_GT(counters["team_repeated"], 5);
   EXPECT_GT(counters["team_reordered"], 20);
+}
+
+/// Odometry and ranges of three simulated robots: one map of who is where, by who meets whom.
+TEST_F(TeamLive, ThreeProcessesHaveOneMap) {
+  std::string world =
+      "[simulator]\nrobots = A B C\nimages = none\nodometry = true\ngt_rate_hz = 20\n"
+      "[Flight]\nlength_m = 30\nspeed_mps = 0.9\nrest_s = 1\n";
+  const char* const where[] = {"eight\nstart_m = 0 0 0.3", "letter_s\nstart_m = 3 0 0.3",
+                               "helix\nstart_m = 0 3 0.3"};
+  for (int i = 0; i < 3; ++i) {
+    world +=
+        std::string("[Robot_") + char('A' + i) + "]\nduration_s = 28\nflight = " + where[i] + "\n";
+  }
+  test::writeText(at("world.ini"), world);
+  const test::Outcome made =
+      test::virSlam("simulate " + quoted(at("world.ini")) + " --out " + quoted(at("three.rawlog")));
+  ASSERT_EQ(made.code, 0) << made.text;
+  start_s_ = static_cast<long>(now()) + 4;
+  std::vector<std::unique_ptr<test::Process>> robots;
+  for (int i = 0; i < 3; ++i) {
+    const std::string name(1, char('a' + i));
+    test::writeText(at(name + ".ini"),
+                    "[Recording]\nestimate = true\n[Estimator]\ndriver = odometry\n[all]\ndriver = "
+                    "RawlogReplay\nprocess_rate = 200\nlabels = ODOM UWB0 PEER GT\nclock = keep\n"
+                    "stamps = now\nrawlog = " +
+                        at(std::string("three_") + char('A' + i) + ".rawlog") + "\nstart_at_s = " +
+                        std::to_string(start_s_) + "\n[Dds]\nrobot = " + std::to_string(i) +
+                        "\ndomain = " + domain() + "\nteam = " + team("n") + "\n");
+    robots.push_back(std::make_unique<test::Process>(std::vector<std::string>{
+        "record", at(name + ".ini"), "--out", at(name + ".rawlog"), "--results", at(name)}));
+  }
+  pause(25 - playedS());
+  for (const auto& robot : robots) end(robot.get());
+  std::vector<Pose> worlds;
+  for (const char* name : {"a", "b", "c"}) worlds.push_back(worldOf(name, name));
+  for (const char* name : {"a", "b", "c"}) {
+    const Json map = readJson(folder_ / name / "team.json");
+    EXPECT_EQ(map["frame"]["robot"], 0);
+    ASSERT_EQ(map["robots"].size(), 3u) << map;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Json& robot = map["robots"][i];
+      const Pose told(Quat(rotZ(robot["yaw"])), Vec3(robot["t"][0], robot["t"][1], robot["t"][2]));
+      // Where its world is told to be, and is, 2 m from its origin.
+      const Pose off = (worlds[0].inverse() * worlds[i]).inverse() * told;
+      std::printf("%s: robot %zu off by %.3f m\n", name, i,
+                  (off * Vec3(2, 0, 0) - Vec3(2, 0, 0)).norm());
+      EXPECT_LT((off * Vec3(2, 0, 0) - Vec3(2, 0, 0)).head<2>().norm(), 0.4) << map;
+    }
+  }
 }
 
 /// As a node of ROS 2 on the same domain sees a run, without our code.

@@ -1,10 +1,12 @@
-/// A bad network between two teams: what one of them says is told to the other, in part, late, in
-/// another order and twice. Ends when it is killed, or after five minutes.
-///   vir_test_dds_relay DOMAIN TEAM TEAM LOST_SHARE LONGEST_DELAY_S TWICE_SHARE
+/// A bad network between teams: what one of them says is told to the others, in part, late, in
+/// another order and twice. Ends when it is killed, or after ten minutes.
+///   vir_test_dds_relay DOMAIN LOST_SHARE LONGEST_DELAY_S TWICE_SHARE TEAM TEAM...
 #include <chrono>
 #include <cstdlib>
 #include <map>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "cyclone/dds_entities.h"
 #include "cyclone/report_sample.h"
@@ -37,20 +39,19 @@ class Relay {
   Relay(double lost, double delay_s, double twice)
       : lost_(lost), delay_s_(delay_s), twice_(twice) {}
 
-  void carry(const End& from, const End& to) {
+  /// What `ends[from]` has heard, to all others.
+  void carry(const std::vector<End>& ends, std::size_t from) {
     void* samples[64] = {nullptr};
     dds_sample_info_t infos[64];
-    const dds_return_t n = dds_take(from.reader, samples, infos, 64, 64);
+    const dds_return_t n = dds_take(ends[from].reader, samples, infos, 64, 64);
     for (dds_return_t i = 0; i < n; ++i) {
-      if (!infos[i].valid_data || uniform_(random_) < lost_) continue;
+      if (!infos[i].valid_data) continue;
       const team::PeerReport r = dds::reportOf(*static_cast<vir_team_Report*>(samples[i]));
-      for (int k = uniform_(random_) < twice_ ? 2 : 1; k > 0; --k) {
-        const std::chrono::duration<double> delay(delay_s_ * uniform_(random_));
-        due_.emplace(Clock::now() + std::chrono::duration_cast<Clock::duration>(delay),
-                     std::pair{to.writer, r});
+      for (std::size_t to = 0; to < ends.size(); ++to) {
+        if (to != from && uniform_(random_) >= lost_) send(ends[to].writer, r);
       }
     }
-    if (n > 0) dds_return_loan(from.reader, samples, n);
+    if (n > 0) dds_return_loan(ends[from].reader, samples, n);
   }
   void deliver() {
     while (!due_.empty() && due_.begin()->first <= Clock::now()) {
@@ -61,6 +62,13 @@ class Relay {
   }
 
  private:
+  void send(dds_entity_t writer, const team::PeerReport& r) {
+    for (int k = uniform_(random_) < twice_ ? 2 : 1; k > 0; --k) {
+      const std::chrono::duration<double> delay(delay_s_ * uniform_(random_));
+      due_.emplace(Clock::now() + std::chrono::duration_cast<Clock::duration>(delay),
+                   std::pair{writer, r});
+    }
+  }
   double lost_, delay_s_, twice_;
   std::mt19937 random_{1};
   std::uniform_real_distribution<double> uniform_{0, 1};
@@ -76,13 +84,15 @@ int main(int argc, char** argv) {
   const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
   const dds_entity_t topic =
       dds_create_topic(participant, &vir_team_Report_desc, "vir_team_report", nullptr, nullptr);
-  const End a(participant, topic, argv[2]), b(participant, topic, argv[3]);
-  if (a.writer < 0 || b.writer < 0 || a.reader < 0 || b.reader < 0) return 1;
-  Relay relay(std::atof(argv[4]), std::atof(argv[5]), std::atof(argv[6]));
-  const auto end = Clock::now() + std::chrono::minutes(5);
+  std::vector<End> ends;
+  for (int i = 5; i < argc; ++i) {
+    ends.emplace_back(participant, topic, argv[i]);
+    if (ends.back().writer < 0 || ends.back().reader < 0) return 1;
+  }
+  Relay relay(std::atof(argv[2]), std::atof(argv[3]), std::atof(argv[4]));
+  const auto end = Clock::now() + std::chrono::minutes(10);
   while (Clock::now() < end) {
-    relay.carry(a, b);
-    relay.carry(b, a);
+    for (std::size_t i = 0; i < ends.size(); ++i) relay.carry(ends, i);
     relay.deliver();
     dds_sleepfor(DDS_MSECS(5));
   }
