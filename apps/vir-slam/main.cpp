@@ -9,6 +9,7 @@
 
 #include "commands/commands.h"
 #include "commands/words.h"
+#include "vir/core/loaded_pages.h"
 #include "vir/core/settings.h"
 #include "vir/core/text_file.h"
 #include "vir/rawlog/mrpt_error.h"
@@ -94,6 +95,7 @@ void useOwnThreads() { cv::setNumThreads(1); }
 void loadPlugins(const Common& common, const roles::PluginRoles& roles) {
   roles::loadPluginFolder(
       common.plugin_dir.empty() ? roles::defaultPluginFolder() : common.plugin_dir, roles);
+  releaseLoadedPages();
 }
 
 void requireFile(const std::string& path, const std::string& what) {
@@ -112,5 +114,7 @@ void requireFile(const std::string& path, const std::string& what) {
 int main(int argc, char** argv) {
   vir::app::keepFreedMemory();
   vir::app::useOwnThreads();
-  return vir::app::dispatch(argc, argv);
+  const int code = vir::app::dispatch(argc, argv);
+  vir::releaseLoadedPages();  // what libraries do at the end reads code that was not needed so far
+  return code;
 }

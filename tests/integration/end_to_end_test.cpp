@@ -55,7 +55,7 @@ void expectGood(const RunResult& r, const std::filesystem::path& recording, doub
   EXPECT_EQ(r.summary["resets"], 0);
   EXPECT_EQ(r.summary["verdict"], "good") << r.summary["doubts"];
   EXPECT_TRUE(r.summary["warnings"].empty()) << r.summary["warnings"];
-  EXPECT_LE(r.summary["peak_rss_mb"], 150);
+  EXPECT_LE(r.summary["peak_rss_mb"], 100);
   EXPECT_EQ(test::notFinite(r.folder), "");
   expectPoseForEveryImage(test::imageStamps(recording), r.trajectory);
 }

@@ -1,4 +1,5 @@
 /// Is an anchor's board calibrated?
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -9,7 +10,10 @@ namespace {
 
 /// A bias of so many standard deviations is real; one known to so many calibrated sigmas is known.
 constexpr double kRealBias = 4, kToldBias = 2, kBiasKnown = 1;
+/// Keyframes between two searches: so many, and where the window holds more, this share of it. What
+/// it holds is searched, and a search in nearly the same ranges says nearly the same.
 constexpr int kBiasPeriod = 10;
+constexpr double kBiasShare = 0.1;
 
 /// Beyond what a calibrated board can have and chance can make.
 bool biasIsReal(const ranging::AnchorInitialization& found, double calibrated_sigma) {
@@ -50,7 +54,8 @@ bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, co
   if (located->bias_due) searchForBias(*a, located, held);
   if (!located->bias_search) {
     if (--located->next_bias_check > 0) return false;
-    located->next_bias_check = kBiasPeriod;
+    const auto held_nodes = static_cast<double>(window->nodes().size());
+    located->next_bias_check = std::max(kBiasPeriod, static_cast<int>(kBiasShare * held_nodes));
     located->bias_due = true;
     if (spreads_work) return false;
     searchForBias(*a, located, held);

@@ -20,8 +20,13 @@ void centreJacobian(double scale, const Vec3& direction, const double* node,
 
 bool MutualRangeFactor::Evaluate(double const* const* x, double* residuals,
                                  double** jacobians) const {
+<<<<<<< HEAD
   const NodeAntenna first(x[0], first_.motion_O, leverOf(first_, x[2]));
   const NodeAntenna second(x[1], second_.motion_O, leverOf(second_, x[3]));
+=======
+  const NodeAntenna first(NodeFrame(x[0]), first_.motion_O, first_.lever_O);
+  const NodeAntenna second(NodeFrame(x[1]), second_.motion_O, second_.lever_O);
+>>>>>>> w-s18
   const RangePrediction r = predictRange(first.p_W, second.p_W, 0, range_.range_m);
   const double scale = whiten(range_, r.value_m, residuals);
   if (!jacobians) return true;

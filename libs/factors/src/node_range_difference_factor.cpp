@@ -6,7 +6,7 @@ namespace vir::factors {
 
 bool NodeRangeDifferenceFactor::Evaluate(double const* const* x, double* residuals,
                                          double** jacobians) const {
-  const NodeAntenna antenna(x[0], motion_O_, lever_O_);
+  const NodeAntenna antenna(NodeFrame(x[0]), motion_O_, lever_O_);
   const RangePrediction to_0 = predictRange(antenna.p_W, vec(x[1]), x[1][3], 0);
   const RangePrediction to_1 = predictRange(antenna.p_W, vec(x[2]), x[2][3], 0);
   const double value_m = to_1.value_m - to_0.value_m - difference_.range_m;

@@ -23,11 +23,13 @@ double whiten(const RangeTerm& range, double unwhitened_m, double* residuals) {
   return v.de_dr / range.sigma_m;
 }
 
-NodeAntenna::NodeAntenna(const double* node, const Vec3& motion_O, const Vec3& lever_O) {
-  const Mat3 R = rotZ(node[3]);
-  motion_W = R * (std::exp(-node[4]) * motion_O);
-  offset_W = motion_W + R * lever_O;
-  p_W = vec(node) + offset_W;
+NodeFrame::NodeFrame(const double* node)
+    : R_W_O(rotZ(node[3])), shrink(std::exp(-node[4])), p_W_B(vec(node)) {}
+
+NodeAntenna::NodeAntenna(const NodeFrame& node, const Vec3& motion_O, const Vec3& lever_O) {
+  motion_W = node.R_W_O * (node.shrink * motion_O);
+  offset_W = motion_W + node.R_W_O * lever_O;
+  p_W = node.p_W_B + offset_W;
 }
 
 void nodeJacobian(double scale, const Vec3& direction, const NodeAntenna& antenna, double* j) {

@@ -1,6 +1,6 @@
 #pragma once
 /// Internal: pieces of the factors of ranges and nodes.
-#include "vir/factors/range_factor.h"
+#include "vir/factors/node_range_factor.h"
 
 namespace vir::factors {
 
@@ -13,7 +13,7 @@ inline Vec3 turned(const Vec3& v_W) { return {-v_W.y(), v_W.x(), 0}; }
 
 /// Where a node of the long window has its antenna.
 struct NodeAntenna {
-  NodeAntenna(const double* node, const Vec3& motion_O, const Vec3& lever_O);
+  NodeAntenna(const NodeFrame& node, const Vec3& motion_O, const Vec3& lever_O);
   Vec3 motion_W, offset_W, p_W;
 };
 /// Of a distance that grows along `direction` with the antenna.

@@ -1,11 +1,14 @@
 #include "memory_bound.h"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
+#include <charconv>
+#include <cstdint>
 #include <mutex>
+#include <system_error>
 
 namespace vir::rawlog {
 namespace {
@@ -30,12 +33,24 @@ Shared& shared() {
   return s;
 }
 
-/// Address space in use [byte]; 0 where the system does not tell.
+/// Address space in use [byte]; 0 where the system does not tell. It is asked for most observations
+/// of a recording: the file stays open.
 std::uint64_t inUse() {
-  std::ifstream in("/proc/self/statm");
+  static int file = -1;
+  static pid_t owner = 0;
+  const pid_t self = getpid();
+  if (owner != self) {  // a child would be told of its parent
+    if (file >= 0) close(file);
+    file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+    owner = self;
+  }
+  if (file < 0) return 0;
+  char text[64];
+  const ssize_t size = pread(file, text, sizeof text, 0);
   std::uint64_t pages = 0;
-  in >> pages;
-  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  if (size > 0 && std::from_chars(text, text + size, pages).ec != std::errc()) return 0;
+  static const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return pages * page;
 }
 
 }  // namespace
@@ -43,13 +58,12 @@ std::uint64_t inUse() {
 MemoryBound::MemoryBound(std::uint64_t bytes) {
   Shared& s = shared();
   const std::lock_guard<std::mutex> lock(s.mutex);
-  rlimit now = limitNow();
   ++s.living;
   const std::uint64_t used = inUse();
   if (used == 0) return;
   rlim_t bound = static_cast<rlim_t>(used + bytes);
-  if (s.living > 1) bound = std::max(bound, now.rlim_cur);
-  now.rlim_cur = std::min(bound, kBefore.rlim_cur);
+  if (s.living > 1) bound = std::max(bound, limitNow().rlim_cur);
+  const rlimit now{std::min(bound, kBefore.rlim_cur), kBefore.rlim_max};
   setrlimit(RLIMIT_AS, &now);
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 /// Internal: elimination of the long window's nodes, oldest first. Each node is tied to at most
 /// `band` later ones and to the anchors, so that the cost is linear in the number of nodes.
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <vector>
 
@@ -14,11 +13,15 @@ using Vec5 = Eigen::Matrix<double, 5, 1>;
 using Mat5 = Eigen::Matrix<double, 5, 5>;
 
 /// What stays known of a node once it has been eliminated: it follows the nodes after it and the
-/// anchors linearly.
+/// anchors linearly. Its own block is L D L^T.
 struct EliminatedNode {
-  Eigen::LDLT<Mat5> own;
-  Eigen::Matrix<double, 5, Eigen::Dynamic> coupling;  ///< to (next `band` nodes, anchors)
-  Vec5 b = Vec5::Zero();
+  Mat5 L = Mat5::Identity();                   ///< ones on the diagonal
+  Vec5 inverse_d = Vec5::Zero();               ///< of a direction that nothing is known of: zero
+  Eigen::Matrix<double, Eigen::Dynamic, 5> y;  ///< coupling to (next `band` nodes, anchors) L^-T
+  Vec5 z = Vec5::Zero();                       ///< L^-1 gradient
+
+  /// How it moves when (next `band` nodes, anchors) move by `next`.
+  Vec5 follow(const Eigen::VectorXd& next) const;
 };
 
 /// Normal equations of (node k, the next `band` nodes, anchors), moving along the chain.
@@ -28,7 +31,7 @@ class Frontal {
   int band() const { return band_; }
   int nodeOffset(int ahead) const { return kNodeSize * ahead; }
   int anchorOffset(int index) const { return kNodeSize * (band_ + 1) + kAnchorSize * index; }
-  Eigen::MatrixXd H;
+  Eigen::MatrixXd H;  ///< both halves
   Eigen::VectorXd b;
 
   /// Adds a scalar or vector residual with Jacobians for up to two blocks of columns.
@@ -51,7 +54,9 @@ class Frontal {
   void eliminateFirst(EliminatedNode* out);
 
  private:
+  void moveOn();
   int band_, anchors_;
+  Eigen::VectorXd column_;
 };
 
 }  // namespace vir::window

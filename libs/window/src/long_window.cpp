@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -140,6 +141,8 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& head_ranges) {
   // The elimination's constant term is not kept: a plain sum over all residuals instead.
   double sum = 0;
   const auto ranges = [&](const LongNode& n, const std::vector<HeldRange>& list) {
+    if (list.empty()) return;
+    const factors::NodeFrame frame(n.x);
     for (const HeldRange& r : list) {
       const auto a = anchors.find(r.anchor);
       const auto reference = r.reference ? anchors.find(*r.reference) : anchors.end();
@@ -149,8 +152,7 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& head_ranges) {
         const double* blocks[3] = {n.x, reference->second.x, a->second.x};
         differenceOf(r, a->second, reference->second).Evaluate(blocks, &e, nullptr);
       } else {
-        const double* blocks[2] = {n.x, a->second.x};
-        factorOf(r, a->second).Evaluate(blocks, &e, nullptr);
+        evaluate(r, frame, a->second, &e, nullptr, nullptr);
       }
       sum += e * e;
     }
@@ -165,10 +167,9 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& head_ranges) {
       }
       continue;
     }
-    const factors::NodeEdgeFactor factor(n.motion_O, n.sqrt_information, n.sigma_log_scale);
-    const double* blocks[2] = {n.x, node(k + 1).x};
     double e[5];
-    factor.Evaluate(blocks, e, nullptr);
+    factors::evaluateNodeEdge(n.motion_O, n.sqrt_information, n.sigma_log_scale, n.x, node(k + 1).x,
+                              e, nullptr, nullptr);
     for (double v : e) sum += v * v;
   }
   ranges(head, head_ranges);
@@ -191,12 +192,25 @@ double LongWindow::Impl::cost(const std::vector<HeldRange>& head_ranges) {
   return sum + d.dot(prior.H * d) + 2 * prior.b.dot(d);
 }
 
+void LongWindow::Impl::keepNodes() {
+  kept.resize(nodes.size());
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    std::copy(std::begin(nodes[k].x), std::end(nodes[k].x), kept[k].begin());
+  }
+}
+
+void LongWindow::Impl::restoreNodes() {
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    std::copy(kept[k].begin(), kept[k].end(), nodes[k].x);
+  }
+}
+
 bool LongWindow::solve(int iterations, const std::vector<HeldRange>& head_ranges) {
   Impl& s = *impl_;
   double best = s.cost(head_ranges);
   NormalEquations eq;
   for (int it = 0; it < iterations; ++it) {
-    const std::deque<LongNode> nodes = s.nodes;
+    s.keepNodes();
     const LongNode head = s.head;
     const std::map<std::uint64_t, AnchorNode> anchors = s.anchors;
     eq = eliminate();
@@ -225,13 +239,13 @@ bool LongWindow::solve(int iterations, const std::vector<HeldRange>& head_ranges
       for (const auto& [id, a] : anchors) {
         s.before.insert(s.before.end(), a.x, a.x + kAnchorSize);
       }
-      s.nodes = nodes;
+      s.restoreNodes();
       backSubstitute();
       value = s.cost(head_ranges);
       better = value <= best;
     }
     if (!better) {
-      s.nodes = nodes;
+      s.restoreNodes();
       s.head = head;
       s.anchors = anchors;
       break;

@@ -1,5 +1,6 @@
 #pragma once
 /// Internal: data of the long window, shared by its translation units.
+#include <array>
 #include <cmath>
 
 #include "chain.h"
@@ -36,7 +37,8 @@ struct LongWindow::Impl {
 
   // Of the last elimination.
   std::vector<EliminatedNode> eliminated;
-  std::vector<double> before;  ///< head and anchors then
+  std::vector<double> before;                       ///< head and anchors then
+  std::vector<std::array<double, kNodeSize>> kept;  ///< nodes before a step that may be taken back
   NormalEquations message;
   Eigen::MatrixXd joint;
   std::vector<std::uint64_t> joint_anchors;
@@ -49,11 +51,13 @@ struct LongWindow::Impl {
   bool scaleFrozen() const { return position() || options.scale_sigma <= 0; }
   LongNode& node(std::size_t k) { return k < nodes.size() ? nodes[k] : head; }
 
-  /// The residual of a range that a node (or the head) holds.
-  factors::NodeRangeFactor factorOf(const HeldRange& r, const AnchorNode& a) const {
+  /// The residual of a range that a node (or the head) holds, and its Jacobians unless null.
+  void evaluate(const HeldRange& r, const factors::NodeFrame& node, const AnchorNode& a,
+                double* residual, double* J_node, double* J_anchor) const {
     const factors::RangeTerm term{
         r.range_m, r.sigma_m * std::sqrt(a.variance_factor) / options.gamma_r, options.robust};
-    return {term, options.ranges_at_own_time ? r.motion : Vec3(Vec3::Zero()), r.lever};
+    factors::evaluateNodeRange(term, node, options.ranges_at_own_time ? r.motion : Vec3::Zero(),
+                               r.lever, a.x, residual, J_node, J_anchor);
   }
   /// The residual of a difference that a node (or the head) holds, between two known anchors.
   factors::NodeRangeDifferenceFactor differenceOf(const HeldRange& r, const AnchorNode& a,
@@ -82,6 +86,8 @@ struct LongWindow::Impl {
   void linkHead();
   void marginaliseOldest();
   std::vector<double> headAndAnchors() const;
+  void keepNodes();
+  void restoreNodes();
   double cost(const std::vector<HeldRange>& head_ranges);
 };
 

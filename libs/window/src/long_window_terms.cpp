@@ -70,6 +70,8 @@ void LongWindow::Impl::addAnchorPriors(Frontal* f) const {
 
 void LongWindow::Impl::addRanges(const LongNode& n, const std::vector<HeldRange>& ranges,
                                  Frontal* f) const {
+  if (ranges.empty()) return;
+  const factors::NodeFrame frame(n.x);
   for (const HeldRange& r : ranges) {
     if (r.reference) {
       addDifference(n, r, f);
@@ -78,13 +80,10 @@ void LongWindow::Impl::addRanges(const LongNode& n, const std::vector<HeldRange>
     const int index = anchorIndex(r.anchor);
     if (index < 0) continue;
     const AnchorNode& a = anchors.at(r.anchor);
-    const factors::NodeRangeFactor factor = factorOf(r, a);
     Vec1 e;
     Row5 Jn;
     Row4 Ja;
-    const double* blocks[2] = {n.x, a.x};
-    double* jacobians[2] = {Jn.data(), Ja.data()};
-    factor.Evaluate(blocks, e.data(), jacobians);
+    evaluate(r, frame, a, e.data(), Jn.data(), Ja.data());
     zeroFrozen(yawFrozen(), scaleFrozen(), &Jn);
     if (a.fixed) Ja.setZero();
     f->add<1, 5, 4>(e, Jn, 0, Ja, f->anchorOffset(index));
@@ -130,12 +129,10 @@ void LongWindow::Impl::addNode(std::size_t k, Frontal* f) {
     }
     return;
   }
-  const factors::NodeEdgeFactor factor(n.motion_O, n.sqrt_information, n.sigma_log_scale);
   Vec5 e;
   RowMat5 Ja, Jb;
-  const double* blocks[2] = {n.x, node(k + 1).x};
-  double* jacobians[2] = {Ja.data(), Jb.data()};
-  factor.Evaluate(blocks, e.data(), jacobians);
+  factors::evaluateNodeEdge(n.motion_O, n.sqrt_information, n.sigma_log_scale, n.x, node(k + 1).x,
+                            e.data(), Ja.data(), Jb.data());
   zeroFrozen(yawFrozen(), scaleFrozen(), &Ja);
   zeroFrozen(yawFrozen(), scaleFrozen(), &Jb);
   f->add<5, 5, 5>(e, Ja, 0, Jb, f->nodeOffset(1));
@@ -228,7 +225,7 @@ void LongWindow::backSubstitute() {
   }
   for (std::size_t k = s.nodes.size(); k-- > 0;) {
     const EliminatedNode& e = s.eliminated[k];
-    const Vec5 d = -e.own.solve(e.b + e.coupling * next);
+    const Vec5 d = e.follow(next);
     for (int i = 0; i < kNodeSize; ++i) s.nodes[k].x[i] += d[i];
     for (int j = band - 1; j > 0; --j) {
       next.segment<kNodeSize>(kNodeSize * j) = next.segment<kNodeSize>(kNodeSize * (j - 1)).eval();
