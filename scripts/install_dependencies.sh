@@ -1,11 +1,12 @@
 #!/bin/bash
 # Installs the Debian packages that building and testing need; installs only what is missing, so a
 # second run does nothing and needs no network. Debian 12 and 13.
-#   scripts/install_dependencies.sh [--dev] [--browser] [--slurm] [--list]
+#   scripts/install_dependencies.sh [--dev] [--browser] [--slurm] [--arm64] [--list]
 #     --dev      also the tools of .ci/run (clang, clang-format, clang-tidy, doxygen), Google
 #                Benchmark and gcovr
 #     --browser  Chromium as well, in which tests look at the pages of results
 #     --slurm    a Slurm, of which a test starts one node
+#     --arm64    the cross compiler and the emulator of scripts/check_arm64.sh
 #     --list     print the packages and stop
 set -euo pipefail
 
@@ -25,6 +26,7 @@ dev_packages=(clang clang-format clang-tidy libbenchmark-dev ccache debootstrap 
 
 browser_packages=(chromium)
 slurm_packages=(slurmctld slurmd slurm-client munge)
+arm64_packages=(g++-aarch64-linux-gnu qemu-user-static)
 
 say() { printf '%s\n' "install_dependencies: $*"; }
 
@@ -34,13 +36,14 @@ for argument in "$@"; do
     --dev) packages+=("${dev_packages[@]}") ;;
     --browser) packages+=("${browser_packages[@]}") ;;
     --slurm) packages+=("${slurm_packages[@]}") ;;
+    --arm64) packages+=("${arm64_packages[@]}") ;;
     --list) list_only=true ;;
     -h | --help)
-      sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      sed -n '2,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit 0
       ;;
     *)
-      say "unknown argument '$argument' (known: --dev --browser --slurm --list --help)" >&2
+      say "unknown argument '$argument' (known: --dev --browser --slurm --arm64 --list --help)" >&2
       exit 2
       ;;
   esac
