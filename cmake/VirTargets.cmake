@@ -16,6 +16,16 @@ function(vir_compile_options target)
       # gcc takes the checks themselves for reads of uninitialised values.
       $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
     target_link_options(${target} PRIVATE -fsanitize=${VIR_SANITIZE})
+    # What is tested is optimised, the test's own lines need twice as long to be compiled so.
+    if(is_test)
+      target_compile_options(${target} PRIVATE -O0)
+    endif()
+  endif()
+  if(VIR_COVERAGE)
+    if(NOT is_test)
+      target_compile_options(${target} PRIVATE --coverage)
+    endif()
+    target_link_options(${target} PRIVATE --coverage)
   endif()
 endfunction()
 
