@@ -16,6 +16,24 @@ function(vir_compile_options target)
       # gcc takes the checks themselves for reads of uninitialised values.
       $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
     target_link_options(${target} PRIVATE -fsanitize=${VIR_SANITIZE})
+    # What is tested is optimised, the test's own lines need twice as long to be compiled so.
+    if(is_test)
+      target_compile_options(${target} PRIVATE -O0)
+      target_compile_definitions(${target} PRIVATE VIR_SANITIZED)
+    endif()
+  endif()
+  if(VIR_COVERAGE)
+    if(NOT is_test)
+      target_compile_options(${target} PRIVATE --coverage)
+    endif()
+    target_link_options(${target} PRIVATE --coverage)
+  endif()
+endfunction()
+
+# vir_throwing_new(TARGET): for a program that reads rawlogs of others, which is to go on when memory is refused.
+function(vir_throwing_new target)
+  if(VIR_SANITIZE MATCHES address)
+    target_sources(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support/sanitized_new.cpp)
   endif()
 endfunction()
 

@@ -30,7 +30,7 @@ for name in "${libraries[@]}"; do
   targets+=(--target "test_$name")
 done
 "$root/scripts/build.sh" --build-dir "$build" -DCMAKE_BUILD_TYPE=Debug \
-  "-DCMAKE_CXX_FLAGS=--coverage -O1 -fprofile-abs-path" "${targets[@]}"
+  -DVIR_COVERAGE=ON "-DCMAKE_CXX_FLAGS=-O1 -fprofile-abs-path" "${targets[@]}"
 mkdir -p "$report"
 : >"$report/summary.txt"
 failed=0

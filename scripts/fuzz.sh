@@ -5,10 +5,12 @@
 #     PATTERN  only targets whose name holds it, e.g. rawlog
 # What a target found, and what it learnt (its corpus), stays in build-fuzz/found and build-fuzz/corpus. Exit code 1
 # if anything was found.
+# Environment: VIR_FUZZ_BYTES = a target ends once it was fed so many, its time may not be up; VIR_JOBS = compilers at
+# a time.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 if [ $# -lt 1 ] || ! [[ $1 =~ ^[0-9]+$ ]]; then
-  sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+  sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
   exit 2
 fi
 minutes=$1
@@ -39,13 +41,10 @@ for name in $names; do
   # A hang is what takes longer than 10 s for one input.
   "$program" -max_total_time="$each" -max_len=4096 -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
     -artifact_prefix="$build/found/$name-" "$build/corpus/$name" >"$log" 2>&1 || { result=FOUND; failed=1; }
-  runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -1)
-  fed=$(du -sb "$build/corpus/$name" | cut -f1)
-  units=$(find "$build/corpus/$name" -type f | wc -l)
-  bytes=0
-  if [ "$units" -gt 0 ]; then bytes=$((fed / units * ${runs:-0})); fi
-  total=$((total + bytes))
-  printf '%-28s %-6s %12s inputs %14s bytes or so, %s s\n' "$name" "$result" "${runs:-0}" "$bytes" "$each"
+  # A target that found something is stopped before it can tell.
+  read -r bytes runs < <(sed -n 's/^fed \([0-9]*\) bytes in \([0-9]*\) runs$/\1 \2/p' "$log" | tail -1) || true
+  total=$((total + ${bytes:-0}))
+  printf '%-28s %-6s %12s inputs %14s bytes, %s s\n' "$name" "$result" "${runs:-0}" "${bytes:-0}" "$each"
 done
-echo "$total bytes or so in all; logs in $build/found"
+echo "$total bytes in all; logs in $build/found"
 exit $failed

@@ -9,7 +9,7 @@
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build-asan
-sanitizers=address,undefined
+kind=--sanitize
 select=()
 targets=()
 while [ $# -gt 0 ]; do
@@ -17,7 +17,7 @@ while [ $# -gt 0 ]; do
     address) ;;
     thread | --thread)
       build=$root/build-tsan
-      sanitizers=thread
+      kind=--sanitize=thread
       select+=(-R 'live|Live|Pipeline|HandOver|LineServer|Acquisition|record_cli|Record|uwb_plugin|UwbClock|ImuClock')
       ;;
     [0-9]*/[0-9]*)
@@ -41,8 +41,7 @@ while [ $# -gt 0 ]; do
   esac
   shift
 done
-"$root/scripts/build.sh" --build-dir "$build" -DVIR_SANITIZE="$sanitizers" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-  ${targets[@]+"${targets[@]}"}
+"$root/scripts/build.sh" "$kind" ${targets[@]+"${targets[@]}"}
 # MRPT and OpenCV are not built with sanitizers: what they leave to the end of the program is theirs.
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=0:detect_container_overflow=0}
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1:halt_on_error=1}

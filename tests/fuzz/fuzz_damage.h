@@ -35,14 +35,23 @@ inline std::string input(const std::uint8_t* data, std::size_t size, const std::
   return stream;
 }
 
+/// What was fed, told when the program ends well (scripts/fuzz.sh adds these lines up).
+struct Fed {
+  std::uint64_t bytes = 0, runs = 0;
+  void tell() const {
+    std::fprintf(stderr, "fed %llu bytes in %llu runs\n", static_cast<unsigned long long>(bytes),
+                 static_cast<unsigned long long>(runs));
+  }
+  ~Fed() { tell(); }
+};
+
 inline void count(std::size_t bytes) {
   static const char* limit = std::getenv("VIR_FUZZ_BYTES");
-  static std::uint64_t fed = 0, runs = 0;
-  fed += bytes;
-  ++runs;
-  if (limit == nullptr || fed < std::strtoull(limit, nullptr, 10)) return;
-  std::fprintf(stderr, "fed %llu bytes in %llu runs, nothing found\n",
-               static_cast<unsigned long long>(fed), static_cast<unsigned long long>(runs));
+  static Fed fed;
+  fed.bytes += bytes;
+  ++fed.runs;
+  if (limit == nullptr || fed.bytes < std::strtoull(limit, nullptr, 10)) return;
+  fed.tell();
   std::_Exit(0);
 }
 

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "fuzz_damage.h"
 #include "vir/team/peer_message.h"
 
 namespace {
@@ -31,6 +32,7 @@ void tryOne(const std::uint8_t* data, std::size_t size) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  vir::fuzz::count(size);
   tryOne(data, size);
   if (size != vir::team::kPeerMessageBytes) return 0;
   // Chance never hits the checksum: set it, so that what lies behind it is tried too.

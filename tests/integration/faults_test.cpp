@@ -58,7 +58,7 @@ bool anybodyWorksOn(const std::string& text) {
 bool catchesAtWork() { return std::getenv("VIR_FAULT_TESTS") != nullptr; }
 
 /// Limits are minded by the program, not by a sanitizer, which also has to be loaded first.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef VIR_SANITIZED
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;

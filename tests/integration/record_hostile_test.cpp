@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 
 constexpr TimeNs kS = 1000 * kMs;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef VIR_SANITIZED
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;

@@ -9,7 +9,7 @@ namespace vir {
 namespace {
 
 TEST(Soak, HoldsWhileThingsGoWrong) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef VIR_SANITIZED
   GTEST_SKIP() << "memory is not what it is without a sanitizer";
 #endif
   const bool python = test::shell("command -v python3").code == 0;

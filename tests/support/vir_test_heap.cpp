@@ -5,7 +5,7 @@
 #include <atomic>
 #include <cerrno>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef VIR_SANITIZED
 #define VIR_HEAP_IS_OURS 0
 #else
 #define VIR_HEAP_IS_OURS 1

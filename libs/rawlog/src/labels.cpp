@@ -43,6 +43,8 @@ std::string differenceLabel(std::uint64_t reference) {
   return kDifference + std::to_string(reference);
 }
 
+std::string differencesName() { return kDifference.substr(0, kDifference.find(':')); }
+
 bool isBroadcastLabel(const std::string& label, const std::string& peer_label) {
   const std::size_t n = peer_label.size();
   return label.size() > n + 1 && label[n] == ':' && label.compare(0, n, peer_label) == 0;

@@ -8,11 +8,6 @@
 
 namespace vir::rawlog {
 
-std::string differencesName() {
-  const std::string label = differenceLabel(0);
-  return label.substr(0, label.find(':'));
-}
-
 std::vector<Range> rangeDifferencesOf(const mrpt::obs::CObservation& observation) {
   const auto reference = differenceReferenceOf(observation.sensorLabel);
   if (!reference) return {};

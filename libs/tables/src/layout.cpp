@@ -233,9 +233,9 @@ Layout layoutOf(const std::string& path) {
     // A whole line: neither the first nor the last is.
     const std::size_t begin = piece.find('\n'), end = piece.find('\n', begin + 1);
     if (begin == piece.npos || end == piece.npos) continue;
-    const std::string_view line = trim(std::string_view(piece).substr(begin, end - begin));
-    if (line.empty() || line.front() == '\n' || isComment(line)) continue;
-    splitter.split(trimmed(line), &fields);
+    const std::string_view line = trim(std::string_view(piece).substr(begin + 1, end - begin - 1));
+    if (line.empty() || isComment(line)) continue;
+    splitter.split(line, &fields);
     layout.later.emplace_back(fields.begin(), fields.end());
   }
   return layout;

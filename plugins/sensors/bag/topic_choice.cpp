@@ -10,7 +10,6 @@
 #include "own_labels.h"
 #include "vir/core/text.h"
 #include "vir/rawlog/labels.h"
-#include "vir/rawlog/range_differences.h"
 
 namespace vir::bag {
 namespace {

@@ -91,6 +91,13 @@ TEST(Settings, Files) {
             missing + ": there is no such settings file");
   EXPECT_EQ(settingsErrorOf([&] { Settings::fromFile(folder.path().string()); }),
             folder.path().string() + ": this is a folder, not a settings file");
+  const std::filesystem::path huge = folder / "huge.ini";
+  test::writeText(huge, "[A]\nkey = 1\n");
+  std::filesystem::resize_file(huge, 17'000'000);
+  EXPECT_EQ(
+      settingsErrorOf([&] { Settings::fromFile(huge.string()); }),
+      huge.string() +
+          ": cannot read the settings file: it is larger than 16000 kB, which no such file is");
   for (const std::string text : {"", "\n\n", "// only a comment\n", "[A]\n"}) {
     test::writeText(folder / "empty.ini", text);
     EXPECT_EQ(settingsErrorOf([&] { Settings::fromFile((folder / "empty.ini").string()); }),

@@ -31,6 +31,8 @@ std::string anchorLabel(std::uint64_t id);
 /// `TDOA:<id>`: differences of ranges; this anchor is the reference. Empty for any other label.
 std::optional<std::uint64_t> differenceReferenceOf(const std::string& label);
 std::string differenceLabel(std::uint64_t reference);
+/// What these labels begin with: `TDOA`.
+std::string differencesName();
 
 /// Whose broadcast a label announces: of which anchor, or of the sender's pose in which of its
 /// worlds (both empty: of the sender's own antenna).

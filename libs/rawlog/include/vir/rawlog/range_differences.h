@@ -4,15 +4,12 @@
 #include <mrpt/obs/CObservationBeaconRanges.h>
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "vir/types/range.h"
 
 namespace vir::rawlog {
 
-/// What their labels begin with.
-std::string differencesName();
 /// None for any other class or label; rangesOf() gives none of these.
 std::vector<Range> rangeDifferencesOf(const mrpt::obs::CObservation& observation);
 /// `difference.reference` must be set; else throws std::invalid_argument.
