@@ -25,11 +25,13 @@ void info(const std::string& file) {
   requireFile(file, "map");
   const mission::MissionMap map = mission::loadMap(file);
   std::size_t points = 0;
+  std::vector<Landmark> landmarks;
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
   double way = 0;
   for (std::size_t i = 0; i < map.keyframes.size(); ++i) {
     const PlaceKeyframe& k = *map.keyframes[i];
     points += k.points.size();
+    mission::addMapPoints(k, k.T_W_B, mission::LoopOptions().max_landmark_sigma, &landmarks);
     const Vec3& p = k.T_W_B.p;
     low = i == 0 ? p : Vec3(low.cwiseMin(p));
     high = i == 0 ? p : Vec3(high.cwiseMax(p));
@@ -41,7 +43,7 @@ void info(const std::string& file) {
   std::printf("keyframes  %zu, %zu corners\n", map.keyframes.size(), points);
   std::printf("path       %.1f m, within %.1f x %.1f x %.1f m\n", way, high.x() - low.x(),
               high.y() - low.y(), high.z() - low.z());
-  std::printf("landmarks  %zu\n", map.landmarks.size());
+  std::printf("landmarks  %zu\n", landmarks.size());
   std::printf("camera     %d x %d px, fx %.2f fy %.2f cx %.2f cy %.2f\n", c.width, c.height, c.fx,
               c.fy, c.cx, c.cy);
   for (const Anchor& a : map.anchors) {

@@ -71,6 +71,7 @@ void printRunTable(const results::RunSummary& s, const std::string& folder) {
       {"duration", fixed(s.duration_s, 2), "s"},
       {"path", fixed(s.path_m, 2), "m"},
   };
+  if (s.in_map_s) rows.push_back({"in the frame of the map after", fixed(*s.in_map_s, 2), "s"});
   if (s.ate_posyaw_m) {
     rows.push_back({"ATE (position + yaw aligned)", fixed(*s.ate_posyaw_m, 4), "m"});
     rows.push_back({"ATE rotation (same alignment)", optional(s.ate_posyaw_deg, 3), "deg"});

@@ -161,6 +161,10 @@ LoopedOutput LoopRun::take(VisualInertialEstimator* estimator, TimeNs t, const c
     } else if (closer_->searching()) {
       see(e, {}, image, *estimator);
     }
+    if (map_ && closer_->found() && !told_found_) {
+      told_found_ = true;
+      out.frame_changes.push_back({e.state.t, closer_->correction().pose()});
+    }
     closer_->correct(&e);
     if (auto revision = closer_->takeRevision()) out.revisions.push_back(std::move(*revision));
   }

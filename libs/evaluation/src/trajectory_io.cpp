@@ -2,9 +2,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <istream>
 #include <map>
+#include <optional>
 #include <ostream>
+#include <sstream>
+#include <utility>
 
 #include "vir/core/parse_number.h"
 #include "vir/core/text_file.h"
@@ -107,7 +111,11 @@ class Reader {
     lines_.push_back(number);
   }
 
+  /// The poses so far are of another frame.
+  void changeFrame(const Pose& T_new_old) { changes_.emplace_back(poses_.size(), T_new_old); }
+
   Trajectory finish() {
+    toLastFrame();
     std::vector<std::size_t> order(poses_.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(),
@@ -132,6 +140,18 @@ class Reader {
   }
 
  private:
+  void toLastFrame() {
+    Pose T_last;
+    auto change = changes_.rbegin();
+    for (std::size_t i = poses_.size(); i-- > 0 && !changes_.empty();) {
+      for (; change != changes_.rend() && i < change->first; ++change) {
+        T_last = T_last * change->second;
+        T_last.q.normalize();
+      }
+      poses_[i].T_W_B = T_last * poses_[i].T_W_B;
+    }
+  }
+
   struct Fault {
     std::size_t message = 0;
     long count = 0;
@@ -237,11 +257,31 @@ class Reader {
   ReadReport* report_;
   Trajectory poses_;
   std::vector<long> lines_;
+  std::vector<std::pair<std::size_t, Pose>> changes_;  ///< of the frame, after so many poses
   std::vector<std::string_view> fields_;
   std::map<std::string, Fault> faults_;
   TimeNs latest_ = 0;
   bool seen_ = false;
 };
+
+constexpr const char* kFrameChange = "# the poses above are of another frame, which lies here at";
+
+constexpr double kFarthest_m = 1e9;
+
+/// Of a frameChangeLine(); nothing for other lines.
+std::optional<Pose> frameChangeOf(const std::string& line) {
+  if (line.compare(0, std::strlen(kFrameChange), kFrameChange) != 0) return std::nullopt;
+  std::istringstream numbers(line.substr(std::strlen(kFrameChange)));
+  double v[7];
+  for (double& x : v) {
+    std::string word;
+    if (!(numbers >> word) || !parseNumber(word, &x) || !(std::abs(x) < kFarthest_m))
+      return std::nullopt;
+  }
+  const Quat q(v[6], v[3], v[4], v[5]);
+  if (!(std::abs(q.norm() - 1) < 1e-3)) return std::nullopt;
+  return Pose(q.normalized(), Vec3(v[0], v[1], v[2]));
+}
 
 /// `forced`: as the caller knows; else by the first lines.
 Trajectory read(std::istream& in, ReadReport* report, const Habit* forced) {
@@ -261,13 +301,25 @@ Trajectory read(std::istream& in, ReadReport* report, const Habit* forced) {
   const auto take = [&](const std::string& raw) {
     ++number;
     const std::string cleaned = clean(raw);
-    if (!cleaned.empty()) reader.line(cleaned, number);
+    if (!cleaned.empty()) {
+      reader.line(cleaned, number);
+    } else if (const auto T_new_old = frameChangeOf(raw)) {
+      reader.changeFrame(*T_new_old);
+    }
   };
   for (const std::string& l : first) take(l);
   while (readLine(in, &line)) take(line);
   Trajectory result = reader.finish();
   if (report != nullptr) *report = local;
   return result;
+}
+
+/// " x y z qx qy qz qw"
+std::string sevenOf(const Pose& T) {
+  char text[512];
+  std::snprintf(text, sizeof text, " %.9f %.9f %.9f %.9f %.9f %.9f %.9f", T.p.x(), T.p.y(), T.p.z(),
+                T.q.x(), T.q.y(), T.q.z(), T.q.w());
+  return text;
 }
 
 }  // namespace
@@ -309,14 +361,9 @@ std::vector<TimeNs> readStamps(std::istream& in) {
   return stamps;
 }
 
-std::string tumLine(const StampedPose& pose) {
-  const Vec3& p = pose.T_W_B.p;
-  const Quat& q = pose.T_W_B.q;
-  char text[512];
-  std::snprintf(text, sizeof text, " %.9f %.9f %.9f %.9f %.9f %.9f %.9f", p.x(), p.y(), p.z(),
-                q.x(), q.y(), q.z(), q.w());
-  return formatSeconds(pose.t) + text;
-}
+std::string tumLine(const StampedPose& pose) { return formatSeconds(pose.t) + sevenOf(pose.T_W_B); }
+
+std::string frameChangeLine(const Pose& T_new_old) { return kFrameChange + sevenOf(T_new_old); }
 
 void writeTum(std::ostream& out, const Trajectory& trajectory) {
   for (const StampedPose& pose : trajectory) out << tumLine(pose) << '\n';

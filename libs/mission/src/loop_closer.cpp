@@ -336,14 +336,7 @@ std::vector<Landmark> LoopCloser::landmarks() const {
     if (k->id < m.first_own) continue;
     const auto T_M_B = m.places.graph().poseOf(k->id);
     if (!T_M_B) continue;
-    const Pose T_M_C = *T_M_B * k->T_B_C;
-    for (const PlacePoint& p : k->points) {
-      const double inverse = static_cast<double>(p.inverse_distance);
-      const double sigma = static_cast<double>(p.inverse_distance_sigma);
-      if (!(inverse > 0) || !(sigma < m.options.max_landmark_sigma * inverse)) continue;
-      const Vec3 p_M = T_M_C * Vec3(p.ray_C.cast<double>() / inverse);
-      if (p_M.allFinite()) out.push_back({out.size() + 1, p_M});
-    }
+    addMapPoints(*k, *T_M_B, m.options.max_landmark_sigma, &out);
   }
   if (out.size() <= kMostLandmarks) return out;
   const std::size_t step = out.size() / kMostLandmarks + 1;
@@ -369,8 +362,6 @@ MissionMap LoopCloser::map(const Calibration& calibration,
     if (extends) copy->segment += m.segments_before;
     out.keyframes.push_back(std::move(copy));
   }
-  const std::uint64_t first = out.landmarks.empty() ? 0 : out.landmarks.back().id;
-  for (const Landmark& l : landmarks()) out.landmarks.push_back({first + l.id, l.p_W});
   std::map<std::uint64_t, Anchor> known;
   for (const Anchor& a : out.anchors) known[a.id] = a;
   for (const Anchor& a : anchors) {

@@ -71,6 +71,12 @@ class MapReader {
     require(n <= left_ / size, "more entries than it has bytes");
     return static_cast<std::size_t>(n);
   }
+  /// The next bytes for themselves, with their length in front.
+  MapReader part() {
+    const std::uint64_t size = whole<8>();
+    require(size <= left_, "it ends early");
+    return {take(static_cast<std::size_t>(size)), static_cast<std::size_t>(size)};
+  }
   void bytes(void* to, std::size_t size) { std::memcpy(to, take(size), size); }
   std::size_t left() const { return left_; }
 

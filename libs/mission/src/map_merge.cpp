@@ -57,11 +57,9 @@ MergedMaps merge(const MissionMap& first, const MissionMap& second, const LoopOp
     pairs.push_back({copy->T_W_B.p, k->T_W_B.p, 1});
     out.map.keyframes.push_back(std::move(copy));
   }
-  // Points and anchors belong to no keyframe: they go with the path as a whole.
+  // Anchors belong to no keyframe: they go with the path as a whole.
   const LevelFit fit = fitLevel(pairs);
   const MissionMap there = moved(second, fit.turn_known ? fit.T_A_B : places.graph().correction());
-  const std::uint64_t points = first.landmarks.empty() ? 0 : first.landmarks.back().id;
-  for (const Landmark& l : there.landmarks) out.map.landmarks.push_back({points + l.id, l.p_W});
   std::map<std::uint64_t, Anchor> anchors;
   for (const Anchor& a : there.anchors) anchors[a.id] = a;
   for (const Anchor& a : first.anchors) anchors[a.id] = a;

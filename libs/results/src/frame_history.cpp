@@ -55,6 +55,13 @@ void FrameHistory::add(const StateEstimate& estimate) {
   stride_ *= 2;
 }
 
+void FrameHistory::changeFrame(const Pose& T_new_old) {
+  for (FrameSample& s : samples_) {
+    s.state.T_W_B = T_new_old * s.state.T_W_B;
+    s.state.v = T_new_old.q * s.state.v;
+  }
+}
+
 void FrameHistory::noteEvent(const StateEstimate& e) {
   std::string health = healthText(e);
   if (e.segment != segment_) health += "; starts anew, positions are not tied to those before";

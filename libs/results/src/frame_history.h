@@ -29,6 +29,8 @@ struct FrameEvent {
 class FrameHistory {
  public:
   void add(const StateEstimate& estimate);
+  /// What was added so far is of another frame.
+  void changeFrame(const Pose& T_new_old);
   /// Evenly thinned out: at most twice kShown.
   const std::vector<FrameSample>& samples() const { return samples_; }
   /// The first kMostEvents of them.

@@ -31,6 +31,7 @@ std::string summaryTable(const RunSummary& s) {
   t += row("frames (images, or odometry poses)", std::to_string(s.frames));
   t += row("poses", std::to_string(s.poses));
   t += row("first pose after", number(s.init_time_s, 2), "s");
+  if (s.in_map_s) t += row("in the frame of the map after", number(s.in_map_s, 2), "s");
   t += row("duration", number(s.duration_s, 2), "s");
   t += row("path", number(s.path_m, 2), "m");
   if (s.ate_posyaw_m) {

@@ -121,6 +121,7 @@ void RunRecorder::onObservation(const mrpt::obs::CObservation& observation) {
 
 void RunRecorder::onOutput(const roles::EstimatorOutput& output,
                            const roles::Estimator& estimator) {
+  to_come_.insert(to_come_.end(), output.frame_changes.begin(), output.frame_changes.end());
   for (const StateEstimate& estimate : output.states) add(estimate);
   if (!output.states.empty()) images_->add(output.states.back(), estimator.trackedPixels());
   for (const RangeRecord& range : output.ranges) ranges_->add(range);
@@ -166,6 +167,10 @@ void RunRecorder::writePose(const StateEstimate& estimate) {
     return;
   }
   const StampedPose pose{estimate.state.t, estimate.state.T_W_B};
+  while (!to_come_.empty() && to_come_.front().t <= pose.t) {
+    add(to_come_.front());
+    to_come_.erase(to_come_.begin());
+  }
   if (last_pose_) path_m_ += (pose.T_W_B.p - last_pose_->T_W_B.p).norm();
   trajectory_file_.line(evaluation::tumLine(pose));
   covariance_file_.line(covarianceLine(estimate));
@@ -173,6 +178,14 @@ void RunRecorder::writePose(const StateEstimate& estimate) {
   EstimateRow row{rowOf(pose), {}};
   Eigen::Map<Mat3>(row.covariance) = estimate.covariance.topLeftCorner<3, 3>();
   long_run_->poses.add(row);
+}
+
+void RunRecorder::add(const FrameChange& change) {
+  frame_changes_.push_back(change);
+  if (!last_pose_) return;
+  last_pose_->T_W_B = change.T_new_old * last_pose_->T_W_B;
+  trajectory_file_.line(evaluation::frameChangeLine(change.T_new_old));
+  history_->changeFrame(change.T_new_old);
 }
 
 void RunRecorder::addGroundTruth(TimeNs t, const Pose& T_W_B) {
@@ -184,8 +197,16 @@ void RunRecorder::addGroundTruth(TimeNs t, const Pose& T_W_B) {
 /// At the end: everything is needed at once.
 void RunRecorder::fetchLongRun() {
   for (const EstimateRow& row : long_run_->poses.all()) {
-    trajectory_.push_back(poseOf(row.pose));
-    position_covariance_.emplace_back(Eigen::Map<const Mat3>(row.covariance));
+    StampedPose pose = poseOf(row.pose);
+    Mat3 covariance = Eigen::Map<const Mat3>(row.covariance);
+    for (const FrameChange& change : frame_changes_) {
+      if (pose.t >= change.t) continue;
+      const Mat3 R = change.T_new_old.R();
+      pose.T_W_B = change.T_new_old * pose.T_W_B;
+      covariance = R * covariance * R.transpose();
+    }
+    trajectory_.push_back(pose);
+    position_covariance_.push_back(covariance);
     const double variance = clean(position_covariance_.back().trace());
     position_sigma_m_.push_back(std::sqrt(std::max(0.0, variance)));
   }
@@ -327,6 +348,9 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   summary->poses = static_cast<long>(trajectory_.size());
   summary->path_m = path_m_;
   if (!trajectory_.empty()) summary->init_time_s = toSeconds(trajectory_.front().t - first_frame_);
+  if (!frame_changes_.empty()) {
+    summary->in_map_s = toSeconds(frame_changes_.back().t - first_frame_);
+  }
   if (not_finite_ > 0) summary->counters.emplace_back("poses_not_finite", not_finite_);
   if (out_of_order_ > 0) summary->counters.emplace_back("poses_out_of_order", out_of_order_);
   takeSurvey(estimator, summary);

@@ -136,6 +136,7 @@ std::string toJson(const RunSummary& s) {
   json["frames"] = s.frames;
   json["poses"] = s.poses;
   json["init_time_s"] = s.init_time_s ? Json(*s.init_time_s) : Json(nullptr);
+  put(&json, "in_map_s", s.in_map_s);
   json["duration_s"] = s.duration_s;
   json["path_m"] = s.path_m;
   json["wall_s"] = rounded(s.wall_s);

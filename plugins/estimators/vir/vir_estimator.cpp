@@ -186,6 +186,7 @@ void VirEstimator::pump(TimeNs t, const cv::Mat* gray) {
   append(&waiting_.ranges, more.ranges);
   append(&waiting_.revisions, more.revisions);
   append(&waiting_.uncorrected, more.uncorrected);
+  append(&waiting_.frame_changes, more.frame_changes);
 }
 
 roles::EstimatorOutput VirEstimator::take() {

@@ -283,6 +283,34 @@ TEST(WriteTum, RoundTripKeepsStampsAndNineDecimals) {
             "1.000000000");
 }
 
+TEST(ReadTum, PosesBeforeAChangeOfFrameAreGivenInTheLastOne) {
+  const Pose a(Quat(Eigen::AngleAxisd(0.5, Vec3::UnitZ())), Vec3(1, 2, 3)),
+      b(Quat(Eigen::AngleAxisd(-2, Vec3::UnitZ())), Vec3(-7, 0, 1));
+  const Pose pose(Quat::Identity(), Vec3(0.25, 0.5, 0));
+  const auto line = [&](TimeNs t) { return tumLine({t, pose}) + "\n"; };
+  ReadReport report;
+  const Trajectory t =
+      tum(line(1) + frameChangeLine(a) + "\n" + line(2) + frameChangeLine(b) + "\r\n" + line(3),
+          &report);
+  ASSERT_EQ(t.size(), 3u);
+  EXPECT_LT((t[0].T_W_B.p - (b * a * pose).p).norm(), 1e-8);
+  EXPECT_LT((t[1].T_W_B.p - (b * pose).p).norm(), 1e-8);
+  EXPECT_EQ(t[2].T_W_B.p, pose.p);
+}
+
+TEST(ReadTum, AChangeOfFrameThatIsNoneIsAComment) {
+  const std::string begin = frameChangeLine(Pose()).substr(0, frameChangeLine(Pose()).find(" 0."));
+  const std::string end = "\n2 0 0 0 0 0 0 1\n";
+  for (const char* numbers : {"", " 1 2 3", " 1 2 3 0 0 0 2", " nan 2 3 0 0 0 1",
+                              " 1e300 2 3 0 0 0 1", " 1 2 x 0 0 0 1"}) {
+    ReadReport report;
+    const Trajectory t = tum("1 0 0 0 0 0 0 1\n" + begin + numbers + end, &report);
+    ASSERT_EQ(t.size(), 2u) << numbers;
+    EXPECT_EQ(t[0].T_W_B.p, Vec3::Zero()) << numbers;
+    EXPECT_EQ(report.skipped(), 0) << numbers;
+  }
+}
+
 TEST(ReadStamps, TakesTheFirstColumn) {
   std::istringstream in("#timestamp [ns],filename\r\n30,30.png\r\n\r\n10,10.png\r\nt,x\r\n20\r\n");
   EXPECT_EQ(readStamps(in), (std::vector<TimeNs>{10, 20, 30}));

@@ -12,6 +12,7 @@
 
 #include "vir/estimator/visual_inertial_estimator.h"
 #include "vir/mission/loop_closer.h"
+#include "vir/types/frame_change.h"
 
 namespace vir::estimator {
 
@@ -33,7 +34,8 @@ struct LoopedOutput {
   std::vector<StateEstimate> states;
   std::vector<RangeRecord> ranges;
   std::vector<Revision> revisions;
-  std::vector<StampedPose> uncorrected;  ///< of the valid states, in W
+  std::vector<StampedPose> uncorrected;    ///< of the valid states, in W
+  std::vector<FrameChange> frame_changes;  ///< where the run was found in the map: W, then M
 };
 
 class LoopRun {
@@ -104,6 +106,7 @@ class LoopRun {
   std::vector<StampedPose> settled_;  // in W
   std::optional<Revision> last_revision_;
   bool saved_ = false;
+  bool told_found_ = false;  // as a change of frame
   int segment_ = 0;
   TimeNs segment_since_ = 0;
 };

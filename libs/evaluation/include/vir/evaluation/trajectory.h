@@ -38,7 +38,8 @@ bool parseSeconds(const std::string& text, TimeNs* t);
 /// Seconds with 9 decimals, exact.
 std::string formatSeconds(TimeNs t);
 
-/// TUM: `t x y z qx qy qz qw`, seconds and metres, separated by blanks; `#` starts a comment.
+/// TUM: `t x y z qx qy qz qw`, seconds and metres, separated by blanks; `#` starts a comment. Poses
+/// before a frameChangeLine() are given in the frame of those behind it.
 Trajectory readTum(std::istream& in, ReadReport* report);
 
 /// Any table of poses (vir/tables/layout.h): columns by the names of a header, else TUM's where
@@ -52,6 +53,10 @@ std::vector<TimeNs> readStamps(std::istream& in);
 
 /// One TUM line without line break, 9 decimals.
 std::string tumLine(const StampedPose& pose);
+
+/// A comment, for other readers, which says that the poses before it are of another frame, and how
+/// that lies in the frame of those behind it. Without line break.
+std::string frameChangeLine(const Pose& T_new_old);
 
 /// All poses, one per line. The caller checks the stream.
 void writeTum(std::ostream& out, const Trajectory& trajectory);

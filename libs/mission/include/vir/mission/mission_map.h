@@ -1,5 +1,6 @@
 #pragma once
-/// What is kept of a mission for the next one: places, anchors, map points, the camera.
+/// What is kept of a mission for the next one: places with the points seen there, anchors, the
+/// camera.
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -17,11 +18,16 @@ namespace vir::mission {
 struct MissionMap {
   Calibration calibration;  ///< of the camera whose corners these are
   std::vector<std::shared_ptr<const PlaceKeyframe>> keyframes;  ///< ids rise
-  std::vector<Landmark> landmarks;
   std::vector<Anchor> anchors;  ///< those with a position, ordered by id
 };
 
-/// The bytes of a map file: docs/loops.md has the layout. The same map gives the same bytes.
+/// Corners of a keyframe at T_M_B that are known to `max_sigma` of their distance, as points in M,
+/// appended with ids that count on.
+void addMapPoints(const PlaceKeyframe& keyframe, const Pose& T_M_B, double max_sigma,
+                  std::vector<Landmark>* points);
+
+/// The bytes of a map file: docs/loops.md has the layout. The same map gives the same bytes. Pixels
+/// are rounded to 1/16 px, rays to 1e-4 rad, inverse distances to 2e-4 of themselves.
 std::string encode(const MissionMap& map);
 /// Throws std::runtime_error that says what is wrong: no map, of another version, damaged (the
 /// checksum does not fit), or with values that no map can have. Nothing is allocated that `bytes`

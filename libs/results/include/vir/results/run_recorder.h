@@ -52,8 +52,10 @@ struct RunSummary {
   long frames = 0;      ///< images handed to the estimator; odometry poses if there are no images
   long poses = 0;       ///< lines of trajectory.tum
   std::optional<double> init_time_s;  ///< first pose after the first frame; empty: never
-  double duration_s = 0;              ///< first to last frame
-  double path_m = 0;                  ///< length of the estimated path
+  /// First pose in the frame of a map, after the first frame; empty: no map, or not found in it.
+  std::optional<double> in_map_s;
+  double duration_s = 0;  ///< first to last frame
+  double path_m = 0;      ///< length of the estimated path, changes of frame left out
   double wall_s = 0, cpu_s = 0;
   double cpu_ms_per_frame = 0;  ///< CPU time inside the estimator per frame, decoding not included
   double peak_rss_mb = 0;
@@ -136,6 +138,8 @@ class RunRecorder final : public RunObserver {
  private:
   void add(const StateEstimate& estimate);
   void add(const Revision& revision);
+  /// Whatever was written of the causal path so far is of another frame.
+  void add(const FrameChange& change);
   void keepSettled(const StampedPose& keyframe);
   void writePose(const StateEstimate& estimate);
   void fetchLongRun();
@@ -159,7 +163,9 @@ class RunRecorder final : public RunObserver {
   std::unique_ptr<FrameHistory> history_;
   std::unique_ptr<Thumbnails> images_;
   TimeNs first_frame_ = 0;
-  std::map<TimeNs, Pose> revised_;  // keyframes as they were last told of, until they settle
+  std::map<TimeNs, Pose> revised_;    // keyframes as they were last told of, until they settle
+  std::vector<FrameChange> to_come_;  // of the frame: of states that were not added yet
+  std::vector<FrameChange> frame_changes_;  // that were written
   std::optional<StampedPose> last_pose_;
   std::optional<TimeNs> first_estimate_;
   TimeNs last_truth_ = 0;

@@ -14,6 +14,7 @@
 #include "vir/core/options.h"
 #include "vir/types/anchor.h"
 #include "vir/types/calibration_change.h"
+#include "vir/types/frame_change.h"
 #include "vir/types/loop_record.h"
 #include "vir/types/range.h"
 #include "vir/types/state.h"
@@ -76,6 +77,8 @@ struct EstimatorOutput {
   std::vector<StampedPose> settled{};
   /// Poses of the valid states without what loops have corrected: smooth. None without loops.
   std::vector<StampedPose> uncorrected = {};
+  /// Of `states`, as where the run was found in a map.
+  std::vector<FrameChange> frame_changes = {};
 };
 
 /// A working estimator. The caller keeps time order per sensor.
