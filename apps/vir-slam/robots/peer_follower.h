@@ -22,8 +22,8 @@ class PeerFollower final : public results::RunObserver {
                LogSink log)
       : peer_label_(options.peer_label),
         interval_s_(options.interval_s),
-        tracker_({options.interval_s, options.use_anchors}, std::move(create_solver),
-                 std::move(log)) {}
+        tracker_({options.interval_s, options.use_anchors, options.settled_interval_s},
+                 std::move(create_solver), std::move(log)) {}
 
   void onObservation(const mrpt::obs::CObservation& observation) override;
   void onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) override;

@@ -9,6 +9,8 @@ void describe(OptionVisitor& v, RendezvousRunOptions& o) {
   v.value("in_run", o.in_run,
           "`vir-slam run` finds the transforms to robots it ranges to, from what they broadcast");
   v.value("interval_s", o.interval_s, {0.01, 1e4}, "time between two answers of a pair");
+  v.value("settled_interval_s", o.settled_interval_s, {0.01, 1e4},
+          "the same in a run or live, once the pair's transform is unique");
   v.value("use_anchors", o.use_anchors, "use the anchors that both robots know");
   v.value("joint", o.joint,
           "solve both recordings together in the end, where they hold odometry poses");

@@ -11,7 +11,7 @@ struct RendezvousRunOptions {
   std::string driver = "nlopt";
   std::string peer_label = rawlog::kPeerLabel;
   bool in_run = true;
-  double interval_s = 0.5;
+  double interval_s = 0.5, settled_interval_s = 2;
   bool use_anchors = true;
   bool joint = true;
 };

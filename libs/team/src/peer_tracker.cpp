@@ -153,6 +153,7 @@ void PeerTracker::hear(const PeerPose& pose) {
 void PeerTracker::beginWorld(const PeerPose& pose, Peer* peer) {
   peer->path.clear();
   peer->anchors.clear();
+  peer->due = peer->last;
   PairTransform& t = peer->result.transform;
   if (t.answer.status == TransformStatus::unique) {
     vir::log(log_, LogLevel::info,
@@ -227,7 +228,6 @@ void PeerTracker::give(const Range& range, const KnownPose& own, const Told& tol
 
 void PeerTracker::ask(const AnchorsNow& anchors, Peer* peer) {
   peer->asked = true;
-  peer->due = peer->last + fromSeconds(options_.interval_s);
   if (options_.use_anchors) {
     std::vector<SharedAnchor> shared;
     for (const Anchor& a : anchors()) {
@@ -243,6 +243,9 @@ void PeerTracker::ask(const AnchorsNow& anchors, Peer* peer) {
   const bool was_unique = t.answer.status == TransformStatus::unique;
   t.answer = peer->solver->answer();
   const bool is_unique = t.answer.status == TransformStatus::unique;
+  peer->due = peer->last +
+              fromSeconds(is_unique ? std::max(options_.interval_s, options_.settled_interval_s)
+                                    : options_.interval_s);
   const double since_first_s = toSeconds(peer->last - peer->first);
   if (is_unique && !t.first_unique_s) t.first_unique_s = since_first_s;
   if (is_unique && !was_unique) {

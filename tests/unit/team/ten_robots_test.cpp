@@ -57,7 +57,7 @@ class Member {
     T_G_own_ = {2 * M_PI * noise_.uniform(), Vec3(3 * noise_.normal(), 3 * noise_.normal(), 0.5)};
     inbox_ = PeerInbox(id_, {});
     tracker_ = std::make_unique<PeerTracker>(
-        PeerTrackerOptions{2.0, true, 20},
+        PeerTrackerOptions{2.0, true, 2.0, 20},
         [](const LogSink&) { return std::make_unique<Solver>(); }, LogSink());
     mapper_ = TeamMapper();
     worlds_.clear();

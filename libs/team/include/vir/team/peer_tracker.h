@@ -23,6 +23,8 @@ using PairSolverFactory = std::function<std::unique_ptr<PairSolver>(const LogSin
 struct PeerTrackerOptions {
   double interval_s = 0.5;  ///< between two answers of a pair
   bool use_anchors = true;  ///< those that both robots know
+  /// The same once the transform is unique, if it is longer: what is left is to follow the drift.
+  double settled_interval_s = 2;
   /// Answers of a pair kept for its history; beyond, every second of the older half goes.
   std::size_t max_moments = 2400;
 };
