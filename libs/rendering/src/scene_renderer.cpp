@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <numeric>
 #include <stdexcept>
 
@@ -19,7 +20,7 @@ constexpr double kRim_px = 1.5;
 constexpr std::uint16_t kNothing = 65535;
 constexpr int kEdgeSamples = 16;
 /// So many neighbouring pixels of a face share the size of their area on it.
-constexpr int kRun = 4;
+constexpr int kRun = Surfaces::kLanes;
 
 struct Tile {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels [x0, x1)
@@ -221,11 +222,14 @@ void SceneRenderer::Impl::shade(const Row& r, int n, const Tile& tile, float con
     const int middle = (k + end) / 2;
     const float d[3] = {r.d[0][middle], r.d[1][middle], r.d[2][middle]};
     const FaceView view = surfaces.view(r.face[k], d, r.t[middle], tile.dx.data(), tile.dy.data());
-    for (; k < end; ++k) {
-      const float t = r.t[k];
-      const float relative[3] = {t * r.d[0][k], t * r.d[1][k], t * r.d[2][k]};
-      out[k] = surfaces.radiance(view, relative, contrast);
+    // Of a shorter run the last point stands for those that are missing.
+    float relative[3][kRun], grey[kRun];
+    for (int lane = 0; lane < kRun; ++lane) {
+      const int at = std::min(k + lane, end - 1);
+      for (int axis = 0; axis < 3; ++axis) relative[axis][lane] = r.t[at] * r.d[axis][at];
     }
+    surfaces.radiance(view, relative, contrast, grey);
+    for (int lane = 0; k < end; ++k, ++lane) out[k] = grey[lane];
   }
 }
 
@@ -298,7 +302,12 @@ float SceneRenderer::Impl::overPixel(const Tile& tile, std::size_t pixel, float 
     for (float& m : mean) m /= count;
     const float d[3] = {mean[0] / t, mean[1] / t, mean[2] / t};
     const FaceView view = surfaces.view(face, d, t, tile.dx.data(), tile.dy.data());
-    sum += count * surfaces.radiance(view, mean, contrast);
+    float point[3][Surfaces::kLanes], grey[Surfaces::kLanes];
+    for (int axis = 0; axis < 3; ++axis) {
+      std::fill(std::begin(point[axis]), std::end(point[axis]), mean[axis]);
+    }
+    surfaces.radiance(view, point, contrast, grey);
+    sum += count * grey[0];
   }
   return sum / kEdgeSamples;
 }

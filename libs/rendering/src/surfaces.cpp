@@ -7,10 +7,17 @@
 
 namespace vir::rendering {
 
-inline float Surfaces::look(const Layer& l, const Texture::Sampling& sampling, float u,
-                            float v) const {
+inline void Surfaces::addLook(const Layer& l, const Texture::Sampling& sampling,
+                              const float u[kLanes], const float v[kLanes],
+                              float sum[kLanes]) const {
   const Texture& t = *textures_[static_cast<std::size_t>(l.texture)];
-  return l.gain * t.look(sampling, Texture::placeOf(l.eye_u + u * l.per_m, l.eye_v + v * l.per_m));
+  float at_u[kLanes], at_v[kLanes], grey[kLanes];
+  for (int k = 0; k < kLanes; ++k) {
+    at_u[k] = l.eye_u + u[k] * l.per_m;
+    at_v[k] = l.eye_v + v[k] * l.per_m;
+  }
+  t.look(sampling, at_u, at_v, grey);
+  for (int k = 0; k < kLanes; ++k) sum[k] += l.gain * grey[k];
 }
 
 namespace {
@@ -126,21 +133,25 @@ FaceView Surfaces::view(int face, const float d[3], float t, const float dx[3],
   return w;
 }
 
-float Surfaces::radiance(const FaceView& w, const float relative[3], float contrast) const {
+void Surfaces::radiance(const FaceView& w, const float relative[3][kLanes], float contrast,
+                        float out[kLanes]) const {
   const Face& f = faces_[static_cast<std::size_t>(w.face)];
-  const float u = relative[w.u], v = relative[w.v];
-  float texture = look(f.fine, w.fine, u, v);
-  if (f.coarse.gain > 0) texture += look(f.coarse, w.coarse, u, v);
-  const float albedo = f.base + contrast * texture;
-  float to_lamp[3];
-  for (int k = 0; k < 3; ++k) to_lamp[k] = lamp_relative_[k] - relative[k];
-  const float square =
-      to_lamp[0] * to_lamp[0] + to_lamp[1] * to_lamp[1] + to_lamp[2] * to_lamp[2] + 1e-6F;
+  float texture[kLanes] = {};
+  addLook(f.fine, w.fine, relative[w.u], relative[w.v], texture);
+  if (f.coarse.gain > 0) addLook(f.coarse, w.coarse, relative[w.u], relative[w.v], texture);
   // The room's walls look inwards: to the other side than a box's.
   const bool up = (w.face % 2 == 1) != (w.face < kFacesPerBox);
-  const float facing = (up ? to_lamp[w.axis] : -to_lamp[w.axis]) / std::sqrt(square);
-  const float light = kAmbient + kDiffuse * std::max(facing, 0.0F) / (1 + square * fall_off_);
-  return std::max(albedo * light, 2.0F);
+  const float side = up ? 1.0F : -1.0F;
+  for (int k = 0; k < kLanes; ++k) {
+    const float albedo = f.base + contrast * texture[k];
+    const float x = lamp_relative_[0] - relative[0][k], y = lamp_relative_[1] - relative[1][k],
+                z = lamp_relative_[2] - relative[2][k];
+    const float square = x * x + y * y + z * z + 1e-6F;
+    const float ahead = lamp_relative_[w.axis] - relative[w.axis][k];
+    const float facing = side * ahead / std::sqrt(square);
+    const float light = kAmbient + kDiffuse * std::max(facing, 0.0F) / (1 + square * fall_off_);
+    out[k] = std::max(albedo * light, 2.0F);
+  }
 }
 
 }  // namespace vir::rendering

@@ -29,9 +29,11 @@ class Surfaces {
   /// A ray of direction `d` meets the face at distance `t`; from a pixel to the next it changes by
   /// `dx` and `dy`.
   FaceView view(int face, const float d[3], float t, const float dx[3], const float dy[3]) const;
-  /// Grey level of a point of that face, `relative` to the camera, in W [m]. `contrast` of the
-  /// textures, 1 = as made.
-  float radiance(const FaceView& view, const float relative[3], float contrast) const;
+  static constexpr int kLanes = Texture::kLanes;
+  /// Grey levels of points of that face, `relative` to the camera, in W [m]: all x, all y, all z.
+  /// `contrast` of the textures, 1 = as made.
+  void radiance(const FaceView& view, const float relative[3][kLanes], float contrast,
+                float out[kLanes]) const;
 
  private:
   /// On large faces two textures of different scale lie on each other: together they do not repeat.
@@ -50,7 +52,8 @@ class Surfaces {
   void addFaces(const Box& box, int axis, Random* random);
   static void fixTo(const Vec3& corner, int axis, Face* face);
   Face drawFace(double size_m, Random* random) const;
-  float look(const Layer& layer, const Texture::Sampling& sampling, float u, float v) const;
+  void addLook(const Layer& layer, const Texture::Sampling& sampling, const float u[kLanes],
+               const float v[kLanes], float sum[kLanes]) const;
 
   std::vector<std::shared_ptr<const Texture>> textures_;
   std::vector<Face> faces_;

@@ -128,7 +128,8 @@ Texture::Sampling Texture::samplingOf(const Footprint& f, float texels_per_m,
   Sampling s;
   // Probes nearer to each other than a texel tell nothing new.
   const float ratio = std::clamp(f.length * texels_per_m, 1.0F, f.ratio);
-  s.probes = static_cast<int>(std::ceil(ratio));
+  static_assert(kMaxProbes == 3);
+  s.probes = 1 + (ratio > 1 ? 1 : 0) + (ratio > 2 ? 1 : 0);  // the next whole number
   if (s.probes > 1) {
     const float step = texels_per_m / static_cast<float>(s.probes);
     s.step = placeOf(step * f.du, step * f.dv);

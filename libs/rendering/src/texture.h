@@ -46,15 +46,20 @@ class Texture {
     Place step;        ///< from probe to probe
   };
   static Sampling samplingOf(const Footprint& f, float texels_per_m, float log2_texels_per_m);
-  /// Grey level about 0 (-128..127). Continuous but for the number of probes.
-  float look(const Sampling& s, Place at) const;
+  /// Neighbouring pixels that are worked on side by side, in vector registers.
+  static constexpr int kLanes = 4;
+  /// Grey levels about 0 (-128..127) at positions [texels]. Continuous but for the number of
+  /// probes.
+  void look(const Sampling& s, const float u[kLanes], const float v[kLanes],
+            float out[kLanes]) const;
 
  private:
   /// Of a quad within its level of 2^bits by 2^bits: squares of 4 by 4 lie together, so that a
   /// small piece of a surface is near in memory whichever way it is turned.
   static std::int32_t indexOf(std::int32_t bits, std::int32_t x, std::int32_t y);
-  /// 0 .. 255 * 65536.
-  std::int32_t bilinear(int level, Place p) const;
+  /// 0 .. 255 * 65536: as floats still exact.
+  void bilinear(int level, const std::int32_t u[kLanes], const std::int32_t v[kLanes],
+                float out[kLanes]) const;
   /// Each holds a texel, its right neighbour, the one below it and that one's right neighbour, a
   /// byte each from the lowest: what bilinear interpolation needs in one access. All levels, the
   /// finest first.
@@ -66,35 +71,57 @@ inline std::int32_t Texture::indexOf(std::int32_t bits, std::int32_t x, std::int
   return ((y >> 2) << (bits + 2)) | ((x >> 2) << 4) | ((y & 3) << 2) | (x & 3);
 }
 
-inline std::int32_t Texture::bilinear(int level, Place p) const {
+inline void Texture::bilinear(int level, const std::int32_t u[kLanes], const std::int32_t v[kLanes],
+                              float out[kLanes]) const {
   const std::int32_t bits = kBits - level, mask = (1 << bits) - 1;
-  // Texel i of level 0 is centred at i; a texel of level n stands for 2^n of them.
-  const std::int32_t x = ((p.u + 128) >> level) - 128, y = ((p.v + 128) >> level) - 128;
-  const std::uint32_t a = static_cast<std::uint32_t>(x & 255);
-  const std::uint32_t b = static_cast<std::uint32_t>(y & 255);
-  const std::int32_t at = offset_[level] + indexOf(bits, (x >> 8) & mask, (y >> 8) & mask);
-  const std::uint32_t quad = quads_[static_cast<std::size_t>(at)];
-  // Both rows at once, 16 bits each.
-  const std::uint32_t left = quad & 0x00FF00FFU, right = (quad >> 8) & 0x00FF00FFU;
-  const std::uint32_t rows = left * (256 - a) + right * a;
-  return static_cast<std::int32_t>((rows & 0xFFFFU) * (256 - b) + (rows >> 16) * b);
+  const std::uint32_t* const quads = quads_.data() + offset_[level];
+  std::int32_t x[kLanes], y[kLanes], at[kLanes];
+  std::uint32_t quad[kLanes];
+  for (int k = 0; k < kLanes; ++k) {
+    // Texel i of level 0 is centred at i; a texel of level n stands for 2^n of them.
+    x[k] = ((u[k] + 128) >> level) - 128;
+    y[k] = ((v[k] + 128) >> level) - 128;
+    at[k] = indexOf(bits, (x[k] >> 8) & mask, (y[k] >> 8) & mask);
+  }
+  for (int k = 0; k < kLanes; ++k) quad[k] = quads[at[k]];
+  for (int k = 0; k < kLanes; ++k) {
+    const auto part = [&](int shift) {
+      return static_cast<float>(static_cast<std::int32_t>(quad[k] >> shift & 255U));
+    };
+    const auto a = static_cast<float>(x[k] & 255), b = static_cast<float>(y[k] & 255);
+    const float upper = part(0) * (256 - a) + part(8) * a;
+    const float lower = part(16) * (256 - a) + part(24) * a;
+    out[k] = upper * (256 - b) + lower * b;
+  }
 }
 
-inline float Texture::look(const Sampling& s, Place at) const {
+inline void Texture::look(const Sampling& s, const float u[kLanes], const float v[kLanes],
+                          float out[kLanes]) const {
   constexpr float kScale = 1.0F / 65536.0F;
-  at.u -= s.step.u * (s.probes - 1) / 2;
-  at.v -= s.step.v * (s.probes - 1) / 2;
-  float sum = 0;
-  for (int k = 0; k < s.probes; ++k) {
-    const auto fine = static_cast<float>(bilinear(s.level, at));
-    sum += fine;
-    if (s.coarse > 0) {
-      sum += s.coarse * (static_cast<float>(bilinear(s.level + 1, at)) - fine);
-    }
-    at.u += s.step.u;
-    at.v += s.step.v;
+  std::int32_t at_u[kLanes], at_v[kLanes];
+  for (int k = 0; k < kLanes; ++k) {
+    const Place at = placeOf(u[k], v[k]);
+    at_u[k] = at.u - s.step.u * (s.probes - 1) / 2;
+    at_v[k] = at.v - s.step.v * (s.probes - 1) / 2;
   }
-  return kScale * sum / static_cast<float>(s.probes) - 128.0F;
+  float sum[kLanes] = {};
+  for (int p = 0; p < s.probes; ++p) {
+    float fine[kLanes];
+    bilinear(s.level, at_u, at_v, fine);
+    for (int k = 0; k < kLanes; ++k) sum[k] += fine[k];
+    if (s.coarse > 0) {
+      float coarse[kLanes];
+      bilinear(s.level + 1, at_u, at_v, coarse);
+      for (int k = 0; k < kLanes; ++k) sum[k] += s.coarse * (coarse[k] - fine[k]);
+    }
+    for (int k = 0; k < kLanes; ++k) {
+      at_u[k] += s.step.u;
+      at_v[k] += s.step.v;
+    }
+  }
+  for (int k = 0; k < kLanes; ++k) {
+    out[k] = kScale * sum[k] / static_cast<float>(s.probes) - 128.0F;
+  }
 }
 
 }  // namespace vir::rendering
