@@ -106,6 +106,7 @@ struct BackEnd {
   std::string failure(const vision::TrackedFrame& frame, const window::SolveSummary& solve,
                       TimeNs t);
   void restart(const std::string& why);
+  static FollowedPose followed(const window::LongNode& node);
   void collectRetired();
 
   /// Ranges up to the newest frame's time are judged and hung on it. States in O.
@@ -123,6 +124,7 @@ struct BackEnd {
   }
   Eigen::Matrix<double, 6, 6> covarianceInWorld() const;
   std::vector<State> keyframes() const;
+  std::vector<FollowedPose> followedInWindows() const;
   std::vector<Landmark> landmarks() const;
   void warn(const std::string& text) {
     log(log_sink, LogLevel::warning, text);

@@ -146,9 +146,15 @@ Eigen::Matrix<double, 6, 6> BackEnd::covarianceInWorld() const {
   return out;
 }
 
+FollowedPose BackEnd::followed(const window::LongNode& n) {
+  Eigen::Vector4d to_next = Eigen::Vector4d::Zero();
+  if (n.tie == window::NodeTie::followed) to_next = n.covariance.diagonal();
+  return {{n.t, n.T_W_B()}, n.T_O_B, std::exp(-n.x[4]), n.motion_O, to_next};
+}
+
 void BackEnd::collectRetired() {
   for (const window::LongNode& n : long_window.takeRetired()) {
-    old_keyframes.add({n.t, n.T_W_B()});
+    old_keyframes.add(followed(n));
   }
   for (const Landmark& l : window->takeRetiredLandmarks()) {
     old_landmarks.add({l.id, long_window.pointToWorld(l.p_W)});
@@ -178,6 +184,21 @@ std::vector<State> BackEnd::keyframes() const {
   for (const window::LongNode& n : long_window.nodes()) add(n.t, n.T_W_B());
   if (window) {
     for (const State& s : window->states()) out.push_back(inWorld(s));
+  }
+  return out;
+}
+
+std::vector<FollowedPose> BackEnd::followedInWindows() const {
+  std::vector<FollowedPose> out;
+  for (const window::LongNode& n : long_window.nodes()) out.push_back(followed(n));
+  if (window) {
+    const double scale = long_window.empty() ? 1 : std::exp(-long_window.head().x[4]);
+    for (const State& s : window->states()) {
+      // The long window's newest is the short one's oldest.
+      if (!out.empty() && s.t <= out.back().t) continue;
+      out.push_back(
+          {{s.t, inWorld(s).T_W_B}, s.T_W_B, scale, Vec3::Zero(), Eigen::Vector4d::Zero()});
+    }
   }
   return out;
 }

@@ -126,24 +126,23 @@ void LoopRun::see(const StateEstimate& estimate, const KeyframeSights& sights, c
   if (closer_->solveDue()) solve(estimator);
 }
 
-std::vector<StampedPose> LoopRun::inWorld(const VisualInertialEstimator& estimator) const {
-  std::vector<StampedPose> out = settled_;
-  for (const State& s : estimator.keyframes()) {
-    // Of those that have settled it shows some as well.
-    if (out.empty() || s.t > out.back().t) out.push_back({s.t, s.T_W_B});
+std::vector<FollowedPose> LoopRun::inWorld(const VisualInertialEstimator& estimator) const {
+  std::vector<FollowedPose> out = settled_;
+  for (const FollowedPose& k : estimator.followed()) {
+    if (out.empty() || k.t > out.back().t) out.push_back(k);
   }
   return out;
 }
 
-void LoopRun::solve(const VisualInertialEstimator& estimator) {
-  closer_->solve(inWorld(estimator));
+void LoopRun::solve(const VisualInertialEstimator& estimator, bool last) {
+  closer_->solve(inWorld(estimator), last);
 }
 
 LoopedOutput LoopRun::take(VisualInertialEstimator* estimator, TimeNs t, const cv::Mat* gray) {
   LoopedOutput out;
   out.states = estimator->take();
   out.ranges = estimator->takeRanges();
-  for (const StampedPose& k : estimator->takeSettled()) settled_.push_back(k);
+  for (const FollowedPose& k : estimator->takeSettled()) settled_.push_back(k);
   const std::vector<KeyframeSights> all = estimator->takeSights();
   auto sights = all.begin();
   for (StateEstimate& e : out.states) {
@@ -176,7 +175,7 @@ LoopedOutput LoopRun::take(VisualInertialEstimator* estimator, TimeNs t, const c
 
 void LoopRun::finish(const VisualInertialEstimator& estimator) {
   if (!closer_) return;
-  solve(estimator);
+  solve(estimator, true);
   last_revision_ = closer_->takeRevision();
   if (!closer_->found()) log(log_, LogLevel::warning, notFound());
   if (settings_.save_map.empty() || saved_) return;
@@ -196,7 +195,8 @@ LevelTransform LoopRun::correction() const {
 }
 
 std::vector<StampedPose> LoopRun::keyframes(const VisualInertialEstimator& estimator) const {
-  std::vector<StampedPose> out = inWorld(estimator);
+  const std::vector<FollowedPose> followed = inWorld(estimator);
+  std::vector<StampedPose> out(followed.begin(), followed.end());
   if (!closer_) return out;
   for (StampedPose& k : out) k.T_W_B = closer_->correctionAt(k.t).pose() * k.T_W_B;
   return out;

@@ -203,7 +203,8 @@ void OdometryRangeEstimator::Impl::advance(TimeNs t, const Pose& T_O_B) {
   jumped = false;
   head_ranges.clear();
   travelled = Travelled();
-  for (const window::LongNode& n : window.takeRetired()) retired.add({n.t, n.T_W_B()});
+  for (const window::LongNode& n : window.takeRetired())
+    retired.add({{n.t, n.T_W_B()}, n.T_O_B, 1, Vec3::Zero(), Eigen::Vector4d::Zero()});
   const auto held = [this](std::uint64_t key) { return heldRanges(key); };
   // The covariances must know the new node before ranges are judged by them.
   window.solve(config.iterations, head_ranges);
@@ -317,7 +318,8 @@ std::vector<StateEstimate> OdometryRangeEstimator::take() {
 }
 std::vector<RangeRecord> OdometryRangeEstimator::takeRanges() { return impl_->ranges.take(); }
 std::vector<StampedPose> OdometryRangeEstimator::takeSettled() {
-  return impl_->retired.takeSettled();
+  const std::vector<FollowedPose> settled = impl_->retired.takeSettled();
+  return {settled.begin(), settled.end()};
 }
 std::vector<Anchor> OdometryRangeEstimator::anchors() const { return impl_->ranges.anchors(); }
 std::optional<SurveyFit> OdometryRangeEstimator::survey() const { return impl_->ranges.survey(); }

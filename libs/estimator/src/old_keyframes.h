@@ -5,21 +5,22 @@
 #include <vector>
 
 #include "vir/core/thinned_out.h"
+#include "vir/types/followed_pose.h"
 #include "vir/types/state.h"
 
 namespace vir::estimator {
 
 class OldKeyframes {
  public:
-  void add(const StampedPose& keyframe) {
+  void add(const FollowedPose& keyframe) {
     settled_.push_back(keyframe);
     kept_.add(keyframe);
   }
-  std::vector<StampedPose> takeSettled() { return std::exchange(settled_, {}); }
+  std::vector<FollowedPose> takeSettled() { return std::exchange(settled_, {}); }
   const std::vector<StampedPose>& kept() const { return kept_.values(); }
 
  private:
-  std::vector<StampedPose> settled_;  // since they were last taken
+  std::vector<FollowedPose> settled_;  // since they were last taken
   ThinnedOut<StampedPose> kept_{4096};
 };
 

@@ -160,7 +160,10 @@ void VisualInertialEstimator::finish() {
 std::vector<StateEstimate> VisualInertialEstimator::take() {
   return std::exchange(impl_->back_end.results, {});
 }
-std::vector<StampedPose> VisualInertialEstimator::takeSettled() {
+std::vector<FollowedPose> VisualInertialEstimator::followed() const {
+  return impl_->back_end.followedInWindows();
+}
+std::vector<FollowedPose> VisualInertialEstimator::takeSettled() {
   return impl_->back_end.old_keyframes.takeSettled();
 }
 std::vector<RangeRecord> VisualInertialEstimator::takeRanges() {

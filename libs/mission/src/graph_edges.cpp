@@ -18,6 +18,19 @@ constexpr double kWorst = 4;
 /// A keyframe keeps at least this part of its neighbour's error.
 constexpr double kLeastShared = 0.05;
 
+/// Variances of a step: what goes without saying, and what statements of it are kept between.
+struct Bounds {
+  double unknown_m, believed_m, most_m;        // [m^2]
+  double unknown_rad, believed_rad, most_rad;  // [rad^2]
+};
+Bounds boundsOf(double length_m, const GraphOptions& o) {
+  const double drift_m = o.drift_m_per_sqrt_m * o.drift_m_per_sqrt_m * length_m;
+  const double drift_rad = o.drift_rad_per_sqrt_m * o.drift_rad_per_sqrt_m * length_m;
+  const double least_m = kLeastSigmaM * kLeastSigmaM, least_rad = kLeastSigmaRad * kLeastSigmaRad;
+  return {drift_m + least_m,     kBelieved * drift_m + least_m,     kWorst * drift_m + least_m,
+          drift_rad + least_rad, kBelieved * drift_rad + least_rad, kWorst * drift_rad + least_rad};
+}
+
 /// One kind of error, as a variance at a keyframe.
 void split(double before, double after, double least, double most, bool held, double* way,
            double* tie) {
@@ -58,15 +71,12 @@ Eigen::Matrix4d transportOf(const Eigen::Matrix4d& from, const Eigen::Matrix4d& 
 
 StepNoise followedNoise(const PathNode& before, const PathNode& node, const GraphOptions& o) {
   const Vec3 motion = node.T_W_B.p - before.T_W_B.p;
-  const double length = motion.norm();
-  const double drift_m = o.drift_m_per_sqrt_m * o.drift_m_per_sqrt_m * length;
-  const double drift_rad = o.drift_rad_per_sqrt_m * o.drift_rad_per_sqrt_m * length;
-  const double least_m = kLeastSigmaM * kLeastSigmaM, least_rad = kLeastSigmaRad * kLeastSigmaRad;
+  const Bounds b = boundsOf(motion.norm(), o);
   StepNoise out;
   const Eigen::Matrix4d then = levelCovariance(before.covariance, before.T_W_B.R());
   const Eigen::Matrix4d now = levelCovariance(node.covariance, node.T_W_B.R());
   if (!(then.trace() > 0) || !(now.trace() > 0)) {
-    out.way << Vec3::Constant(drift_m + least_m), drift_rad + least_rad;
+    out.way << Vec3::Constant(b.unknown_m), b.unknown_rad;
     return out;
   }
   // The error of the yaw has moved the keyframe as well: no growth of its own.
@@ -74,15 +84,22 @@ StepNoise followedNoise(const PathNode& before, const PathNode& node, const Grap
   carry.topRightCorner<3, 1>() = Vec3::UnitZ().cross(motion);
   const Eigen::Matrix4d carried = carry * then * carry.transpose();
   const auto horizontal = [](const Eigen::Matrix4d& P) { return 0.5 * (P(0, 0) + P(1, 1)); };
-  const double believed_m = kBelieved * drift_m + least_m;
-  const double most_m = kWorst * drift_m + least_m;
   double way = 0, tie = 0;
-  split(horizontal(carried), horizontal(now), believed_m, most_m, node.held, &way, &tie);
+  split(horizontal(carried), horizontal(now), b.believed_m, b.most_m, node.held, &way, &tie);
   out.way.head<2>().setConstant(way);
   out.tie.head<2>().setConstant(tie);
-  split(carried(2, 2), now(2, 2), believed_m, most_m, node.held, &out.way[2], &out.tie[2]);
-  split(carried(3, 3), now(3, 3), kBelieved * drift_rad + least_rad, kWorst * drift_rad + least_rad,
-        node.held, &out.way[3], &out.tie[3]);
+  split(carried(2, 2), now(2, 2), b.believed_m, b.most_m, node.held, &out.way[2], &out.tie[2]);
+  split(carried(3, 3), now(3, 3), b.believed_rad, b.most_rad, node.held, &out.way[3], &out.tie[3]);
+  return out;
+}
+
+Eigen::Vector4d odometryNoise(const PathNode& before, const PathNode& node,
+                              const Eigen::Vector4d& stated, const GraphOptions& o) {
+  const Bounds b = boundsOf((node.T_W_B.p - before.T_W_B.p).norm(), o);
+  Eigen::Vector4d out;
+  out.head<2>().setConstant(std::clamp(0.5 * (stated[0] + stated[1]), b.believed_m, b.most_m));
+  out[2] = std::clamp(stated[2], b.believed_m, b.most_m);
+  out[3] = std::clamp(stated[3], b.believed_rad, b.most_rad);
   return out;
 }
 

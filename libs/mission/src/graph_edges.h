@@ -16,6 +16,9 @@ struct StepNoise {
 /// a = 1 where its covariance grows (odometry: w is the growth), below where ranges hold it. That
 /// is an edge of variance w / a and a tie of variance w / (1 - a)^2.
 StepNoise followedNoise(const PathNode& before, const PathNode& node, const GraphOptions& o);
+/// Of the way, as the odometry states it [m^2, rad^2], within the same bounds.
+Eigen::Vector4d odometryNoise(const PathNode& before, const PathNode& node,
+                              const Eigen::Vector4d& stated, const GraphOptions& options);
 /// After a loss of vision or a restart: what it can have moved.
 StepNoise lostNoise(const PathNode& before, const PathNode& node, const GraphOptions& o);
 

@@ -85,8 +85,9 @@ std::vector<double*> MissionGraph::Impl::build(ceres::Problem* problem, double o
     GraphNode& before = nodes[i - 1];
     // Of a gap nobody knows more than is said of it.
     const double by = n.stretch == before.stretch ? of_path : 1;
-    problem->AddResidualBlock(edge(n.path.T_W_B.p - before.path.T_W_B.p, 0, by * n.step.way),
-                              nullptr, before.x, n.x);
+    const LevelTransform step = stepOf(i);
+    problem->AddResidualBlock(edge(step.t_m, step.yaw_rad, by * n.step.way), nullptr, before.x,
+                              n.x);
     if (n.step.tie.maxCoeff() > 0) {
       problem->AddResidualBlock(tie(n.path.T_W_B.p, by * n.step.tie), nullptr, world, n.x);
     }

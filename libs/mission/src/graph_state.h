@@ -22,6 +22,7 @@ struct GraphNode {
   bool fixed = false;
   int stretch = 0;  ///< counts what the estimator followed without a gap; a map is one
   StepNoise step;   ///< from the node before
+  std::optional<Odometry> odometry;  ///< see move()
 
   Vec3 position() const { return {x[0], x[1], x[2]}; }
   LevelTransform level() const { return {x[3], position()}; }
@@ -42,6 +43,10 @@ struct MissionGraph::Impl {
   /// `world` and all keyframes that anything says something of, in order: those that move.
   /// `of_path`: times the variances of what the estimator followed.
   std::vector<double*> build(ceres::Problem* problem, double of_path);
+  /// Is the step to it the odometry's?
+  bool followsOdometry(std::size_t node) const;
+  /// How a keyframe lies to the one before, in the W of that one.
+  LevelTransform stepOf(std::size_t node) const;
   /// Returns the sum of squared residuals; below 0 if there is no solution.
   double minimise(int iterations);
   /// Moves `scale` towards where path and loops are likeliest.
@@ -86,7 +91,8 @@ struct MissionGraph::Impl {
   std::vector<JudgedLoop> loops;
   std::vector<double> weights;  ///< of the loops, 0 to 1
   double scale = 1;  ///< variances of the path against those of the loops, as both state them
-  std::size_t unsolved = 0;  ///< loops accepted since the last solution
+  bool odometry_taken = false;  ///< see takeOdometry()
+  std::size_t unsolved = 0;     ///< loops accepted since the last solution
   bool joined_anew = false;
   std::optional<LevelGuess> newest;  ///< of `newest_at` as seen from the oldest; none without loops
   std::size_t newest_at = 0;

@@ -10,6 +10,9 @@ namespace {
 
 /// Steps of the search, and how far it goes.
 constexpr double kStep = 4, kLeast = 1e-4, kMost = 300;
+/// Where the odometry itself says how far steps may be off, they are not off by more: loops that
+/// share an error agree with each other, and would be trusted for that.
+constexpr double kMostOfOdometry = 1;
 constexpr int kStepsAtOnce = 8;
 /// That the two state their variances rightly counts as so many numbers that were seen.
 constexpr double kBelievedAsStated = 8;
@@ -45,11 +48,11 @@ void MissionGraph::Impl::weigh() {
   if (std::none_of(weights.begin(), weights.end(), [](double w) { return w > 0; })) return;
   double least = evidence();
   if (!std::isfinite(least)) return;
-  const double begin = scale;
+  const double begin = scale, most = odometry_taken ? kMostOfOdometry : kMost;
   for (const double step : {kStep, 1 / kStep}) {
     for (int i = 0; i < kStepsAtOnce; ++i) {
       const double before = scale;
-      scale = std::clamp(scale * step, kLeast, kMost);
+      scale = std::clamp(scale * step, kLeast, most);
       const double here = scale == before ? least : evidence();
       if (!(here < least)) {
         scale = before;

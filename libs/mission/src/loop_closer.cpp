@@ -145,8 +145,14 @@ void LoopCloser::add(const SeenKeyframe& seen) {
   k->points = m.describer.points(seen.gray, (k->T_W_B * k->T_B_C).q, seen.landmarks);
   try {
     const bool look = !m.pauses(*k);
-    const PathNode node{
-        k->id, k->t, k->segment, k->T_W_B, seen.estimate.covariance, seen.segment_since, seen.held};
+    const PathNode node{k->id,
+                        k->t,
+                        k->segment,
+                        k->T_W_B,
+                        seen.estimate.covariance,
+                        seen.segment_since,
+                        seen.held,
+                        seen.held && !seen.turn_held};
     const long loops = m.places.add(k, node, look);
     if (loops > 0) m.last_loop = StampedPose{k->t, k->T_W_B};
   } catch (const std::invalid_argument& e) {
@@ -224,12 +230,23 @@ LoopRecord LoopCloser::Impl::recordOf(const Loop& loop) const {
 
 bool LoopCloser::solveDue() const { return impl_->places.graph().solveDue(); }
 
-void LoopCloser::solve(const std::vector<StampedPose>& keyframes) {
+void LoopCloser::solve(const std::vector<FollowedPose>& keyframes, bool last) {
   Impl& m = *impl_;
-  for (const StampedPose& k : keyframes) {
+  Odometry odometry;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const FollowedPose& k = keyframes[i];
+    if (i > 0) {
+      const FollowedPose& before = keyframes[i - 1];
+      const bool told = before.to_next.minCoeff() > 0;
+      odometry.T_O_B.p +=
+          before.scale * (told ? before.motion_O : Vec3(k.T_O_B.p - before.T_O_B.p));
+      odometry.variance += before.to_next;
+    }
+    odometry.T_O_B.q = k.T_O_B.q;
     const auto id = m.ids.find(k.t);
-    if (id != m.ids.end()) m.places.graph().move(id->second, k.T_W_B);
+    if (id != m.ids.end()) m.places.graph().move(id->second, k.T_W_B, odometry);
   }
+  if (last) m.places.graph().takeOdometry();
   m.places.graph().solve();
   ++m.solutions;
   if (m.newest) m.learn(*m.newest);

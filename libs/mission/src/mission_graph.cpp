@@ -122,14 +122,53 @@ void MissionGraph::add(const PathNode& path) {
   g.nodes.push_back(node);
 }
 
-void MissionGraph::move(std::uint64_t id, const Pose& T_W_B) {
+void MissionGraph::move(std::uint64_t id, const Pose& T_W_B,
+                        const std::optional<Odometry>& odometry) {
   Impl& g = *impl_;
   const int at = g.find(id);
   if (at < 0 || g.nodes[at].fixed || !isPose(T_W_B)) return;
   GraphNode& node = g.nodes[at];
   const LevelTransform T_M_W = node.correction();
   node.path.T_W_B = T_W_B;
+  if (odometry && isPose(odometry->T_O_B) && odometry->variance.allFinite()) {
+    node.odometry = odometry;
+  }
   node.set(T_M_W * LevelTransform{0, T_W_B.p});
+  g.factor.reset();
+}
+
+bool MissionGraph::Impl::followsOdometry(std::size_t at) const {
+  const bool loops_act =
+      std::any_of(weights.begin(), weights.end(), [](double w) { return w > 0; });
+  if (!odometry_taken || !loops_act || at == 0) return false;
+  const GraphNode &before = nodes[at - 1], &node = nodes[at];
+  return node.path.pivots && before.odometry && node.odometry && before.stretch == node.stretch;
+}
+
+LevelTransform MissionGraph::Impl::stepOf(std::size_t at) const {
+  const GraphNode &before = nodes[at - 1], &node = nodes[at];
+  if (!followsOdometry(at)) return {0, node.path.T_W_B.p - before.path.T_W_B.p};
+  const Pose T = before.odometry->T_O_B.inverse() * node.odometry->T_O_B;
+  const Mat3 R_before = before.path.T_W_B.R();
+  return {nearestYaw(R_before * T.R() * node.path.T_W_B.R().transpose()), R_before * T.p};
+}
+
+void MissionGraph::takeOdometry() {
+  Impl& g = *impl_;
+  g.odometry_taken = std::any_of(g.nodes.begin(), g.nodes.end(), [](const GraphNode& n) {
+    return n.path.pivots && n.odometry.has_value();
+  });
+  if (!g.odometry_taken) return;
+  g.scale = std::min(g.scale, 1.0);
+  for (std::size_t at = 1; at < g.nodes.size(); ++at) {
+    if (!g.followsOdometry(at)) continue;
+    GraphNode& node = g.nodes[at];
+    const Odometry& before = *g.nodes[at - 1].odometry;
+    const Eigen::Vector4d grown = node.odometry->variance - before.variance;
+    node.step.tie.setZero();
+    if (!(grown.minCoeff() > 0)) continue;
+    node.step.way = odometryNoise(g.nodes[at - 1].path, node.path, grown, g.options);
+  }
   g.factor.reset();
 }
 

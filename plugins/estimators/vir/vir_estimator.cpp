@@ -197,7 +197,7 @@ roles::EstimatorOutput VirEstimator::take() {
   } else {
     out.states = estimator_->take();
     out.ranges = estimator_->takeRanges();
-    out.settled = estimator_->takeSettled();
+    for (const FollowedPose& k : estimator_->takeSettled()) out.settled.push_back(k);
   }
   const auto sigma = estimator_->calibrationSigma();
   if (sigma && !out.states.empty() && out.states.back().valid) {

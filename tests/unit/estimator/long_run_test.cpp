@@ -52,7 +52,7 @@ TEST(OldKeyframes, MemoryStaysAsItIs) {
   const test::HeapPeak heap;
   long after_a_while = 0;
   for (int i = 0; i < 54000; ++i) {
-    old.add(onTheCircle(i));
+    old.add({onTheCircle(i), Pose(), 1, Vec3::Zero(), Eigen::Vector4d::Zero()});
     old.takeSettled();
     if (i == 9000) after_a_while = heap.now();
   }
@@ -63,7 +63,7 @@ TEST(OldKeyframes, AllAreTakenOnceAndSomeAreKept) {
   OldKeyframes old;
   std::vector<StampedPose> taken;
   for (int i = 0; i < 20000; ++i) {
-    old.add(onTheCircle(i));
+    old.add({onTheCircle(i), Pose(), 1, Vec3::Zero(), Eigen::Vector4d::Zero()});
     if (i % 7 != 0) continue;
     for (const StampedPose& k : old.takeSettled()) taken.push_back(k);
   }

@@ -88,9 +88,9 @@ class LoopRun {
   void see(const StateEstimate& estimate, const KeyframeSights& sights, const cv::Mat& gray,
            const VisualInertialEstimator& estimator);
   std::string notFound() const;
-  void solve(const VisualInertialEstimator& estimator);
+  void solve(const VisualInertialEstimator& estimator, bool last = false);
   /// Its keyframes, those included that have left its windows.
-  std::vector<StampedPose> inWorld(const VisualInertialEstimator& estimator) const;
+  std::vector<FollowedPose> inWorld(const VisualInertialEstimator& estimator) const;
 
   /// Of what was loaded, with the camera. Throws std::runtime_error if it is of another one.
   void begin();
@@ -103,7 +103,7 @@ class LoopRun {
   std::mutex mutex_;  // of kept_
   std::deque<Kept> kept_;
   std::deque<Kept> early_;
-  std::vector<StampedPose> settled_;  // in W
+  std::vector<FollowedPose> settled_;
   std::optional<Revision> last_revision_;
   bool saved_ = false;
   bool told_found_ = false;  // as a change of frame

@@ -14,6 +14,7 @@
 #include "vir/estimator/range_layer.h"
 #include "vir/estimator/startup.h"
 #include "vir/imu/imu_buffer.h"
+#include "vir/types/followed_pose.h"
 #include "vir/types/state.h"
 #include "vir/vision/feature_tracker.h"
 #include "vir/window/short_window.h"
@@ -131,7 +132,9 @@ class VisualInertialEstimator {
   std::vector<StateEstimate> take();
   std::vector<RangeRecord> takeRanges();
   /// Keyframes that left the long window since this was last asked: they do not change any more.
-  std::vector<StampedPose> takeSettled();
+  std::vector<FollowedPose> takeSettled();
+  /// Those that have not left it, the newest included.
+  std::vector<FollowedPose> followed() const;
   /// Of the keyframes among the states, in their order; none without EstimatorConfig::tell_sights.
   std::vector<KeyframeSights> takeSights();
   std::vector<Anchor> anchors() const;

@@ -12,6 +12,7 @@
 #include "vir/mission/mission_map.h"
 #include "vir/places/describer.h"
 #include "vir/places/loop_finder.h"
+#include "vir/types/followed_pose.h"
 #include "vir/types/image.h"
 #include "vir/types/loop_record.h"
 
@@ -68,8 +69,9 @@ class LoopCloser {
   void add(const SeenKeyframe& keyframe);
   /// A solution is worth its time.
   bool solveDue() const;
-  /// `keyframes`: as the estimator has them by now, in W.
-  void solve(const std::vector<StampedPose>& keyframes);
+  /// `keyframes`: all as the estimator has them by now, in order of time.
+  /// `last`: no keyframe comes after it.
+  void solve(const std::vector<FollowedPose>& keyframes, bool last = false);
 
   /// T_M_W now, and at a time of the run.
   LevelTransform correction() const;

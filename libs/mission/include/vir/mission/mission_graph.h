@@ -47,6 +47,17 @@ struct PathNode {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   TimeNs segment_since = 0;  ///< what is at or after this belongs to its segment
   bool held = false;         ///< by ranges to anchors: what shrinks of the covariance is known in W
+  /// By a single anchor, about whose vertical everything may turn, and whose place comes from the
+  /// path itself: W moves as the anchor becomes known. See takeOdometry().
+  bool pivots = false;
+};
+
+/// A keyframe as images and IMU alone have it.
+struct Odometry {
+  Pose T_O_B;  ///< in a world of its own, z up [m of W]
+  /// Of way [m^2] and turn about the vertical [rad^2], summed up since some earlier keyframe. What
+  /// does not grow between two is not known.
+  Eigen::Vector4d variance = Eigen::Vector4d::Zero();
 };
 
 enum class LoopState {
@@ -85,7 +96,11 @@ class MissionGraph {
   /// is not above the last one's or its numbers are not finite.
   void add(const PathNode& node);
   /// The estimator has a keyframe elsewhere by now; unknown and fixed ones are passed over.
-  void move(std::uint64_t id, const Pose& T_W_B);
+  void move(std::uint64_t id, const Pose& T_W_B, const std::optional<Odometry>& odometry = {});
+
+  /// From now on, where loops act, keyframes that pivot are tied by their odometry and not to W:
+  /// better for the path as a whole, while the newest pose is better off in W.
+  void takeOdometry();
 
   /// The referee: may it act? A loop of unknown keyframes, or with numbers that cannot be, is
   /// refused. Others that wait may be accepted with it.
