@@ -55,7 +55,7 @@ void EmulatedDevice::send(std::string message, double now_s) {
   } else {
     if (random_.uniform() < options_.faults.garbage) {
       std::string garbage(static_cast<std::size_t>(random_.uniform(1, 40)), '\0');
-      for (char& c : garbage) c = static_cast<char>(random_.uniform(0, 256));
+      for (char& c : garbage) c = static_cast<char>(static_cast<int>(random_.uniform(0, 256)));
       garbage += "\r\n";  // so that it spoils no line
       counts_.garbage_bytes += static_cast<long>(garbage.size());
       pending_ += garbage;

@@ -123,7 +123,7 @@ TEST_P(EachImu, NoiseGivesNothingAndHoldsLittle) {
   std::vector<ImuReading> readings;
   for (int i = 0; i < 4096; ++i) {
     std::string piece(256, 0);
-    for (char& c : piece) c = static_cast<char>(random.uniform(0, 256));
+    for (char& c : piece) c = static_cast<char>(static_cast<int>(random.uniform(0, 256)));
     feed(parser.get(), piece, &readings);
     ASSERT_LE(parser->buffered(), kLongestHeld);
   }
@@ -144,7 +144,7 @@ TEST_P(EachImu, DamagedStream) {
     for (int hits = static_cast<int>(random.uniform(0, 4)); hits > 0; --hits) {
       const auto at = static_cast<std::size_t>(random.uniform(0, static_cast<double>(copy.size())));
       if (hits == 1) copy.erase(at, 1);
-      if (hits != 1) copy[at] = static_cast<char>(random.uniform(0, 256));
+      if (hits != 1) copy[at] = static_cast<char>(static_cast<int>(random.uniform(0, 256)));
     }
     feed(parser.get(), copy, &readings);
     ASSERT_LE(parser->buffered(), kLongestHeld);
