@@ -154,7 +154,7 @@ jobs=${VIR_JOBS:-$(nproc)}
 build env VIR_JOBS="$jobs" "$root/scripts/build.sh" --build-dir "$dir/build" --target vir_core \
   "-DCMAKE_TOOLCHAIN_FILE=$dir/toolchain.cmake" -DCMAKE_GTEST_DISCOVER_TESTS_DISCOVERY_MODE=PRE_TEST
 # What hangs ends.
-emulated() { timeout 7200 qemu-aarch64-static -L "$sysroot" "$@"; }
+emulated() { timeout --foreground 7200 qemu-aarch64-static -L "$sysroot" "$@"; }
 
 # The tests of what computes; the others start programs. First what has vectors in its loops.
 tests=(geometry core types camera vision imu factors window ranging initialization places estimator
