@@ -8,6 +8,10 @@
 # Environment: VIR_FUZZ_BYTES = a target ends once it was fed so many, its time may not be up; VIR_JOBS = compilers at
 # a time.
 set -euo pipefail
+if [[ ${1:-} = -h || ${1:-} = --help ]]; then
+  sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+  exit 0
+fi
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 if [ $# -lt 1 ] || ! [[ $1 =~ ^[0-9]+$ ]]; then
   sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"

@@ -37,7 +37,11 @@ while [ $# -gt 0 ]; do
       sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit 0
       ;;
-    *) break ;;
+    -*) break ;;  # the rest is for ctest
+    *)
+      echo "sanitize: unknown argument '$1' (see --help)" >&2
+      exit 2
+      ;;
   esac
   shift
 done

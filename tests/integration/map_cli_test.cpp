@@ -118,6 +118,12 @@ TEST_F(MapCli, WhatIsWrongIsSaid) {
   EXPECT_TRUE(contains(r.outcome.text, "none.virmap")) << r.outcome.text;
   r = run("nowhere", "--save-map " + quoted(file("no/where.virmap")));
   EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
+  r = run("folder", "--save-map " + quoted(file("")));
+  EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
+  EXPECT_TRUE(contains(r.outcome.text, "is a folder")) << r.outcome.text;
+  r = run("blind", "--save-map " + quoted(file("b.virmap")) + " --set Estimator.driver=odometry");
+  EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
+  EXPECT_TRUE(contains(r.outcome.text, "no images")) << r.outcome.text;
   EXPECT_EQ(virSlam("map info " + quoted(file("none.virmap"))).code, 2);
   EXPECT_EQ(virSlam("map merge " + quoted(file("a.virmap")) + " --out " + quoted(file("m"))).code,
             2);

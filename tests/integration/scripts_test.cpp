@@ -44,6 +44,16 @@ TEST(Scripts, WrongArgumentsAreRefusedByName) {
   }
 }
 
+TEST(Scripts, NothingIsBuiltForAWordThatIsNone) {
+  const test::Outcome sanitize = test::shell(at(kScripts + "sanitize.sh") + " everything");
+  EXPECT_EQ(sanitize.code, 2) << sanitize.text;
+  EXPECT_NE(sanitize.text.find("everything"), std::string::npos) << sanitize.text;
+  EXPECT_EQ(test::shell(at(kScripts + "fuzz.sh") + " soon").code, 2);
+  const test::Outcome help = test::shell(at(kScripts + "fuzz.sh") + " --help");
+  EXPECT_EQ(help.code, 0) << help.text;
+  EXPECT_NE(help.text.find("MINUTES"), std::string::npos) << help.text;
+}
+
 TEST(Scripts, TheArm64CheckSaysWhatIsWrongBeforeItBegins) {
   const std::string check = at(kScripts + "check_arm64.sh");
   const test::TempFolder folder;

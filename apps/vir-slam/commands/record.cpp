@@ -92,7 +92,8 @@ void run(const Arguments& a, Common& common) {
   refuseToOverwrite(a.results, Written::results, common);
   requireFile(a.ini, "ini");
   Settings settings = Settings::fromFile(a.ini);
-  const GivenCalibration calibration = takeCalibration(a.calibration, a.set, &settings);
+  LiveSessionPlan plan;
+  plan.calibration = takeCalibration(a.calibration, a.set, &settings);
   loadPlugins(common, roles::kAllPluginRoles);
   const std::vector<std::string> sensors = live::sensorSections(settings);
   resolvePaths(&settings, sensors);
@@ -104,18 +105,17 @@ void run(const Arguments& a, Common& common) {
     if (recorded.empty()) recorded = rawlog->value;
   }
   takeSurvey(a.anchors, recorded, &settings);
-  if (takeMaps(a.map, a.save_map, &settings) || a.estimate || a.view)
-    settings.set("Recording.estimate=true");
+  const bool maps = takeMaps(a.map, a.save_map, &settings);
+  if (maps || a.estimate || a.view) settings.set("Recording.estimate=true");
   if (a.view) settings.set("Recording.view=true");
 
-  LiveSessionPlan plan;
   plan.estimator = readEstimator(settings, companion, &plan);
+  if (maps) requireImagesForMaps(plan.estimator_name, plan.estimator->inputs());
   if (a.duration_s >= 0) plan.options.duration_s = a.duration_s;
   if (!a.out.empty()) plan.options.out = a.out;
   if (plan.options.out.empty()) plan.options.out = defaultOut(a.ini);
   plan.results = a.results;
   plan.settings = settings;
-  plan.calibration = calibration;
   plan.verbose = a.verbose;
   common.exit_code = runLiveSession(&plan) ? kOk : kRunFailed;
 }

@@ -1,6 +1,7 @@
 #include "setup/given_maps.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 
 #include "commands/commands.h"
@@ -44,6 +45,9 @@ bool takeMaps(const std::string& map, const std::string& save_map, Settings* set
     if (!fs::is_directory(folder)) {
       throw UsageError("there is no folder " + folder.string() + " to write the map " + to + " to");
     }
+    if (fs::is_directory(to)) {
+      throw UsageError(to + " is a folder: name the file that the map is written to");
+    }
     settings->set("Loops.save_map=" + to);
   }
   const bool any = !map.empty() || !save_map.empty();
@@ -55,6 +59,17 @@ bool takeMaps(const std::string& map, const std::string& save_map, Settings* set
   }
   if (any) settings->set("Estimator.loops=true");
   return any;
+}
+
+void requireImagesForMaps(const std::string& driver,
+                          const std::vector<roles::EstimatorInput>& inputs) {
+  const bool sees = std::any_of(inputs.begin(), inputs.end(), [](const roles::EstimatorInput& i) {
+    return i.kind == roles::InputKind::image;
+  });
+  if (sees) return;
+  throw UsageError("estimator '" + driver +
+                   "' uses no images, which maps are made of: leave out --map and --save-map, or "
+                   "set [Estimator] driver");
 }
 
 }  // namespace vir::app

@@ -1,7 +1,9 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include "vir/core/settings.h"
+#include "vir/roles/estimator.h"
 
 namespace CLI {
 class App;
@@ -15,7 +17,11 @@ void addMapOptions(CLI::App& command, std::string* map, std::string* save_map);
 /// Maps for the estimator: files as given on the command line (may be empty) go before [Loops] map
 /// and save_map, whose paths are relative to their ini. Where there are any, loops are looked for.
 /// Returns whether the command line names any. Throws UsageError where there is no such map, or no
-/// folder for the one to be written.
+/// folder for the one to be written, or a folder where that is to be.
 bool takeMaps(const std::string& map, const std::string& save_map, Settings* settings);
+
+/// Throws UsageError if an estimator with these inputs sees nothing that a map could hold.
+void requireImagesForMaps(const std::string& driver,
+                          const std::vector<roles::EstimatorInput>& inputs);
 
 }  // namespace vir::app

@@ -77,7 +77,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   requireFile(run.options.rawlog, "rawlog");
   refuseOwnCalibration(run.options.calibration, arguments.out);
   takeSurvey(arguments.anchors, run.options.rawlog, &settings);
-  takeMaps(arguments.map, arguments.save_map, &settings);
+  const bool maps = takeMaps(arguments.map, arguments.save_map, &settings);
   const std::string companion = companionOf(run.options.rawlog);
   if (!companion.empty()) {
     const std::size_t taken = settings.mergeDefaults(Settings::fromFile(companion));
@@ -88,6 +88,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   const std::string asked = run.options.driver;
   run.options.driver = driverFor(asked, settings, run.options.rawlog);
   const auto estimator = roles::estimatorSettings(run.options.driver);
+  if (maps) requireImagesForMaps(run.options.driver, estimator->inputs());
   run.peers.prepare(settings);
   SettingsReader reader(settings);
   // An ini of several robots will do for one of them.
