@@ -28,7 +28,14 @@ void PeerFollower::onObservation(const mrpt::obs::CObservation& observation) {
 
 void PeerFollower::onOutput(const roles::EstimatorOutput& output,
                             const roles::Estimator& estimator) {
-  for (const StateEstimate& e : output.states) tracker_.addState(e);
+  auto change = output.frame_changes.begin();
+  for (const StateEstimate& e : output.states) {
+    for (; change != output.frame_changes.end() && change->t <= e.state.t; ++change) {
+      tracker_.changeFrame(*change);
+    }
+    tracker_.addState(e);
+  }
+  for (; change != output.frame_changes.end(); ++change) tracker_.changeFrame(*change);
   tracker_.use([&] { return estimator.anchors(); });
   if (!listener_ || output.states.empty()) return;
   const TimeNs t = output.states.back().state.t;

@@ -103,6 +103,12 @@ void TeamOnAir::append(const team::HeardReport& heard, std::size_t source,
 }
 
 void TeamOnAir::onOutput(const roles::EstimatorOutput& output, const roles::Estimator& estimator) {
+  // For the others a frame is a world as a segment is: what was told of the one before is of no
+  // use.
+  if (!output.frame_changes.empty()) {
+    frames_ += static_cast<std::uint32_t>(output.frame_changes.size());
+    transforms_.clear();
+  }
   for (const StateEstimate& e : output.states) {
     if (!e.valid || (e.state.t < due_ && due_ - e.state.t < kAnchorsEvery)) continue;
     const auto period = fromSeconds(1 / options_.rate_hz);
@@ -161,7 +167,7 @@ void TeamOnAir::tell(const StateEstimate& e, const roles::Estimator& estimator) 
   r.t = e.state.t;
   r.T_W_B = e.state.T_W_B;
   r.covariance = e.covariance;
-  r.segment = static_cast<std::uint32_t>(e.segment);
+  r.segment = static_cast<std::uint32_t>(e.segment) + frames_;
   r.anchors.clear();
   r.team.reset();
   if (r.t >= anchors_due_ || anchors_due_ - r.t > kAnchorsEvery) {

@@ -79,6 +79,7 @@ class TeamOnAir final : public results::RunObserver {
   std::map<int, OwnTransform> transforms_;
   MapListener listener_;
   TeamState state_;
+  std::uint32_t frames_ = 0;  // changed, as of maps
   team::PeerReport next_;
   TimeNs due_ = 0, anchors_due_ = 0;
 };

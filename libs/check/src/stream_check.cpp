@@ -114,8 +114,9 @@ void checkOrder(const StreamSummary& s, bool further, std::vector<Finding>* out)
                     "nothing for " + num(s.longest_gap_s) + " s at " + num(s.rate_hz) + " Hz",
                     s.kind == StreamKind::imu
                         ? "the images bridge up to 4 s; beyond, a run begins a new segment"
-                    : further
-                        ? "what lies in it is lost; a run has the other cameras meanwhile"
+                    : further ? "what lies in it is lost; a run has the other cameras meanwhile"
+                    : s.kind == StreamKind::ranges
+                        ? "what lies in it is lost; the path goes on without ranges meanwhile"
                         : "what lies in it is lost; the readings of the IMU carry on meanwhile"});
   }
   const double period = s.rate_hz > 0 ? 1 / s.rate_hz : 0;

@@ -20,6 +20,9 @@ namespace {
 using Vec5 = Eigen::Matrix<double, 5, 1>;
 
 constexpr TimeNs kLongestGap = 1000000000;  // between two poses of a path
+// What a device does that says nothing for longer, one standard deviation: it may have stopped
+// counting.
+constexpr double kSpeedInGap = 0.5, kTurnInGap = 0.5;  // [m/s], [rad/s]
 constexpr double kWeakPrior = 1e-6;   // information on every unknown: keeps the system solvable
 constexpr double kExactScale = 1e-6;  // standard deviation of what is called right
 constexpr double kStartSigma = 1e-3;  // of the first robot's first pose: the gauge
@@ -49,7 +52,7 @@ JointProblem::JointProblem(const std::vector<JointRobot>& robots,
 
 void JointProblem::addNodes(const JointRobot& robot) {
   std::vector<JointNode> list;
-  double metres = 0, radians = 0, turn = 0, lowest = 1e300, highest = -1e300;
+  double metres = 0, radians = 0, turn = 0, gap_s = 0, lowest = 1e300, highest = -1e300;
   const StampedPose* before = nullptr;
   for (const StampedPose& odometry : robot.odometry) {
     const auto estimate = vir::poseAt(robot.estimate, odometry.t, kLongestGap);
@@ -59,9 +62,12 @@ void JointProblem::addNodes(const JointRobot& robot) {
       radians += std::abs(step);
       turn += step;
     }
+    if (before != nullptr && odometry.t - before->t > kLongestGap) {
+      gap_s += toSeconds(odometry.t - before->t);
+    }
     before = &odometry;
     if (!estimate) continue;
-    const bool due = list.empty() || metres >= options_.node_distance_m ||
+    const bool due = list.empty() || gap_s > 0 || metres >= options_.node_distance_m ||
                      radians >= options_.node_turn_rad ||
                      toSeconds(odometry.t - list.back().t) >= options_.node_interval_s;
     if (!due) continue;
@@ -71,13 +77,14 @@ void JointProblem::addNodes(const JointRobot& robot) {
     node.metres = metres;
     node.radians = radians;
     node.turn_rad = turn;
+    node.gap_s = gap_s;
     lowest = std::min(lowest, node.T_O_B.p.z());
     highest = std::max(highest, node.T_O_B.p.z());
     node.x.head<3>() = robot.T_C_W * estimate->p;
     node.x[3] = robot.T_C_W.yaw_rad + yawOf(estimate->R()) - yawOf(odometry.T_W_B.R());
     if (!list.empty()) node.x[3] = list.back().x[3] + wrapAngle(node.x[3] - list.back().x[3]);
     list.push_back(node);
-    metres = radians = turn = 0;
+    metres = radians = turn = gap_s = 0;
   }
   level_.push_back(highest - lowest < kLevel);
   if (list.size() < 2) problem_ = "a robot has no odometry while it has estimated poses";
@@ -92,8 +99,8 @@ std::optional<NodePoint> JointProblem::pointAt(const JointRobot& robot, std::siz
   auto next = std::upper_bound(list.begin(), list.end(), t,
                                [](TimeNs s, const JointNode& n) { return s < n.t; });
   auto nearest = next - 1;
-  // The nearer of the two along the way.
-  if (next != list.end() &&
+  // The nearer of the two along the way, if that is known.
+  if (next != list.end() && next->gap_s == 0 &&
       (next->T_O_B.p - pose->p).norm() < (nearest->T_O_B.p - pose->p).norm()) {
     nearest = next;
   }
@@ -256,9 +263,11 @@ void JointProblem::fillPath(std::size_t robot, ceres::Problem* problem) {
   for (std::size_t k = 1; k < list.size(); ++k) {
     JointNode &a = list[k - 1], &b = list[k];
     const double seconds = toSeconds(b.t - a.t);
-    const double position =
-        std::sqrt(o.noise.positionVariance(b.metres, b.radians, seconds) + 1e-8);
-    const double yaw = std::sqrt(o.noise.yawVariance(b.metres, b.radians, seconds) + 1e-10);
+    const double unseen_m = kSpeedInGap * b.gap_s, unseen_rad = kTurnInGap * b.gap_s;
+    const double position = std::sqrt(o.noise.positionVariance(b.metres, b.radians, seconds) +
+                                      1e-8 + unseen_m * unseen_m);
+    const double yaw = std::sqrt(o.noise.yawVariance(b.metres, b.radians, seconds) + 1e-10 +
+                                 unseen_rad * unseen_rad);
     const double scale = o.scale_walk_per_sqrt_m * o.scale_walk_per_sqrt_m * b.metres + 1e-10;
     Eigen::Matrix4d W = Eigen::Matrix4d::Zero();
     W.diagonal() << 1 / position, 1 / position, 1 / (position * o.noise.usableVerticalShare()),

@@ -20,6 +20,7 @@ struct JointNode {
   Eigen::Matrix<double, 5, 1> x = Eigen::Matrix<double, 5, 1>::Zero();  // p, yaw, log scale
   double metres = 0, radians = 0;  // of odometry from the node before
   double turn_rad = 0;             // by it, with sign
+  double gap_s = 0;                // of it: without odometry
 };
 
 /// A point that moves with a node.

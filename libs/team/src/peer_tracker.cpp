@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "moved_frame.h"
 #include "thin_out.h"
 #include "vir/core/angles.h"
 
@@ -165,6 +166,18 @@ void PeerTracker::beginWorld(const PeerPose& pose, Peer* peer) {
 
 void PeerTracker::addState(const StateEstimate& estimate) {
   if (keepPose(estimate, &poses_)) trim(&poses_);
+}
+
+void PeerTracker::changeFrame(const FrameChange& change) {
+  const WorldTransform T_new_own{yawOf(change.T_new_old.R()), change.T_new_old.p};
+  for (KnownPose& pose : poses_) {
+    if (pose.t < change.t) move(T_new_own, &pose);
+  }
+  for (auto& [id, peer] : peers_) {
+    peer.solver->moveA(T_new_own);
+    moveA(T_new_own, &peer.result.transform.answer);
+    for (PairMoment& moment : peer.history) moveA(T_new_own, &moment.answer);
+  }
 }
 
 void PeerTracker::use(const AnchorsNow& anchors) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "evidence_cost.h"
+#include "moved_frame.h"
 #include "thin_out.h"
 #include "vir/core/option_check.h"
 #include "vir/core/options.h"
@@ -49,6 +50,15 @@ void TransformTracker::add(const MutualRange& range, int segment_A, int segment_
                                        [](TimeNs t, const MutualRange& r) { return t < r.t; });
   ranges_.insert(behind, range);
   thinOut(static_cast<std::size_t>(options_.max_ranges), &ranges_);
+}
+
+void TransformTracker::moveA(const WorldTransform& T_new_A) {
+  for (MutualRange& range : ranges_) team::moveA(T_new_A, &range);
+  for (SharedAnchor& anchor : anchors_) team::moveA(T_new_A, &anchor);
+  for (WorldTransform& hint : hints_) hint = T_new_A * hint;
+  if (!decided_) return;
+  decided_->T = T_new_A * decided_->T;
+  decided_->covariance = movedCovariance(T_new_A, decided_->covariance);
 }
 
 bool TransformTracker::stillDecided(const TransformAnswer& answer) const {

@@ -16,6 +16,7 @@ struct Given {
 struct SolverNotes {
   std::vector<Given> given;
   std::vector<team::SharedAnchor> anchors;  ///< as last set
+  std::vector<team::WorldTransform> moved;
   int asked = 0;
   team::TransformStatus status = team::TransformStatus::degenerate;
   team::WorldTransform T;  ///< of the answer, if there is one
@@ -31,6 +32,7 @@ class FakeSolver final : public team::PairSolver {
   void setAnchors(const std::vector<team::SharedAnchor>& anchors) override {
     notes_->anchors = anchors;
   }
+  void moveA(const team::WorldTransform& T_new_A) override { notes_->moved.push_back(T_new_A); }
   team::TransformAnswer answer() override {
     ++notes_->asked;
     team::TransformAnswer out;

@@ -114,6 +114,23 @@ TEST(JointConstants, AHeadingThatErrsAllTheWay) {
   EXPECT_LT(with.second, 0.03);
 }
 
+/// A device that says nothing for two seconds and has not counted meanwhile: half a metre is lost.
+TEST(JointConstants, AGapInTheOdometryTearsNothing) {
+  World world = make({});
+  std::vector<StampedPose>& odometry = world.robots[1].odometry;
+  const auto first = odometry.begin() + 1000, last = first + 40;
+  const Pose back = first->T_W_B * last->T_W_B.inverse();
+  for (auto p = last; p != odometry.end(); ++p) p->T_W_B = back * p->T_W_B;
+  odometry.erase(first + 1, last);
+  world.robots[1].estimate = odometry;
+  world.truth[1].erase(world.truth[1].begin() + 1001, world.truth[1].begin() + 1040);
+  const JointSolution s = solveJointly(world.robots, world.mutual, {});
+  ASSERT_TRUE(s.solved) << s.problem;
+  EXPECT_LT(pathError(world, s, 0), 0.01);
+  EXPECT_LT(pathError(world, s, 1), 0.03);
+  EXPECT_LT(s.ranges_rejected, 5);
+}
+
 TEST(JointConstants, NoneOfThemIsNoWorse) {
   const auto error = solved({}, {});
   EXPECT_LT(error.first, 0.01);

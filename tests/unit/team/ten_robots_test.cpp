@@ -29,6 +29,7 @@ class Solver final : public PairSolver {
   Solver() : tracker_(options()) {}
   void add(const MutualRange& r, int a, int b) override { tracker_.add(r, a, b); }
   void setAnchors(const std::vector<SharedAnchor>& a) override { tracker_.setAnchors(a); }
+  void moveA(const WorldTransform& T_new_A) override { tracker_.moveA(T_new_A); }
   TransformAnswer answer() override { return tracker_.answer(); }
 
  private:

@@ -62,6 +62,37 @@ TEST(TransformTracker, ANewSegmentIsANewWorld) {
   EXPECT_LT(test::errorOf(answer.solutions[0].T_A_B, after.truth).norm(), 0.3);
 }
 
+/// A is found in a map on the way: half of the ranges are of its own frame, half of the map's.
+TEST(TransformTracker, AFrameThatAGoesOnInIsNoNewWorld) {
+  test::Meeting m;
+  const auto made = test::meet(m, 6);
+  const WorldTransform T_new_A{2.1, Vec3(-4, 7, 0.5)};
+  TransformTracker still(plain()), moved(plain());
+  const std::size_t half = made.ranges.size() / 2;
+  for (std::size_t k = 0; k < made.ranges.size(); ++k) {
+    MutualRange r = made.ranges[k];
+    still.add(r);
+    if (k == half) {
+      EXPECT_EQ(moved.answer().status, still.answer().status);
+      moved.moveA(T_new_A);
+    }
+    if (k >= half) {
+      r.p_A = T_new_A * r.p_A;
+      r.cov_A = rotZ(T_new_A.yaw_rad) * r.cov_A * rotZ(T_new_A.yaw_rad).transpose();
+    }
+    moved.add(r);
+  }
+  const TransformAnswer before = still.answer(), after = moved.answer();
+  ASSERT_EQ(after.status, TransformStatus::unique) << after.reason;
+  EXPECT_EQ(moved.restarts(), 0);
+  const WorldTransform expected = T_new_A * before.solutions[0].T_A_B;
+  EXPECT_LT((after.solutions[0].T_A_B.t_m - expected.t_m).norm(), 1e-3);
+  EXPECT_NEAR(wrapAngle(after.solutions[0].T_A_B.yaw_rad - expected.yaw_rad), 0, 1e-4);
+  const Mat3 R = rotZ(T_new_A.yaw_rad);
+  const Mat3 C = R * before.solutions[0].covariance.bottomRightCorner<3, 3>() * R.transpose();
+  EXPECT_LT((after.solutions[0].covariance.bottomRightCorner<3, 3>() - C).norm(), 0.02 * C.norm());
+}
+
 TEST(TransformTracker, FollowsWorldsThatSlideAgainstEachOther) {
   // B's world turns by 17 deg and slides by 1.8 m within 200 s; the answer is to hold at the end.
   test::Meeting m;

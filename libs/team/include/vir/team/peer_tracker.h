@@ -11,6 +11,7 @@
 #include "vir/core/log.h"
 #include "vir/team/pairing.h"
 #include "vir/team/peer_result.h"
+#include "vir/types/frame_change.h"
 
 namespace vir::team {
 
@@ -52,6 +53,9 @@ class PeerTracker {
   /// One that could not be read.
   void countUnusableBroadcast() { ++unusable_; }
   void addState(const StateEstimate& estimate);
+  /// Own poses go on in another frame (as of a map): those told before are seen there, and so is
+  /// all that was found from them.
+  void changeFrame(const FrameChange& change);
   /// Uses or counts every range that has waited long enough.
   void use(const AnchorsNow& anchors);
   /// Nothing more will come: uses what it can, and asks every solver once more.

@@ -28,6 +28,8 @@ class TransformTracker {
   void add(const MutualRange& range, int segment_A = 0, int segment_B = 0);
   /// All anchors that both know, as believed now; replaces what was set before.
   void setAnchors(const std::vector<SharedAnchor>& anchors) { anchors_ = anchors; }
+  /// A's poses go on in another frame, to which `T_new_A` takes all that is known.
+  void moveA(const WorldTransform& T_new_A);
   /// A sequential test decides when the evidence first suffices: what was `unique` stays so, also
   /// when the margin falls again or the standard deviations rise (they are told), until another
   /// solution is the best one, the ranges fit none or a new world begins.
