@@ -15,6 +15,11 @@ namespace {
 
 /// Standard deviations that say "we do not know" when the odometry jumped.
 constexpr double kJumpPosition = 1.0, kJumpYaw = 0.3;
+/// What a device does that says nothing for a while, one standard deviation: it may have stopped
+/// counting [m/s, rad/s].
+constexpr double kSpeedInGap = 0.5, kTurnInGap = 0.5;
+/// A silence that is so much longer than usual, and this long [s], is a gap.
+constexpr double kUnusual = 10, kShortestGap_s = 1;
 /// Stamps jitter: a step up to this is no jump, however short the time [m].
 constexpr double kStepAlways = 0.2;
 /// Solver iterations when an anchor has just been found or changed.
@@ -25,6 +30,7 @@ constexpr std::size_t kMaxRangesPerNode = 16;
 /// What lies between the head and the newest pose: what its uncertainty grows with.
 struct Travelled {
   double metres = 0, radians = 0;
+  double gap_s = 0;  ///< without odometry
 };
 
 }  // namespace
@@ -85,6 +91,7 @@ struct OdometryRangeEstimator::Impl {
   bool plausible(TimeNs t, const Pose& T_O_B);
   void attachRanges(TimeNs t, const Pose& T_O_B);
   void advance(TimeNs t, const Pose& T_O_B);
+  void bridge(double seconds);
   Eigen::Matrix4d covarianceOf(const Travelled& travelled, double seconds) const;
   std::vector<window::HeldRange> heldWhere(
       const std::function<bool(const window::HeldRange&)>& wanted) const;
@@ -113,6 +120,7 @@ struct OdometryRangeEstimator::Impl {
   bool jumped = false;
   int segment = 0;
   bool gap_warned = false;
+  double usual_s = 0;  ///< between two poses
   long poses = 0, not_finite = 0, bad_stamps = 0, out_of_order = 0, jumps = 0, gaps = 0;
 };
 
@@ -138,8 +146,11 @@ bool OdometryRangeEstimator::Impl::plausible(TimeNs t, const Pose& T_O_B) {
 Eigen::Matrix4d OdometryRangeEstimator::Impl::covarianceOf(const Travelled& done,
                                                            double seconds) const {
   const OdometryNoise& noise = config.odometry.noise;
-  const double p = noise.positionVariance(done.metres, done.radians, seconds) + 1e-6;
-  const double yaw = noise.yawVariance(done.metres, done.radians, seconds) + 1e-10;
+  const double unseen_m = kSpeedInGap * done.gap_s, unseen_rad = kTurnInGap * done.gap_s;
+  const double p =
+      noise.positionVariance(done.metres, done.radians, seconds) + 1e-6 + unseen_m * unseen_m;
+  const double yaw =
+      noise.yawVariance(done.metres, done.radians, seconds) + 1e-10 + unseen_rad * unseen_rad;
   const double share = noise.usableVerticalShare();
   return Eigen::Vector4d(p, p, p * share * share, yaw).asDiagonal();
 }
@@ -233,6 +244,18 @@ Eigen::Matrix<double, 6, 6> OdometryRangeEstimator::Impl::covarianceInWorld(
   return out;
 }
 
+/// A node ends where the odometry stopped: what the robot did then is known by the ranges.
+void OdometryRangeEstimator::Impl::bridge(double seconds) {
+  ++gaps;
+  if (!gap_warned) {
+    warn("no odometry for " + std::to_string(seconds) + " s at " + std::to_string(last_t) +
+         " ns: it may not have counted what the robot did meanwhile");
+  }
+  gap_warned = true;
+  if (last_t > window.head().t) advance(last_t, last);
+  travelled.gap_s += seconds;
+}
+
 void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
   StateEstimate out;
   out.t_image = out.state.t = t;
@@ -252,16 +275,17 @@ void OdometryRangeEstimator::Impl::process(TimeNs t, const Pose& T_O_B) {
         ++segment;
         warn("the odometry jumped by " + std::to_string(step) + " m at " + std::to_string(t) +
              " ns: taken as lost there");
-      } else if (seconds > config.odometry.max_gap_s) {
-        ++gaps;
-        if (!gap_warned) warn("no odometry for " + std::to_string(seconds) + " s");
-        gap_warned = true;
+      } else if (seconds > std::min(config.odometry.max_gap_s,
+                                    std::max(kShortestGap_s, kUnusual * usual_s))) {
+        bridge(seconds);
+      } else {
+        usual_s = usual_s == 0 ? seconds : usual_s + 0.1 * (seconds - usual_s);
       }
       attachRanges(t, T_O_B);
       travelled.metres += step;
       travelled.radians += logQuat(last.q.conjugate() * T_O_B.q).norm();
       const OdometryOptions& o = config.odometry;
-      out.keyframe = jumped || travelled.metres >= o.node_distance_m ||
+      out.keyframe = jumped || travelled.gap_s > 0 || travelled.metres >= o.node_distance_m ||
                      travelled.radians >= o.node_turn_rad ||
                      toSeconds(t - window.head().t) >= o.node_interval_s;
       if (out.keyframe) advance(t, T_O_B);

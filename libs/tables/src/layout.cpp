@@ -14,7 +14,7 @@ namespace vir::tables {
 namespace {
 
 constexpr std::size_t kSampledBytes = 64 << 10, kLaterBytes = 2048;
-constexpr int kLaterPlaces = 64;
+constexpr std::size_t kLaterPlaces = 64;
 
 constexpr std::string_view kBlank = " \t\r\"";
 
@@ -171,6 +171,24 @@ std::string utf8Of(const std::string& text) {
 
 bool isComment(std::string_view line) { return line.front() == '#' || line.front() == '%'; }
 
+/// Rows of data from all over the text, evenly: of twice as many as are kept every second goes.
+std::vector<std::string_view> linesAllOver(std::string_view text) {
+  std::vector<std::string_view> kept;
+  std::size_t step = 1;
+  for (std::size_t i = 0; !text.empty(); ++i) {
+    const std::size_t end = text.find('\n');
+    const std::string_view line = trim(text.substr(0, end));
+    text.remove_prefix(end == text.npos ? text.size() : end + 1);
+    if (i % step != 0 || line.empty() || isComment(line)) continue;
+    kept.push_back(line);
+    if (kept.size() < 2 * kLaterPlaces) continue;
+    for (std::size_t k = 0; k < kLaterPlaces; ++k) kept[k] = kept[2 * k];
+    kept.resize(kLaterPlaces);
+    step *= 2;
+  }
+  return kept;
+}
+
 }  // namespace
 
 Layout layoutOfText(std::string_view text) {
@@ -200,6 +218,10 @@ Layout layoutOfText(std::string_view text) {
     layout.columns = std::max(layout.columns, fields.size());
     layout.rows.emplace_back(fields.begin(), fields.end());
   }
+  for (const std::string_view line : linesAllOver(text)) {
+    splitter.split(line, &fields);
+    layout.later.emplace_back(fields.begin(), fields.end());
+  }
   if (!header.empty()) readNames(utf8Of(header), &layout);
   return layout;
 }
@@ -223,9 +245,10 @@ Layout layoutOf(const std::string& path) {
   const auto size = static_cast<long long>(in.tellg());
   RowSplitter splitter(layout);
   std::vector<std::string_view> fields;
-  for (int i = 1; i <= kLaterPlaces; ++i) {
+  for (std::size_t i = 1; i <= kLaterPlaces; ++i) {
     std::string piece(kLaterBytes, '\0');
-    if (!in.seekg(std::max(0LL, size - static_cast<long long>(kLaterBytes)) / kLaterPlaces * i)) {
+    if (!in.seekg(std::max(0LL, size - static_cast<long long>(kLaterBytes)) /
+                  static_cast<long long>(kLaterPlaces) * static_cast<long long>(i))) {
       break;
     }
     read(&piece);

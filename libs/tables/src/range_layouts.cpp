@@ -82,15 +82,20 @@ std::string_view anchorIn(std::string_view name, bool* sure) {
   return numbered("a") ? name : std::string_view();
 }
 
-/// Most values are numbers or missing, and some are ranges.
+/// Most values are numbers or missing, and some are ranges, if only later: an anchor may be out of
+/// reach at first.
 bool holdsRanges(const Layout& layout, int column) {
   long good = 0, bad = 0;
-  for (const std::string& text : layout.column(static_cast<std::size_t>(column))) {
-    double v = 0;
-    if (parseFinite(text, &v)) {
-      (v < kLongest * 1000 ? good : bad) += 1;
-    } else if (!text.empty() && !parseNumber(text, &v)) {
-      ++bad;
+  for (const auto* rows : {&layout.rows, &layout.later}) {
+    for (const auto& row : *rows) {
+      const auto c = static_cast<std::size_t>(column);
+      double v = 0;
+      if (c >= row.size()) continue;
+      if (parseFinite(row[c], &v)) {
+        (v < kLongest * 1000 ? good : bad) += 1;
+      } else if (!row[c].empty() && !parseNumber(row[c], &v)) {
+        ++bad;
+      }
     }
   }
   return good > 0 && bad * 10 <= good;

@@ -52,6 +52,21 @@ TEST(DoubtfulColumns, DifferencesOfRangesAreNoRanges) {
   EXPECT_TRUE(says(columns, "TDoA"));
 }
 
+/// An anchor that is out of reach for the first minute, in a small file and in a large one.
+TEST(DoubtfulColumns, AnAnchorThatIsHeardLaterIsAnAnchor) {
+  for (const int rows : {400, 20000}) {
+    std::string text = "timestamp,range_1,range_2,range_3\n";
+    for (int i = 0; i < rows; ++i) {
+      text += std::to_string(i) + "." + std::to_string(i % 10) + ",2.5," +
+              (i < rows * 2 / 3 ? ",nan" : "3.5,4.5") + "\n";
+    }
+    const test::TempFolder folder;
+    test::writeText((folder / "ranges.csv").string(), text);
+    const RangeColumns columns = rangeColumns(layoutOf((folder / "ranges.csv").string()));
+    EXPECT_EQ(columns.wide.size(), 3u) << rows;
+  }
+}
+
 TEST(DoubtfulColumns, TheEndWithMoreNamesIsTheAnchor) {
   const RangeColumns robot_first =
       rangeColumns(layoutOfText("t,src,dst,range\n1,9,1,2.5\n2,9,2,3.5\n3,9,3,4\n"));

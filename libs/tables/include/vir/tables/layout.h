@@ -29,7 +29,7 @@ struct Layout : RowFormat {
   std::size_t columns = 0;      ///< of the rows of data
   /// Fields of the first rows of data, at most kSampled, as RowSplitter gives them.
   std::vector<std::vector<std::string>> rows;
-  /// Of single rows from all over the rest of a long file.
+  /// Single rows from all over the rest.
   std::vector<std::vector<std::string>> later;
   static constexpr std::size_t kSampled = 200;
 
