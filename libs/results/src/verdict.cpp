@@ -45,6 +45,21 @@ std::vector<Stream> streams() {
       {kRanges, {}, {}}};
 }
 
+/// A device that was silent may not have counted what the robot did; one that jumped has not.
+void doubtBrokenOdometry(RunSummary* s) {
+  for (const auto& [name, count] : s->counters) {
+    if (count == 0) continue;
+    const std::string times = "(" + std::to_string(count) + ")";
+    if (name == "odometry_gaps") {
+      s->doubts.push_back("the odometry paused " + times +
+                          ": what the robot did meanwhile is known by ranges alone");
+    } else if (name == "odometry_jumps") {
+      s->doubts.push_back("the odometry jumped " + times +
+                          ": what lies before and behind is tied by ranges alone");
+    }
+  }
+}
+
 /// What much of could not be used may have given a path all the same.
 void doubtLosses(RunSummary* s) {
   std::map<std::string, long> counted;
@@ -94,6 +109,7 @@ void decideVerdict(RunSummary* s) {
                              100 * share / from_start, static_cast<double>(s->poses)));
   }
   doubtLosses(s);
+  doubtBrokenOdometry(s);
   s->verdict = s->doubts.empty()    ? Verdict::good
                : share < kLostShare ? Verdict::lost
                                     : Verdict::doubtful;

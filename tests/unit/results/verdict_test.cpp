@@ -108,6 +108,17 @@ TEST(VerdictOfARun, ALargeShareLeftOutIsADoubt) {
   EXPECT_TRUE(doubts(filled(s), "41 of 201 ranges could not be used"));
 }
 
+TEST(VerdictOfARun, OdometryThatPausedOrJumpedIsADoubt) {
+  RunSummary s = good();
+  s.counters = {{"odometry_gaps", 0}, {"odometry_jumps", 0}};
+  EXPECT_EQ(filled(s).verdict, Verdict::good);
+  s.counters = {{"odometry_gaps", 2}, {"odometry_jumps", 0}};
+  EXPECT_EQ(filled(s).verdict, Verdict::doubtful);
+  EXPECT_TRUE(doubts(filled(s), "paused (2)"));
+  s.counters = {{"odometry_jumps", 1}};
+  EXPECT_TRUE(doubts(filled(s), "jumped (1)"));
+}
+
 TEST(VerdictOfARun, AnErrorIsNamedWhereThereIsNoPoseEither) {
   RunSummary s = good();
   s.poses = 0;
