@@ -208,6 +208,14 @@ def main():
     usage.add_argument("--program", default=os.path.join(ROOT, "build/bin/vir-slam"))
     usage.add_argument("--relay", default=os.path.join(ROOT, "build/bin/vir_test_dds_relay"))
     options = usage.parse_args()
+    if not 20 <= options.seconds <= 3600:
+        usage.error("--seconds: 20 to 3600")
+    if not 0 <= options.lost < 1 or not 0 <= options.late_s <= 60:
+        usage.error("--lost: from 0 to less than 1; --late-s: 0 to 60")
+    bad_network = options.lost > 0 or options.late_s > 0
+    for program in [options.program] + [options.relay] * bad_network:
+        if not os.access(program, os.X_OK) or os.path.isdir(program):
+            usage.error(f"{program} is no program: scripts/build.sh, or --program and --relay")
     names = prepared(options)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     codes, used = played(options, names)

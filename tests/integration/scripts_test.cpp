@@ -49,6 +49,11 @@ TEST(Scripts, NothingIsBuiltForAWordThatIsNone) {
   EXPECT_EQ(sanitize.code, 2) << sanitize.text;
   EXPECT_NE(sanitize.text.find("everything"), std::string::npos) << sanitize.text;
   EXPECT_EQ(test::shell(at(kScripts + "fuzz.sh") + " soon").code, 2);
+  for (const char* wrong : {" --seconds 0", " --lost 2", " --late-s -1", " --program /nowhere"}) {
+    const test::Outcome team =
+        test::shell("python3 " + at(kScripts + "team_check.py") + " x" + wrong);
+    EXPECT_EQ(team.code, 2) << wrong << team.text;
+  }
   const test::Outcome help = test::shell(at(kScripts + "fuzz.sh") + " --help");
   EXPECT_EQ(help.code, 0) << help.text;
   EXPECT_NE(help.text.find("MINUTES"), std::string::npos) << help.text;
