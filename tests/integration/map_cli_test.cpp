@@ -102,6 +102,23 @@ TEST_F(MapCli, ALiveRunTakesAMapAndLeavesOne) {
   EXPECT_EQ(info.code, 0) << info.text;
 }
 
+/// One without a keyframe, and one without a pose: the map of before
+/// stays, and one that was never there does not come to be.
+TEST_F(MapCli, ARunThatSawNoPlaceLeavesTheMapAlone) {
+  const std::string kept = file("kept.virmap"), fresh = file("fresh.virmap");
+  std::filesystem::copy_file(file("a.virmap"), kept);
+  RunResult r = run("short", "--save-map " + quoted(kept) + " --set Estimator.duration_s=1.3");
+  EXPECT_EQ(r.outcome.code, 0) << r.outcome.text;
+  EXPECT_TRUE(r.warns("kept.virmap is not written")) << r.summary["warnings"];
+  EXPECT_TRUE(r.warns("stays as it was")) << r.summary["warnings"];
+  EXPECT_EQ(test::readText(kept), test::readText(file("a.virmap")));
+  r = run("short_fresh", "--save-map " + quoted(fresh) + " --set Estimator.duration_s=0.3");
+  EXPECT_EQ(r.outcome.code, 1) << r.outcome.text;
+  EXPECT_TRUE(r.warns("fresh.virmap is not written")) << r.summary["warnings"];
+  EXPECT_FALSE(r.warns("stays as it was")) << r.summary["warnings"];
+  EXPECT_FALSE(std::filesystem::exists(fresh));
+}
+
 TEST_F(MapCli, WhatIsWrongIsSaid) {
   std::string bytes = test::readText(file("a.virmap"));
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);

@@ -41,6 +41,9 @@ void writeAll(const std::string& file, const std::string& bytes) {
 }  // namespace
 
 void saveMap(const MissionMap& map, const std::string& file) {
+  if (map.keyframes.empty()) {
+    throw std::runtime_error("the map " + file + " is not written: it would hold no place");
+  }
   const std::string part = file + ".part";
   writeAll(part, encode(map));
   std::error_code error;
