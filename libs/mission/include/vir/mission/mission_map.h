@@ -38,7 +38,7 @@ MissionMap decode(const std::string& bytes);
 /// Throws std::runtime_error naming the file, also for a map without keyframes: there is nothing in
 /// it that a run could be found by.
 void saveMap(const MissionMap& map, const std::string& file);
-/// Throws std::runtime_error naming the file.
+/// Throws std::runtime_error naming the file, also for a map without keyframes.
 MissionMap loadMap(const std::string& file);
 
 /// Empty if corners of the two cameras can be compared, else what differs: model, size of the
