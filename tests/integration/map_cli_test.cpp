@@ -7,6 +7,7 @@
 #include <string>
 
 #include "end_to_end.h"
+#include "vir/mission/mission_map.h"
 #include "vir_test_paths.h"
 
 namespace vir {
@@ -100,6 +101,37 @@ TEST_F(MapCli, ALiveRunTakesAMapAndLeavesOne) {
   EXPECT_GE(summary["loops"]["accepted"].get<long>(), 3) << outcome.text;
   const Outcome info = virSlam("map info " + quoted(file("live.virmap")));
   EXPECT_EQ(info.code, 0) << info.text;
+}
+
+/// One without a keyframe, and one without a pose: the map of before
+/// stays, and one that was never there does not come to be.
+TEST_F(MapCli, ARunThatSawNoPlaceLeavesTheMapAlone) {
+  const std::string kept = file("kept.virmap"), fresh = file("fresh.virmap");
+  std::filesystem::copy_file(file("a.virmap"), kept);
+  RunResult r = run("short", "--save-map " + quoted(kept) + " --set Estimator.duration_s=1.3");
+  EXPECT_EQ(r.outcome.code, 0) << r.outcome.text;
+  EXPECT_TRUE(r.warns("kept.virmap is not written")) << r.summary["warnings"];
+  EXPECT_TRUE(r.warns("stays as it was")) << r.summary["warnings"];
+  EXPECT_EQ(test::readText(kept), test::readText(file("a.virmap")));
+  r = run("short_fresh", "--save-map " + quoted(fresh) + " --set Estimator.duration_s=0.3");
+  EXPECT_EQ(r.outcome.code, 1) << r.outcome.text;
+  EXPECT_TRUE(r.warns("fresh.virmap is not written")) << r.summary["warnings"];
+  EXPECT_FALSE(r.warns("stays as it was")) << r.summary["warnings"];
+  EXPECT_FALSE(std::filesystem::exists(fresh));
+}
+
+/// As were written before: no run can be found in one, which is said before it begins.
+TEST_F(MapCli, AMapWithoutAPlaceIsRefused) {
+  mission::MissionMap map = mission::loadMap(file("a.virmap"));
+  map.keyframes.clear();
+  test::writeText(file("empty.virmap"), mission::encode(map));
+  const RunResult r = run("empty", "--map " + quoted(file("empty.virmap")));
+  EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
+  EXPECT_TRUE(contains(r.outcome.text, "empty.virmap")) << r.outcome.text;
+  EXPECT_TRUE(contains(r.outcome.text, "holds no place")) << r.outcome.text;
+  const Outcome info = virSlam("map info " + quoted(file("empty.virmap")));
+  EXPECT_EQ(info.code, 1) << info.text;
+  EXPECT_TRUE(contains(info.text, "holds no place")) << info.text;
 }
 
 TEST_F(MapCli, WhatIsWrongIsSaid) {

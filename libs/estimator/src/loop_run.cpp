@@ -1,6 +1,7 @@
 #include "vir/estimator/loop_run.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <stdexcept>
 
 namespace vir::estimator {
@@ -174,20 +175,32 @@ LoopedOutput LoopRun::take(VisualInertialEstimator* estimator, TimeNs t, const c
 }
 
 void LoopRun::finish(const VisualInertialEstimator& estimator) {
-  if (!closer_) return;
-  solve(estimator, true);
-  last_revision_ = closer_->takeRevision();
-  if (!closer_->found()) log(log_, LogLevel::warning, notFound());
+  if (closer_) {
+    solve(estimator, true);
+    last_revision_ = closer_->takeRevision();
+    if (!closer_->found()) log(log_, LogLevel::warning, notFound());
+  }
   if (settings_.save_map.empty() || saved_) return;
   saved_ = true;
-  saveMap(estimator, settings_.save_map);
+  const mission::MissionMap map = mapNow(estimator);
+  if (map.keyframes.empty()) {
+    nothing_to_save_ = true;
+    log(log_, LogLevel::warning, nothingToSave());
+    return;
+  }
+  mission::saveMap(map, settings_.save_map);
   log(log_, LogLevel::info, "map written: " + settings_.save_map);
 }
 
 void LoopRun::saveMap(const VisualInertialEstimator& estimator, const std::string& file) const {
   if (!closer_)
     throw std::runtime_error(file + ": no map can be written before the camera is known");
-  mission::saveMap(closer_->map(estimator.calibration(), anchors(estimator.anchors())), file);
+  mission::saveMap(mapNow(estimator), file);
+}
+
+mission::MissionMap LoopRun::mapNow(const VisualInertialEstimator& estimator) const {
+  if (!closer_) return {};
+  return closer_->map(estimator.calibration(), anchors(estimator.anchors()));
 }
 
 LevelTransform LoopRun::correction() const {
@@ -227,6 +240,14 @@ std::string LoopRun::notFound() const {
          ": its results are in a frame of their own";
 }
 
+std::string LoopRun::nothingToSave() const {
+  std::error_code ignored;
+  const bool there = std::filesystem::exists(settings_.save_map, ignored);
+  return "the map " + settings_.save_map +
+         " is not written: the run saw no place (too short, or no images with a pose)" +
+         (there ? "; the file of that name stays as it was" : "");
+}
+
 std::vector<LoopRecord> LoopRun::records() const {
   return closer_ ? closer_->records() : std::vector<LoopRecord>();
 }
@@ -236,7 +257,10 @@ std::vector<std::pair<std::string, long>> LoopRun::counters() const {
 }
 
 std::vector<std::string> LoopRun::warnings() const {
-  return found() ? std::vector<std::string>() : std::vector<std::string>{notFound()};
+  std::vector<std::string> out;
+  if (!found()) out.push_back(notFound());
+  if (nothing_to_save_) out.push_back(nothingToSave());
+  return out;
 }
 
 }  // namespace vir::estimator

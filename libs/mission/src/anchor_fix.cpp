@@ -15,11 +15,6 @@ constexpr int kSteps = 3;
 /// 0.1 % of right ones are beyond, by degrees of freedom from 2 on.
 double gateOf(int dof) { return dof + 3.1 * std::sqrt(2.0 * dof) + 6; }
 
-bool isKnown(const Anchor& a) {
-  const bool settled = a.state == AnchorState::estimated || a.state == AnchorState::fixed;
-  return settled && a.has_position && a.p_W.allFinite() && a.covariance.allFinite();
-}
-
 struct Pair {
   const Anchor *in_M, *in_W;
 };
@@ -40,6 +35,16 @@ Mat3 covarianceOf(const Pair& p, const Mat3& R_M_W) {
 }
 
 }  // namespace
+
+bool isKnown(const Anchor& a) {
+  const bool settled = a.state == AnchorState::estimated || a.state == AnchorState::fixed;
+  return settled && a.has_position && a.p_W.allFinite() && a.covariance.allFinite();
+}
+
+bool fits(const Anchor& a, const Anchor& b) {
+  const AnchorFit fit = anchorFit({LevelTransform(), Eigen::Matrix4d::Zero()}, {a}, {b});
+  return fit.chi2 <= gateOf(fit.dof);
+}
 
 std::optional<LevelGuess> fixByAnchors(const std::vector<Anchor>& in_M,
                                        const std::vector<Anchor>& in_W) {

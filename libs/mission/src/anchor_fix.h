@@ -14,6 +14,11 @@ namespace vir::mission {
 std::optional<LevelGuess> fixByAnchors(const std::vector<Anchor>& in_M,
                                        const std::vector<Anchor>& in_W);
 
+/// Has it a position that nothing else explains as well?
+bool isKnown(const Anchor& anchor);
+/// Whether two that are known can be the same anchor, both in M (0.1 % that are do not fit).
+bool fits(const Anchor& a, const Anchor& b);
+
 /// How far the anchors that both know are from one another if T_M_W is right: chi-square of so many
 /// degrees of freedom.
 struct AnchorFit {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "graph_edges.h"
+#include "map_anchors.h"
 #include "place_graph.h"
 #include "vir/camera/camera_model.h"
 
@@ -379,13 +380,7 @@ MissionMap LoopCloser::map(const Calibration& calibration,
     if (extends) copy->segment += m.segments_before;
     out.keyframes.push_back(std::move(copy));
   }
-  std::map<std::uint64_t, Anchor> known;
-  for (const Anchor& a : out.anchors) known[a.id] = a;
-  for (const Anchor& a : anchors) {
-    if (a.has_position) known[a.id] = a;
-  }
-  out.anchors.clear();
-  for (const auto& [id, a] : known) out.anchors.push_back(a);
+  out.anchors = joinAnchors(out.anchors, anchors, m.log_sink);
   return out;
 }
 

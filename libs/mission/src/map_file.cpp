@@ -41,6 +41,9 @@ void writeAll(const std::string& file, const std::string& bytes) {
 }  // namespace
 
 void saveMap(const MissionMap& map, const std::string& file) {
+  if (map.keyframes.empty()) {
+    throw std::runtime_error("the map " + file + " is not written: it would hold no place");
+  }
   const std::string part = file + ".part";
   writeAll(part, encode(map));
   std::error_code error;
@@ -59,7 +62,11 @@ MissionMap loadMap(const std::string& file) {
   std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   if (in.bad()) throw std::runtime_error("the map " + file + " cannot be read");
   try {
-    return decode(bytes);
+    MissionMap map = decode(bytes);
+    if (map.keyframes.empty()) {
+      throw std::runtime_error("it holds no place that a run could be found by; make it again");
+    }
+    return map;
   } catch (const std::runtime_error& e) {
     throw std::runtime_error("the map " + file + " cannot be used: " + e.what());
   }

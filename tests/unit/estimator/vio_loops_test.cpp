@@ -177,7 +177,10 @@ TEST(VioLoops, MapsThatCannotBeAreRefused) {
   Vio vio(Flight::calibration(), config(true));
   EXPECT_THROW(vio.loadMap(file), std::runtime_error);
   EXPECT_THROW(vio.saveMap((folder / "no" / "where.virmap").string()), std::runtime_error);
-  vio.saveMap(file);  // of nothing yet
+  EXPECT_THROW(vio.saveMap(file), std::runtime_error);  // of nothing yet
+  EXPECT_FALSE(std::filesystem::exists(file));
+  Flight::get().play(&vio, 0, 4);
+  vio.saveMap(file);
   ASSERT_TRUE(std::filesystem::exists(file));
   Calibration other = Flight::calibration();
   other.camera.fx *= 1.2;

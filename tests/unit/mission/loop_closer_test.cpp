@@ -243,6 +243,14 @@ TEST(LoopCloser, AnchorsOfAMapHaveASay) {
       after.setAnchors(known);
       robot.visit(&after, elsewhere, 0.2, 0.01, 0.2);
       EXPECT_EQ(after.found(), off == 0) << off << both;
+      if (!after.found()) continue;
+      // The extended map knows it no worse than the map did; it was replaced by the run's once.
+      Anchor worse = anchorAt(1, first + Vec3(0.1, 0, 0));
+      worse.covariance *= 4;
+      const MissionMap extended = after.map(cameraOf(), {worse});
+      ASSERT_EQ(extended.anchors.size(), 2u);
+      EXPECT_LE(extended.anchors[0].covariance.trace(), 0.03 + 1e-12);
+      EXPECT_LT((extended.anchors[0].p_W - first).norm(), 0.01);
     }
   }
 }

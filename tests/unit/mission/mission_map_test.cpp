@@ -321,6 +321,10 @@ TEST(MissionMap, AFile) {
   fs::create_directory(file + ".part");
   EXPECT_THROW(saveMap(someMap(1), file), std::runtime_error);
   EXPECT_EQ(loadMap(file).keyframes.size(), 3u);
+  // Nor does one without a place take the place of it.
+  fs::remove(file + ".part");
+  EXPECT_THROW(saveMap(someMap(0), file), std::runtime_error);
+  EXPECT_EQ(loadMap(file).keyframes.size(), 3u);
   EXPECT_THROW(loadMap(folder.path().string()), std::runtime_error);
   EXPECT_THROW(loadMap((folder / "b.virmap").string()), std::runtime_error);
   std::ofstream((folder / "text.virmap").string()) << "t,x,y,z and so on, longer than a head";

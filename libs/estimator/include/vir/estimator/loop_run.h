@@ -55,10 +55,11 @@ class LoopRun {
   /// The estimator's states since the last call, which become those of the mission. `gray` (may be
   /// null): the image of `t`, which was not kept; it is where its state is still to come.
   LoopedOutput take(VisualInertialEstimator* estimator, TimeNs t, const cv::Mat* gray);
-  /// The last solution, and the map to the file of the settings. Throws std::runtime_error naming
-  /// it.
+  /// The last solution, and the map to the file of the settings; a run that saw no place warns and
+  /// leaves that as it is. Throws std::runtime_error naming it.
   void finish(const VisualInertialEstimator& estimator);
-  /// The map so far (docs/loops.md). Throws std::runtime_error naming the file.
+  /// The map so far (docs/loops.md). Throws std::runtime_error naming the file, also while there is
+  /// no place yet.
   void saveMap(const VisualInertialEstimator& estimator, const std::string& file) const;
 
   /// False as long as a map was loaded and the run was not found in it.
@@ -88,6 +89,9 @@ class LoopRun {
   void see(const StateEstimate& estimate, const KeyframeSights& sights, const cv::Mat& gray,
            const VisualInertialEstimator& estimator);
   std::string notFound() const;
+  std::string nothingToSave() const;
+  /// Empty before the camera is known.
+  mission::MissionMap mapNow(const VisualInertialEstimator& estimator) const;
   void solve(const VisualInertialEstimator& estimator, bool last = false);
   /// Its keyframes, those included that have left its windows.
   std::vector<FollowedPose> inWorld(const VisualInertialEstimator& estimator) const;
@@ -106,6 +110,7 @@ class LoopRun {
   std::vector<FollowedPose> settled_;
   std::optional<Revision> last_revision_;
   bool saved_ = false;
+  bool nothing_to_save_ = false;
   bool told_found_ = false;  // as a change of frame
   int segment_ = 0;
   TimeNs segment_since_ = 0;

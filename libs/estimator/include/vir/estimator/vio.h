@@ -83,7 +83,8 @@ class Vio {
   void loadMap(const std::string& file);
   /// The places, anchors and map points so far, with those of the map that was loaded where the run
   /// was found in it: best after finish(). Written beside and renamed; a failure leaves what was
-  /// there. Throws std::logic_error without loops, std::runtime_error naming the file.
+  /// there. Throws std::logic_error without loops, std::runtime_error naming the file, also while
+  /// there is no place yet.
   void saveMap(const std::string& file) const;
   /// False as long as a map was loaded and the run was not found in it.
   bool found() const;

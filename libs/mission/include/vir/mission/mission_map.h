@@ -35,9 +35,10 @@ std::string encode(const MissionMap& map);
 MissionMap decode(const std::string& bytes);
 
 /// Written beside and renamed when it is on the disk: a failure leaves what was there before.
-/// Throws std::runtime_error naming the file.
+/// Throws std::runtime_error naming the file, also for a map without keyframes: there is nothing in
+/// it that a run could be found by.
 void saveMap(const MissionMap& map, const std::string& file);
-/// Throws std::runtime_error naming the file.
+/// Throws std::runtime_error naming the file, also for a map without keyframes.
 MissionMap loadMap(const std::string& file);
 
 /// Empty if corners of the two cameras can be compared, else what differs: model, size of the
