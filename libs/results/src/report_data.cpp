@@ -8,6 +8,7 @@
 #include "json_columns.h"
 #include "page_frame.h"
 #include "vir/core/angles.h"
+#include "vir/evaluation/nees.h"
 
 namespace vir::results {
 namespace {
@@ -311,6 +312,12 @@ class Writer {
 };
 
 }  // namespace
+
+std::optional<Pose> worldAtStart(const Trajectory& truth, const StampedPose& start) {
+  const evaluation::Association first = evaluation::associate(truth, {start}, {});
+  if (first.pairs.empty()) return std::nullopt;
+  return evaluation::gaugeAt(first.pairs.front().reference, first.pairs.front().estimate).inverse();
+}
 
 std::string reportJson(const RunSummary& summary, const ReportData& data) {
   return insideScript(Writer(summary, data).json());

@@ -1,5 +1,6 @@
 #pragma once
 /// The numbers that the script of report.html draws.
+#include <optional>
 #include <string>
 
 #include "frame_history.h"
@@ -12,9 +13,15 @@ namespace vir::results {
 /// What an estimate was off at one time, in the frames that its covariance is of.
 struct FrameError {
   TimeNs t = 0;
-  Vec3 p = Vec3::Zero();  ///< in W, whose origin and heading are right at the first keyframe [m]
+  /// In W, or in a map that the run was found in, whose origin and heading are right at the first
+  /// keyframe as that world has it [m].
+  Vec3 p = Vec3::Zero();
   Vec3 r = Vec3::Zero();  ///< on the right, in the body [rad]
 };
+
+/// T_W_R from the truth's world R to that of `start`, position and yaw, where `start` has no error:
+/// an estimator's world has none where it starts. Nothing where the truth does not tell of it.
+std::optional<Pose> worldAtStart(const Trajectory& truth, const StampedPose& start);
 
 struct ReportData {
   const RunPictures& pictures;

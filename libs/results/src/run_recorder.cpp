@@ -279,15 +279,15 @@ void RunRecorder::evaluateInto(RunSummary* summary) {
 }
 
 std::vector<FrameError> RunRecorder::errorsFromStart() const {
-  // The estimator's world has no error where it starts: at the first keyframe.
-  const Trajectory start{smoothed_.empty() ? trajectory_.front() : smoothed_.front()};
-  const evaluation::Association first = evaluation::associate(truth_, start, {});
-  if (first.pairs.empty()) return {};
-  const Pose T_E_R =
-      evaluation::gaugeAt(first.pairs.front().reference, first.pairs.front().estimate).inverse();
+  const bool leaps = !frame_changes_.empty();
+  const auto in_M = worldAtStart(truth_, (smoothed_.empty() ? trajectory_ : smoothed_).front());
+  // Until the run was found in a map its world was another one, which the leap did not mend.
+  const auto in_W = leaps ? worldAtStart(truth_, trajectory_.front()) : in_M;
+  if (!in_M || !in_W) return {};
   std::vector<FrameError> errors;
   for (const evaluation::PosePair& pair : evaluation_->association.pairs) {
-    const Pose truth = T_E_R * pair.reference;
+    const bool before = leaps && pair.t < frame_changes_.back().t;
+    const Pose truth = (before ? *in_W : *in_M) * pair.reference;
     errors.push_back(
         {pair.t, pair.estimate.p - truth.p, logQuat(truth.q.conjugate() * pair.estimate.q)});
   }

@@ -19,8 +19,9 @@ class Nothing : public roles::Estimator {
   void finish() override {}
   roles::EstimatorOutput take() override { return {}; }
   std::vector<Landmark> landmarks() const override { return {}; }
-  std::vector<StampedPose> keyframes() const override { return {}; }
+  std::vector<StampedPose> keyframes() const override { return smoothed; }
   roles::EstimatorReport report() const override { return {}; }
+  std::vector<StampedPose> smoothed;
 };
 
 StampedPose truthAt(int i) {
@@ -70,6 +71,41 @@ TEST(FrameChange, IsNoErrorAndNoWay) {
   ASSERT_TRUE(run.summary.in_map_s);
   EXPECT_DOUBLE_EQ(*run.summary.in_map_s, 20);
   EXPECT_NE(toJson(run.summary).find("\"in_map_s\": 20.0"), std::string::npos);
+}
+
+/// Until it is found a run drifts as its covariances say, from where it started; the leap takes the
+/// drift off, in the map's frame also at the start. No covariance spoke of that.
+TEST(FrameChange, ErrorsAreThoseOfTheWorldTheyWereMadeIn) {
+  const test::TempFolder temp;
+  const ResultsFolder folder(temp / "results");
+  RunRecorder recorder(folder, {});
+  recorder.setFirstFrame(kStart);
+  Nothing estimator;
+  const auto drift_m = [](int i) { return 0.005 * i; };
+  for (int i = 0; i < 400; ++i) {
+    const StampedPose truth = truthAt(i);
+    const bool found = i >= 200;
+    roles::EstimatorOutput out;
+    StateEstimate e;
+    e.state.t = truth.t;
+    e.valid = true;
+    e.health = Health::ok;
+    e.state.T_W_B = truth.T_W_B;
+    if (!found) e.state.T_W_B.p.x() += drift_m(i);
+    const double variance = 1e-6 + (found ? 0 : drift_m(i) * drift_m(i));
+    e.covariance.diagonal() << variance, variance, variance, 1e-6, 1e-6, 1e-6;
+    out.states.push_back(e);
+    estimator.smoothed.push_back(truth);
+    if (i == 200) {
+      out.frame_changes.push_back({truth.t, Pose(Quat::Identity(), Vec3(-drift_m(i), 0, 0))});
+    }
+    recorder.onOutput(out, estimator);
+    recorder.addGroundTruth(truth.t, truth.T_W_B);
+  }
+  RunSummary summary;
+  recorder.onEnd(estimator, &summary);
+  ASSERT_TRUE(summary.nees_position);
+  EXPECT_NEAR(*summary.nees_position, 0.5 / 3, 0.01);  // half the run, one axis of three
 }
 
 /// The file itself stays as the states were given; whoever reads it has one frame.
