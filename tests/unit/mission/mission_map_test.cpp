@@ -5,6 +5,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdint>
@@ -336,9 +337,10 @@ TEST(MissionMap, AFile) {
   }
 }
 
-/// Killed anywhere while it saves: what is there is the old map or the new one, and the next save
-/// is not disturbed by what was left.
+/// Killed anywhere while it saves, and as it begins to write: what is there is the old map or the
+/// new one, and the next save is not disturbed by what was left.
 TEST(MissionMap, KilledWhileItSaves) {
+  using namespace std::chrono;
   const test::TempFolder folder;
   const std::string file = (folder / "a.virmap").string();
   const MissionMap old = someMap(300), other = someMap(299);
@@ -353,10 +355,11 @@ TEST(MissionMap, KilledWhileItSaves) {
     saveMap(old, file);
     const pid_t child = ::fork();
     ASSERT_GE(child, 0);
-    if (child == 0) {
-      for (;;) saveMap(other, file);
-    }
-    ::usleep(static_cast<useconds_t>(500 + random.below(8000)));
+    while (child == 0) saveMap(other, file);
+    const bool writing = i % 2 == 1;  // which is a small part of it
+    const auto end =
+        steady_clock::now() + microseconds(writing ? 60000000 : 500 + random.below(8000));
+    while (steady_clock::now() < end && !(writing && fs::exists(file + ".part"))) continue;
     ASSERT_EQ(::kill(child, SIGKILL), 0);
     int status = 0;
     ASSERT_EQ(::waitpid(child, &status, 0), child);
