@@ -29,7 +29,7 @@ Vec5 EliminatedNode::follow(const Eigen::VectorXd& next) const {
   return x;
 }
 
-Frontal::Frontal(int band, int anchors) : band_(band), anchors_(anchors) {
+Frontal::Frontal(int band, int anchors) : band_(band) {
   const int n = kNodeSize * (band + 1) + kAnchorSize * anchors;
   H = Eigen::MatrixXd::Zero(n, n);
   b = Eigen::VectorXd::Zero(n);

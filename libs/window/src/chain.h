@@ -55,7 +55,7 @@ class Frontal {
 
  private:
   void moveOn();
-  int band_, anchors_;
+  int band_;
   Eigen::VectorXd column_;
 };
 
