@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "silent_estimator.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/results/run_recorder.h"
 #include "vir_test_temp_folder.h"
@@ -12,17 +13,6 @@ namespace vir::results {
 namespace {
 
 constexpr TimeNs kStart = 1'700'000'000'000'000'000;
-
-class Nothing : public roles::Estimator {
- public:
-  void add(const mrpt::obs::CObservation&) override {}
-  void finish() override {}
-  roles::EstimatorOutput take() override { return {}; }
-  std::vector<Landmark> landmarks() const override { return {}; }
-  std::vector<StampedPose> keyframes() const override { return smoothed; }
-  roles::EstimatorReport report() const override { return {}; }
-  std::vector<StampedPose> smoothed;
-};
 
 StampedPose truthAt(int i) {
   const double a = 0.01 * i;
@@ -46,10 +36,10 @@ struct FoundRun {
       e.covariance.diagonal() << 1e-4, 4e-4, 1e-4, 1e-6, 1e-6, 1e-6;
       out.states.push_back(e);
       if (i == 200) out.frame_changes.push_back({truth.t, T_M_W});
-      recorder.onOutput(out, Nothing());
+      recorder.onOutput(out, SilentEstimator());
       recorder.addGroundTruth(truth.t, truth.T_W_B);
     }
-    recorder.onEnd(Nothing(), &summary);
+    recorder.onEnd(SilentEstimator(), &summary);
   }
 
   const Pose T_M_W{Quat(Eigen::AngleAxisd(1.2, Vec3::UnitZ())), Vec3(40, -25, 3)};
@@ -80,7 +70,7 @@ TEST(FrameChange, ErrorsAreThoseOfTheWorldTheyWereMadeIn) {
   const ResultsFolder folder(temp / "results");
   RunRecorder recorder(folder, {});
   recorder.setFirstFrame(kStart);
-  Nothing estimator;
+  SilentEstimator estimator;
   const auto drift_m = [](int i) { return 0.005 * i; };
   for (int i = 0; i < 400; ++i) {
     const StampedPose truth = truthAt(i);
@@ -95,7 +85,7 @@ TEST(FrameChange, ErrorsAreThoseOfTheWorldTheyWereMadeIn) {
     const double variance = 1e-6 + (found ? 0 : drift_m(i) * drift_m(i));
     e.covariance.diagonal() << variance, variance, variance, 1e-6, 1e-6, 1e-6;
     out.states.push_back(e);
-    estimator.smoothed.push_back(truth);
+    estimator.keyframes_.push_back(truth);
     if (i == 200) {
       out.frame_changes.push_back({truth.t, Pose(Quat::Identity(), Vec3(-drift_m(i), 0, 0))});
     }

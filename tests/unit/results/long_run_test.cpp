@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "silent_estimator.h"
 #include "vir/evaluation/trajectory.h"
 #include "vir/results/run_recorder.h"
 #include "vir_test_heap.h"
@@ -13,18 +14,6 @@ namespace vir::results {
 namespace {
 
 constexpr TimeNs kStart = 1'700'000'000'000'000'000;
-
-class Nothing : public roles::Estimator {
- public:
-  void add(const mrpt::obs::CObservation&) override {}
-  void finish() override {}
-  roles::EstimatorOutput take() override { return {}; }
-  std::vector<Landmark> landmarks() const override { return {}; }
-  std::vector<StampedPose> keyframes() const override { return keyframes_; }
-  roles::EstimatorReport report() const override { return {}; }
-
-  std::vector<StampedPose> keyframes_;
-};
 
 /// Image `i` of a flight at 10 Hz, with a range, a calibration, and a keyframe that settles.
 roles::EstimatorOutput outputAt(int i) {
@@ -50,7 +39,7 @@ TEST(LongRun, MemoryStaysAsItIs) {
   if (!test::heapIsCounted()) GTEST_SKIP() << "the heap is the sanitizer's";
   const test::TempFolder temp;
   const ResultsFolder folder(temp / "results");
-  const Nothing estimator;
+  const SilentEstimator estimator;
   RunRecorder recorder(folder, {});
   const test::HeapPeak heap;
   long after_a_while = 0;
@@ -66,7 +55,7 @@ TEST(LongRun, MemoryStaysAsItIs) {
 TEST(LongRun, AllKeyframesAreInTheSmoothedTrajectory) {
   const test::TempFolder temp;
   const ResultsFolder folder(temp / "results");
-  Nothing estimator;
+  SilentEstimator estimator;
   RunRecorder recorder(folder, {});
   const auto at = [](int s, double x) {
     return StampedPose{kStart + s * 1'000'000'000LL, Pose(Quat::Identity(), Vec3(x, 0, 0))};

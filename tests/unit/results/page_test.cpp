@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "silent_estimator.h"
 #include "vir/results/meeting_page.h"
 #include "vir/results/run_recorder.h"
 #include "vir_test_shell.h"
@@ -13,13 +14,9 @@ namespace {
 
 constexpr TimeNs kStart = 1'700'000'000'000'000'000;
 
-class Still : public roles::Estimator {
+class Still : public SilentEstimator {
  public:
-  void add(const mrpt::obs::CObservation&) override {}
-  void finish() override {}
-  roles::EstimatorOutput take() override { return {}; }
   std::vector<Landmark> landmarks() const override { return {{1, {1, 2, 0.5}}, {2, {3, 1, 1}}}; }
-  std::vector<StampedPose> keyframes() const override { return {}; }
   std::vector<Anchor> anchors() const override {
     Anchor a;
     a.id = 4;

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "frame_history.h"
+#include "silent_estimator.h"
 #include "vir/results/run_recorder.h"
 #include "vir_test_temp_folder.h"
 
@@ -20,18 +21,11 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr TimeNs kStart = 1'700'000'000'000'000'000;
 
 /// Gives at the end what the test says.
-class Told : public roles::Estimator {
+class Told : public SilentEstimator {
  public:
-  void add(const mrpt::obs::CObservation&) override {}
-  void finish() override {}
-  roles::EstimatorOutput take() override { return {}; }
-  std::vector<Landmark> landmarks() const override { return {}; }
-  std::vector<StampedPose> keyframes() const override { return keyframes_; }
   std::vector<Anchor> anchors() const override { return anchors_; }
   std::optional<std::vector<LoopRecord>> loops() const override { return loops_; }
-  roles::EstimatorReport report() const override { return {}; }
 
-  std::vector<StampedPose> keyframes_;
   std::vector<Anchor> anchors_;
   std::optional<std::vector<LoopRecord>> loops_;
 };
