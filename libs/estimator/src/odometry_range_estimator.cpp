@@ -9,15 +9,13 @@
 #include "start_sigma.h"
 #include "vir/core/stage_timer.h"
 #include "vir/core/time_bounds.h"
+#include "vir/types/unseen_motion.h"
 
 namespace vir::estimator {
 namespace {
 
 /// Standard deviations that say "we do not know" when the odometry jumped.
 constexpr double kJumpPosition = 1.0, kJumpYaw = 0.3;
-/// What a device does that says nothing for a while, one standard deviation: it may have stopped
-/// counting [m/s, rad/s].
-constexpr double kSpeedInGap = 0.5, kTurnInGap = 0.5;
 /// A silence that is so much longer than usual, and this long [s], is a gap.
 constexpr double kUnusual = 10, kShortestGap_s = 1;
 /// Stamps jitter: a step up to this is no jump, however short the time [m].
@@ -146,11 +144,10 @@ bool OdometryRangeEstimator::Impl::plausible(TimeNs t, const Pose& T_O_B) {
 Eigen::Matrix4d OdometryRangeEstimator::Impl::covarianceOf(const Travelled& done,
                                                            double seconds) const {
   const OdometryNoise& noise = config.odometry.noise;
-  const double unseen_m = kSpeedInGap * done.gap_s, unseen_rad = kTurnInGap * done.gap_s;
-  const double p =
-      noise.positionVariance(done.metres, done.radians, seconds) + 1e-6 + unseen_m * unseen_m;
+  const double p = noise.positionVariance(done.metres, done.radians, seconds) + 1e-6 +
+                   unseenPositionVariance(done.gap_s);
   const double yaw =
-      noise.yawVariance(done.metres, done.radians, seconds) + 1e-10 + unseen_rad * unseen_rad;
+      noise.yawVariance(done.metres, done.radians, seconds) + 1e-10 + unseenYawVariance(done.gap_s);
   const double share = noise.usableVerticalShare();
   return Eigen::Vector4d(p, p, p * share * share, yaw).asDiagonal();
 }

@@ -13,6 +13,7 @@
 #include "vir/geometry/interpolation.h"
 #include "vir/ranging/anchor_initialization.h"
 #include "vir/types/interpolation.h"
+#include "vir/types/unseen_motion.h"
 
 namespace vir::team {
 namespace {
@@ -20,9 +21,6 @@ namespace {
 using Vec5 = Eigen::Matrix<double, 5, 1>;
 
 constexpr TimeNs kLongestGap = 1000000000;  // between two poses of a path
-// What a device does that says nothing for longer, one standard deviation: it may have stopped
-// counting.
-constexpr double kSpeedInGap = 0.5, kTurnInGap = 0.5;  // [m/s], [rad/s]
 constexpr double kWeakPrior = 1e-6;   // information on every unknown: keeps the system solvable
 constexpr double kExactScale = 1e-6;  // standard deviation of what is called right
 constexpr double kStartSigma = 1e-3;  // of the first robot's first pose: the gauge
@@ -263,11 +261,10 @@ void JointProblem::fillPath(std::size_t robot, ceres::Problem* problem) {
   for (std::size_t k = 1; k < list.size(); ++k) {
     JointNode &a = list[k - 1], &b = list[k];
     const double seconds = toSeconds(b.t - a.t);
-    const double unseen_m = kSpeedInGap * b.gap_s, unseen_rad = kTurnInGap * b.gap_s;
     const double position = std::sqrt(o.noise.positionVariance(b.metres, b.radians, seconds) +
-                                      1e-8 + unseen_m * unseen_m);
+                                      1e-8 + unseenPositionVariance(b.gap_s));
     const double yaw = std::sqrt(o.noise.yawVariance(b.metres, b.radians, seconds) + 1e-10 +
-                                 unseen_rad * unseen_rad);
+                                 unseenYawVariance(b.gap_s));
     const double scale = o.scale_walk_per_sqrt_m * o.scale_walk_per_sqrt_m * b.metres + 1e-10;
     Eigen::Matrix4d W = Eigen::Matrix4d::Zero();
     W.diagonal() << 1 / position, 1 / position, 1 / (position * o.noise.usableVerticalShare()),
