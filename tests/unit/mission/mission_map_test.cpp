@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 
 #include "map_bytes.h"
 #include "vir/camera/camera_model.h"
@@ -345,10 +344,6 @@ TEST(MissionMap, KilledWhileItSaves) {
   const std::string file = (folder / "a.virmap").string();
   const MissionMap old = someMap(300), other = someMap(299);
   const std::string of_old = encode(old), of_other = encode(other);
-  const auto bytesOf = [](const std::string& name) {
-    std::ifstream in(name, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  };
   Random random(5);
   int halves = 0;
   for (int i = 0; i < 60; ++i) {
@@ -365,7 +360,7 @@ TEST(MissionMap, KilledWhileItSaves) {
     ASSERT_EQ(::waitpid(child, &status, 0), child);
     ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) << status;
     EXPECT_NO_THROW(loadMap(file));
-    const std::string now = bytesOf(file);
+    const std::string now = test::readText(file);
     ASSERT_TRUE(now == of_old || now == of_other) << i;
     halves += fs::exists(file + ".part");
   }
