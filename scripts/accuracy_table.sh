@@ -12,15 +12,28 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build out=results/accuracy made_up=false recordings=() peers=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --build-dir) build=$2 && shift ;;
-    --out) out=$2 && shift ;;
-    --peer) peers+=("$2") && shift ;;
+    --build-dir | --out | --peer)
+      [ $# -ge 2 ] || { echo "accuracy_table: $1 needs a value" >&2; exit 2; }
+      case "$1" in
+        --build-dir) build=$2 ;;
+        --out) out=$2 ;;
+        --peer) peers+=("$2") ;;
+      esac
+      shift
+      ;;
     --made-up) made_up=true ;;
     -h | --help)
       sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit 0
       ;;
-    *) recordings+=("$1") ;;
+    -*)
+      echo "accuracy_table: unknown argument '$1' (see --help)" >&2
+      exit 2
+      ;;
+    *)
+      [ -d "$1" ] || { echo "accuracy_table: $1 is no folder of a recording" >&2; exit 2; }
+      recordings+=("$1")
+      ;;
   esac
   shift
 done

@@ -5,6 +5,17 @@
 #   chromium --headless --screenshot=anchors.png --window-size=1200,1144 anchors.svg
 #   convert anchors.png -resize 1000x -colors 32 anchors_small.png
 set -eu
+case "${1:-}" in
+  -h | --help)
+    sed -n '2,6s/^# \{0,1\}//p' "$0"
+    exit 0
+    ;;
+  -*)
+    echo "uwb_figure: unknown argument '$1' (see --help)" >&2
+    exit 2
+    ;;
+esac
+[ $# -le 1 ] || { echo "uwb_figure: unknown argument '$2' (see --help)" >&2; exit 2; }
 slam=${VIR_SLAM:-$(dirname "$0")/../build/bin/vir-slam}
 slam=$(realpath "$slam")
 out=${1:-$(mktemp -d)}

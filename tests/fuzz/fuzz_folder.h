@@ -18,10 +18,8 @@ class Folder {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
     current() = path_;
-    std::atexit([] {
-      std::error_code ignored;
-      std::filesystem::remove_all(current(), ignored);
-    });
+    std::atexit(clearAway);
+    std::at_quick_exit(clearAway);  // of VIR_FUZZ_BYTES
   }
   const std::filesystem::path& path() const { return path_; }
 
@@ -43,6 +41,10 @@ class Folder {
     const char* const memory = "/dev/shm";
     const bool there = std::getenv("TMPDIR") == nullptr && ::access(memory, W_OK | X_OK) == 0;
     return there ? std::filesystem::path(memory) : std::filesystem::temp_directory_path();
+  }
+  static void clearAway() {
+    std::error_code ignored;
+    std::filesystem::remove_all(current(), ignored);
   }
   static std::filesystem::path& current() {
     static std::filesystem::path path;

@@ -5,6 +5,7 @@
 
 #include "vir/core/order_statistics.h"
 #include "vir/core/time_bounds.h"
+#include "vir/geometry/finite_pose.h"
 
 namespace vir::evaluation {
 namespace {
@@ -19,10 +20,6 @@ double distance(const StampedPose& a, const StampedPose& b) {
 
 double seconds(const StampedPose& a, const StampedPose& b) {
   return toSeconds(timeBetween(a.t, b.t));
-}
-
-bool isFinite(const StampedPose& pose) {
-  return pose.T_W_B.p.allFinite() && pose.T_W_B.q.coeffs().allFinite();
 }
 
 /// Per step, the fastest that is no leap there [m/s].
@@ -65,7 +62,8 @@ std::vector<Piece> piecesOf(const Trajectory& poses, const std::vector<double>& 
 
 Trajectory withoutLeaps(const Trajectory& trajectory, long* left_out) {
   Trajectory poses;
-  std::copy_if(trajectory.begin(), trajectory.end(), std::back_inserter(poses), isFinite);
+  std::copy_if(trajectory.begin(), trajectory.end(), std::back_inserter(poses),
+               [](const StampedPose& pose) { return isFinite(pose.T_W_B); });
   Trajectory out;
   if (!poses.empty()) {
     const std::vector<double> limit = limits(poses);

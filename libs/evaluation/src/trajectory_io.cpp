@@ -111,8 +111,16 @@ class Reader {
     lines_.push_back(number);
   }
 
-  /// The poses so far are of another frame.
-  void changeFrame(const Pose& T_new_old) { changes_.emplace_back(poses_.size(), T_new_old); }
+  /// The poses so far are of another frame; without a transform the line that says so is damaged.
+  void changeFrame(const std::optional<Pose>& T_new_old, long number) {
+    if (T_new_old) {
+      changes_.emplace_back(poses_.size(), *T_new_old);
+    } else {
+      skip(&report_->malformed, "frame", number,
+           "says that the poses above are of another frame, but not where that lies (seven numbers "
+           "x y z qx qy qz qw): they are taken as they are");
+    }
+  }
 
   Trajectory finish() {
     toLastFrame();
@@ -265,12 +273,18 @@ class Reader {
 };
 
 constexpr const char* kFrameChange = "# the poses above are of another frame, which lies here at";
+/// What is left of it where it is damaged.
+constexpr const char* kFrameChangeBegin = "# the poses above are of another frame";
 
 constexpr double kFarthest_m = 1e9;
 
-/// Of a frameChangeLine(); nothing for other lines.
+bool beginsWith(const std::string& line, const char* what) {
+  return line.compare(0, std::strlen(what), what) == 0;
+}
+
+/// Of a frameChangeLine(); nothing where it is damaged.
 std::optional<Pose> frameChangeOf(const std::string& line) {
-  if (line.compare(0, std::strlen(kFrameChange), kFrameChange) != 0) return std::nullopt;
+  if (!beginsWith(line, kFrameChange)) return std::nullopt;
   std::istringstream numbers(line.substr(std::strlen(kFrameChange)));
   double v[7];
   for (double& x : v) {
@@ -303,8 +317,8 @@ Trajectory read(std::istream& in, ReadReport* report, const Habit* forced) {
     const std::string cleaned = clean(raw);
     if (!cleaned.empty()) {
       reader.line(cleaned, number);
-    } else if (const auto T_new_old = frameChangeOf(raw)) {
-      reader.changeFrame(*T_new_old);
+    } else if (beginsWith(raw, kFrameChangeBegin)) {
+      reader.changeFrame(frameChangeOf(raw), number);
     }
   };
   for (const std::string& l : first) take(l);

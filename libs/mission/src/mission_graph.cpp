@@ -7,6 +7,7 @@
 
 #include "graph_state.h"
 #include "vir/core/option_check.h"
+#include "vir/geometry/finite_pose.h"
 
 namespace vir::mission {
 namespace {
@@ -22,7 +23,7 @@ void require(bool holds, const std::string& what) {
   if (!holds) throw std::invalid_argument("MissionGraph: " + what);
 }
 
-bool isPose(const Pose& T) { return T.p.allFinite() && std::abs(T.q.norm() - 1) < 1e-3; }
+bool isPose(const Pose& T) { return isFinite(T) && std::abs(T.q.norm() - 1) < 1e-3; }
 
 }  // namespace
 

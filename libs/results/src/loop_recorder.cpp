@@ -2,6 +2,7 @@
 
 #include "csv_text.h"
 #include "vir/evaluation/trajectory.h"
+#include "vir/geometry/finite_pose.h"
 
 namespace vir::results {
 namespace {
@@ -31,7 +32,7 @@ std::string line(const LoopRecord& r) {
 }  // namespace
 
 void LoopRecorder::add(const StampedPose& pose) {
-  if (!pose.T_W_B.p.allFinite() || !pose.T_W_B.q.coeffs().allFinite()) return;
+  if (!isFinite(pose.T_W_B)) return;
   if (odometry_ && pose.t <= last_) return;
   if (!odometry_) odometry_.emplace(folder_.file("trajectory_odom.tum"));
   odometry_->line(evaluation::tumLine(pose));

@@ -16,6 +16,7 @@
 #include "vir/evaluation/figure_parts.h"
 #include "vir/evaluation/leaps.h"
 #include "vir/evaluation/nees.h"
+#include "vir/geometry/finite_pose.h"
 #include "vir/results/calibration_yaml.h"
 #include "vir/results/scene_file.h"
 
@@ -35,8 +36,6 @@ constexpr const char* kFramesHeader =
 constexpr const char* kCovarianceHeader =
     "t_s,px_px,px_py,px_pz,px_rx,px_ry,px_rz,py_py,py_pz,py_rx,py_ry,py_rz,pz_pz,pz_rx,pz_ry,pz_rz,"
     "rx_rx,rx_ry,rx_rz,ry_ry,ry_rz,rz_rz";
-
-bool isFinite(const Pose& pose) { return pose.p.allFinite() && pose.q.coeffs().allFinite(); }
 
 std::string columns(const Vec3& v) {
   return format(",%.6g,%.6g,%.6g", clean(v.x()), clean(v.y()), clean(v.z()));

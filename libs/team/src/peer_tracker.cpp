@@ -7,6 +7,7 @@
 #include "moved_frame.h"
 #include "thin_out.h"
 #include "vir/core/angles.h"
+#include "vir/geometry/finite_pose.h"
 
 namespace vir::team {
 namespace {
@@ -128,7 +129,7 @@ void PeerTracker::hear(const PeerBroadcast& broadcast) {
 
 void PeerTracker::hear(const PeerPose& pose) {
   const Vec3& p = pose.T_W_B.p;
-  if (!(p.cwiseAbs().maxCoeff() < kFarthest) || !pose.T_W_B.q.coeffs().allFinite() ||
+  if (!isFinite(pose.T_W_B) || !(p.cwiseAbs().maxCoeff() < kFarthest) ||
       !(pose.covariance.cwiseAbs().maxCoeff() < kFarthest * kFarthest) ||
       !(pose.p_B_U.cwiseAbs().maxCoeff() < kFarthest) || !pose.covariance.allFinite()) {
     ++unusable_;

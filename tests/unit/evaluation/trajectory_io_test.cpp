@@ -298,7 +298,7 @@ TEST(ReadTum, PosesBeforeAChangeOfFrameAreGivenInTheLastOne) {
   EXPECT_EQ(t[2].T_W_B.p, pose.p);
 }
 
-TEST(ReadTum, AChangeOfFrameThatIsNoneIsAComment) {
+TEST(ReadTum, ADamagedChangeOfFrameIsCountedAndSaid) {
   const std::string begin = frameChangeLine(Pose()).substr(0, frameChangeLine(Pose()).find(" 0."));
   const std::string end = "\n2 0 0 0 0 0 0 1\n";
   for (const char* numbers : {"", " 1 2 3", " 1 2 3 0 0 0 2", " nan 2 3 0 0 0 1",
@@ -307,8 +307,18 @@ TEST(ReadTum, AChangeOfFrameThatIsNoneIsAComment) {
     const Trajectory t = tum("1 0 0 0 0 0 0 1\n" + begin + numbers + end, &report);
     ASSERT_EQ(t.size(), 2u) << numbers;
     EXPECT_EQ(t[0].T_W_B.p, Vec3::Zero()) << numbers;
-    EXPECT_EQ(report.skipped(), 0) << numbers;
+    EXPECT_EQ(report.malformed, 1) << numbers;
+    EXPECT_EQ(report.skipped(), 1) << numbers;
+    ASSERT_EQ(report.messages.size(), 1u) << numbers;
+    EXPECT_EQ(report.messages[0].rfind("line 2: ", 0), 0u) << report.messages[0];
+    EXPECT_NE(report.messages[0].find("another frame"), std::string::npos) << report.messages[0];
   }
+  ReadReport cut;
+  EXPECT_EQ(tum("1 0 0 0 0 0 0 1\n" + begin.substr(0, begin.size() - 8) + end, &cut).size(), 2u);
+  EXPECT_EQ(cut.malformed, 1);
+  ReadReport comment;
+  EXPECT_EQ(tum("1 0 0 0 0 0 0 1\n# of another frame" + end, &comment).size(), 2u);
+  EXPECT_EQ(comment.skipped(), 0);
 }
 
 TEST(ReadStamps, TakesTheFirstColumn) {

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
+#include "vir/geometry/finite_pose.h"
 #include "vir_test_rotations.h"
 
 namespace vir {
@@ -63,6 +65,25 @@ TEST(Pose, GravityAlignedAttitudeOfAnUpsideDownOrPitchedBody) {
 TEST(Pose, GravityAlignedAttitudeRefusesZeroAndNaN) {
   EXPECT_THROW(gravityAlignedAttitude(Vec3::Zero()), std::invalid_argument);
   EXPECT_THROW(gravityAlignedAttitude(Vec3(0, NAN, 1)), std::invalid_argument);
+}
+
+TEST(Pose, IsFiniteIfAllOfItsNumbersAre) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(isFinite(Pose()));
+  EXPECT_TRUE(isFinite(Pose(Quat(0, 0, 0, 0), Vec3(1e308, 0, 0))));
+  for (const double bad : {nan, inf, -inf}) {
+    for (int i = 0; i < 3; ++i) {
+      Pose pose;
+      pose.p[i] = bad;
+      EXPECT_FALSE(isFinite(pose)) << bad << " " << i;
+    }
+    for (int i = 0; i < 4; ++i) {
+      Pose pose;
+      pose.q.coeffs()[i] = bad;
+      EXPECT_FALSE(isFinite(pose)) << bad << " " << i;
+    }
+  }
 }
 
 }  // namespace
