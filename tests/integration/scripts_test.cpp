@@ -36,8 +36,8 @@ TEST(Scripts, BashReadsThem) {
 }
 
 TEST(Scripts, WrongArgumentsAreRefusedByName) {
-  for (const char* script : {"build.sh", "check_arm64.sh", "check_debian13.sh", "demo.sh",
-                             "install_dependencies.sh", "package.sh"}) {
+  for (const char* script : {"accuracy_table.sh", "build.sh", "check_arm64.sh", "check_debian13.sh",
+                             "demo.sh", "install_dependencies.sh", "package.sh", "uwb_figure.sh"}) {
     const test::Outcome outcome = test::shell(at(kScripts + script) + " --no-such-argument");
     EXPECT_EQ(outcome.code, 2) << script << ": " << outcome.text;
     EXPECT_NE(outcome.text.find("--no-such-argument"), std::string::npos) << outcome.text;
@@ -49,6 +49,11 @@ TEST(Scripts, NothingIsBuiltForAWordThatIsNone) {
   EXPECT_EQ(sanitize.code, 2) << sanitize.text;
   EXPECT_NE(sanitize.text.find("everything"), std::string::npos) << sanitize.text;
   EXPECT_EQ(test::shell(at(kScripts + "fuzz.sh") + " soon").code, 2);
+  const test::Outcome table = test::shell(at(kScripts + "accuracy_table.sh") + " /no/such/folder");
+  EXPECT_EQ(table.code, 2) << table.text;
+  EXPECT_NE(table.text.find("/no/such/folder"), std::string::npos) << table.text;
+  EXPECT_EQ(test::shell(at(kScripts + "accuracy_table.sh") + " --out").code, 2);
+  EXPECT_EQ(test::shell(at(kScripts + "uwb_figure.sh") + " a b").code, 2);
   for (const char* wrong : {" --seconds 0", " --lost 2", " --late-s -1", " --program /nowhere"}) {
     const test::Outcome team =
         test::shell("python3 " + at(kScripts + "team_check.py") + " x" + wrong);

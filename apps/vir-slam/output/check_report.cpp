@@ -115,7 +115,7 @@ void addFindings(const SourceReport& source, const std::vector<check::StreamSumm
     findings->push_back(
         {check::Severity::doubtful, "not_in_order", "file",
          "rows that come after later ones are left out: " + std::to_string(source.too_late), "",
-         "sort the tables by their stamps"});
+         "sort the tables by their stamps; after a clock was set back begin a recording anew"});
   }
   if (const auto repeated = repeatedReadings(source.imu_repeated, streams)) {
     findings->push_back(*repeated);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "vir/geometry/finite_pose.h"
 #include "vir/places/hamming.h"
 
 namespace vir::places {
@@ -56,7 +57,7 @@ void matchFrame(const std::vector<LevelPoint>& newer, const std::vector<LevelPoi
 std::vector<LevelPoint> levelPoints(const PlaceKeyframe& keyframe, const Vec3& origin_W) {
   std::vector<LevelPoint> out;
   const Pose T_W_C = keyframe.T_W_B * keyframe.T_B_C;
-  if (!T_W_C.q.coeffs().allFinite() || !T_W_C.p.allFinite()) return out;
+  if (!isFinite(T_W_C)) return out;
   const Mat3 R_W_C = T_W_C.R();
   const Vec3 eye = T_W_C.p - origin_W;
   for (const PlacePoint& p : keyframe.points) {

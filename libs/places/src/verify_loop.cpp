@@ -9,6 +9,7 @@
 
 #include "loop_refinement.h"
 #include "vir/core/order_statistics.h"
+#include "vir/geometry/finite_pose.h"
 
 namespace vir::places {
 namespace {
@@ -136,10 +137,7 @@ double focalOf(const PlaceKeyframe& k) {
   return all.empty() ? kNone : quantileInPlace(&all, 0.1);
 }
 
-bool hasPose(const PlaceKeyframe& k) {
-  return k.T_W_B.p.allFinite() && k.T_W_B.q.coeffs().allFinite() && k.T_B_C.p.allFinite() &&
-         k.T_B_C.q.coeffs().allFinite();
-}
+bool hasPose(const PlaceKeyframe& k) { return isFinite(k.T_W_B) && isFinite(k.T_B_C); }
 
 }  // namespace
 

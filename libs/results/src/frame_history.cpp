@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "csv_text.h"
+#include "vir/geometry/finite_pose.h"
 
 namespace vir::results {
 namespace {
@@ -24,7 +25,7 @@ Vec3 rootOf(const Vec3& variance) {
 FrameSample sampleOf(const StateEstimate& e) {
   FrameSample s;
   s.t = e.state.t;
-  s.valid = e.valid && e.state.T_W_B.p.allFinite() && e.state.T_W_B.q.coeffs().allFinite();
+  s.valid = e.valid && isFinite(e.state.T_W_B);
   s.state = e.state;
   const Eigen::Matrix<double, 6, 1> variance = e.covariance.diagonal();
   s.sigma_p = rootOf(variance.head<3>());

@@ -19,6 +19,7 @@
 #include <type_traits>
 
 #include "vir/core/angles.h"
+#include "vir/geometry/finite_pose.h"
 #include "vir/rawlog/mrpt_pose.h"
 
 namespace vir::results {
@@ -82,7 +83,7 @@ void insertCameras(const SceneRobot& robot, CSetOfObjects* group) {
   const Pose T_B_F = robot.camera->T_B_C * Pose(Quat(R_C_F), Vec3::Zero());
   for (std::size_t i = 0; i < robot.path.size(); i += robot.path.size() / kCameras + 1) {
     const Pose& T_W_B = robot.path[i].T_W_B;
-    if (!T_W_B.p.allFinite() || !T_W_B.q.coeffs().allFinite()) continue;
+    if (!isFinite(T_W_B)) continue;
     auto frustum = std::make_shared<CFrustum>(0.02F, 0.25F, f(kDegPerRad * across),
                                               f(kDegPerRad * up), 1.0F, true, false);
     frustum->setColor_u8(static_cast<std::uint8_t>(robot.color.r),

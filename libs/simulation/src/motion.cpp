@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "vir/geometry/finite_pose.h"
 #include "vir/types/interpolation.h"
 
 namespace vir::simulation {
@@ -16,8 +17,7 @@ constexpr double kFarthestM = 1e12;
 std::vector<Vec3> positions(const Trajectory& poses) {
   std::vector<Vec3> out;
   for (const StampedPose& s : poses) {
-    if (!s.T_W_B.q.coeffs().allFinite() || !(s.T_W_B.p.cwiseAbs().maxCoeff() < kFarthestM) ||
-        !s.T_W_B.p.allFinite()) {
+    if (!isFinite(s.T_W_B) || !(s.T_W_B.p.cwiseAbs().maxCoeff() < kFarthestM)) {
       throw std::invalid_argument("Motion: the pose at " + std::to_string(s.t) +
                                   " ns is no number, or farther away than anything moves");
     }

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "vir/core/time_bounds.h"
+#include "vir/geometry/finite_pose.h"
 
 namespace vir::team {
 namespace {
@@ -46,8 +47,8 @@ bool isPosition(const Vec3& p, const Mat3& C) {
 }
 
 bool finite(const PeerReport& r) {
-  return r.T_W_B.p.allFinite() && r.T_W_B.q.coeffs().allFinite() &&
-         std::abs(r.T_W_B.q.norm() - 1) < 0.01 && r.covariance.allFinite() && r.p_B_U.allFinite();
+  return isFinite(r.T_W_B) && std::abs(r.T_W_B.q.norm() - 1) < 0.01 && r.covariance.allFinite() &&
+         r.p_B_U.allFinite();
 }
 
 bool sensible(const PeerReport& r) {

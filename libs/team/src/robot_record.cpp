@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vir/geometry/finite_pose.h"
 #include "vir/geometry/interpolation.h"
 #include "vir/types/interpolation.h"
 
@@ -21,7 +22,7 @@ bool isSameRange(TimeNs t, double range_m, TimeNs other_t, double other_range_m)
 }
 
 bool keepPose(const StateEstimate& e, std::vector<KnownPose>* poses) {
-  if (!e.valid || !e.state.T_W_B.p.allFinite() || !e.state.T_W_B.q.coeffs().allFinite()) {
+  if (!e.valid || !isFinite(e.state.T_W_B)) {
     return false;
   }
   if (!poses->empty() && e.state.t <= poses->back().t) return false;

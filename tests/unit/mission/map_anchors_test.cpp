@@ -49,8 +49,10 @@ TEST(MapAnchors, BothTogetherKnowMore) {
   const Anchor y = anchorAt(7, Vec3(1.1, 2, 3), Vec3(0.2, 0.01, 0.05));
   const Anchor both = joinAnchors({x}, {y}, {}).front();
   EXPECT_LT((both.p_W - Vec3(1, 2, 3)).norm(), 0.002);
-  EXPECT_LT(both.covariance(0, 0), 0.02 * 0.02);
-  EXPECT_LT(both.covariance(1, 1), 0.02 * 0.02);
+  // Weighed alike, as they know as much: half of the information of each.
+  const double across = 2 / (1 / (0.01 * 0.01) + 1 / (0.2 * 0.2));
+  const Mat3 expected = Vec3(across, across, 0.05 * 0.05).asDiagonal();
+  EXPECT_LT((both.covariance - expected).norm(), 1e-9);
   EXPECT_EQ(both.covariance, both.covariance.transpose());
 }
 
