@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "vir/core/order_statistics.h"
+#include "vir/core/time_bounds.h"
 
 namespace vir::initialization {
 namespace {
@@ -122,7 +123,7 @@ std::optional<ImageTurn> turnBetween(TimeNs t0, const std::vector<AlignmentSight
   }
   const Epipolar e(pairs, R, t, pixel);
   if (e.weight < 0.5 * static_cast<double>(pairs.size())) return std::nullopt;
-  const double dt = toSeconds(t1 - t0);
+  const double dt = toSeconds(timeBetween(t0, t1));
   ImageTurn out;
   out.t0 = t0;
   out.t1 = t1;
