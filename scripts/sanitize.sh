@@ -18,7 +18,7 @@ while [ $# -gt 0 ]; do
     thread | --thread)
       build=$root/build-tsan
       kind=--sanitize=thread
-      select+=(-R 'live|Live|Pipeline|HandOver|LineServer|Acquisition|record_cli|Record|uwb_plugin|UwbClock|ImuClock')
+      select+=(-R 'live|Live|Pipeline|HandOver|LineServer|Acquisition|record_cli|Record|uwb_plugin|UwbClock|ImuClock|OfflineRun|Foxglove|TeamLink|OpenLink|RosTopics|RigTracker')
       ;;
     [0-9]*/[0-9]*)
       if [ "${1%/*}" -lt 1 ] || [ "${1%/*}" -gt "${1#*/}" ]; then
@@ -49,7 +49,8 @@ done
 # MRPT and OpenCV are not built with sanitizers: what they leave to the end of the program is theirs.
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=0:detect_container_overflow=0}
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1:halt_on_error=1}
-export TSAN_OPTIONS=${TSAN_OPTIONS:-second_deadlock_stack=1}
+# What is suppressed and why stands in the file.
+export TSAN_OPTIONS=${TSAN_OPTIONS:-second_deadlock_stack=1:suppressions=$root/scripts/sanitize_thread.supp}
 # Sanitized programs are five to ten times as slow as the tests' own bounds expect.
 ctest --test-dir "$build" --output-on-failure --parallel "${VIR_TEST_JOBS:-2}" --timeout 1800 \
   ${select[@]+"${select[@]}"} "$@"

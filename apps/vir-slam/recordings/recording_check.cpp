@@ -213,6 +213,7 @@ std::vector<check::Finding> RecordingCheck::stampFindings() const {
   }
   calmFurther(&out);
   for (const auto& [label, imu] : imus_) {
+    if (const auto stuck = imu.stuck()) out.push_back(*stuck);
     const auto copies = imu.copies();
     if (!copies) continue;
     // What is odd about its stamps then follows from that.

@@ -136,6 +136,29 @@ TEST(ImuCheck, NamesReadingsThatAreThereTwice) {
   EXPECT_FALSE(still.copies());
 }
 
+TEST(ImuCheck, NamesASensorThatHangs) {
+  const auto stuck = [](double seconds, const Vec3& gyro) {
+    ImuCheck check("IMU0");
+    const TimeNs first = carried().front().t;
+    for (ImuSample s : carried()) {
+      const double t = toSeconds(s.t - first);
+      if (t > 3 && t < 3 + seconds) s = {s.t, gyro, Vec3(0.3, 0.1, 9.7)};
+      check.add(s);
+    }
+    return check.stuck();
+  };
+  const Vec3 turns(0.2, -0.1, 0.3);
+  const auto found = stuck(1.5, turns);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->severity, Severity::unusable);
+  EXPECT_EQ(found->kind, "imu_stuck");
+  EXPECT_NE(found->what.find("for 1.49 s"), std::string::npos) << found->what;
+  EXPECT_NE(found->evidence.find("from 3"), std::string::npos) << found->evidence;
+  EXPECT_FALSE(stuck(0.3, turns));
+  EXPECT_FALSE(stuck(0, turns));
+  EXPECT_FALSE(stuck(5, Vec3::Zero()));  // rest without noise
+}
+
 TEST(ImuCheck, TellsMotionFromNoise) {
   ImuCheck check("IMU0");
   Random random(4);

@@ -184,7 +184,12 @@ TEST(FoxgloveServer, ASlowClientLosesMessagesAndNobodyWaits) {
   const auto started = std::chrono::steady_clock::now();
   for (int i = 0; i < 200; ++i) server.send(id, i, std::string(1 << 18, 'x'));
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - started;
-  EXPECT_LT(took.count(), 2);
+#ifdef VIR_SANITIZED
+  constexpr double kLongest_s = 20;
+#else
+  constexpr double kLongest_s = 2;
+#endif
+  EXPECT_LT(took.count(), kLongest_s);
   EXPECT_TRUE(soon([&] { return server.dropped() > 100; }));
 }
 

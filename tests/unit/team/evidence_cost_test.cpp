@@ -88,7 +88,8 @@ TEST(EvidenceCost, DescentEndsAtTheTruthWithoutNoise) {
   const EvidenceCost cost(made.ranges, made.anchors, options);
   Vec4 x = toVector(m.truth) + Vec4(0.1, 0.2, -0.2, 0.1);
   descend(cost, &x);
-  EXPECT_NEAR((x - toVector(m.truth)).norm(), 0, 1e-8);
+  // The flat bottom of the cost: where the descent ends there depends on how a compiler rounds.
+  EXPECT_NEAR((x - toVector(m.truth)).norm(), 0, 1e-6);
 }
 
 }  // namespace

@@ -42,6 +42,8 @@ class ImuCheck {
   double restMagnitude() const;
   /// Whether readings are there more than once, which is to be known even where stamps are wrong.
   std::optional<Finding> copies() const { return copies_.finding(label_); }
+  /// Whether it hangs for a while.
+  std::optional<Finding> stuck() const { return copies_.stuck(label_); }
   /// `given`: the densities an estimator would use. `mounting`: where there is a camera.
   /// `gyro_trusted`: nothing else has been found against it. `gyro_bias`: as found [rad/s].
   std::vector<Finding> findings(const std::optional<imu::ImuNoise>& given,
