@@ -20,7 +20,7 @@ constexpr double kRim_px = 1.5;
 constexpr std::uint16_t kNothing = 65535;
 constexpr int kEdgeSamples = 16;
 /// So many neighbouring pixels of a face share the size of their area on it.
-constexpr int kRun = Surfaces::kLanes;
+constexpr int kRun = kLanes;
 
 struct Tile {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels [x0, x1)
@@ -67,6 +67,9 @@ struct SceneRenderer::Impl {
   void loadRow(const Tile& tile, int y, Row* r) const;
   void trace(const Tile& tile, Row* r) const;
   void drawTile(const Tile& tile, float contrast, float weight, FloatImage* sum);
+  VIR_WIDE void drawTileWide(const Tile& tile, float contrast, float weight, FloatImage* sum) {
+    drawTile(tile, contrast, weight, sum);
+  }
   static bool holds(const Tile& tile, int from_row, int to_row) {
     return tile.y0 < to_row && tile.y1 > from_row;
   }
@@ -74,6 +77,9 @@ struct SceneRenderer::Impl {
   void shade(const Row& r, int n, const Tile& tile, float contrast, float* out) const;
   bool onEdge(int x, int y) const;
   void smoothEdges(const Tile& tile, float contrast, float weight, FloatImage* sum);
+  VIR_WIDE void smoothEdgesWide(const Tile& tile, float contrast, float weight, FloatImage* sum) {
+    smoothEdges(tile, contrast, weight, sum);
+  }
   float overPixel(const Tile& tile, std::size_t pixel, float contrast) const;
 
   std::shared_ptr<const Scene> scene;
@@ -97,6 +103,7 @@ struct SceneRenderer::Impl {
   std::vector<std::uint16_t> candidates;
   std::vector<std::uint16_t> faces;
   std::vector<float> values;
+  bool wide = hasWideVectors();
 };
 
 void SceneRenderer::Impl::makeRays() {
@@ -217,19 +224,35 @@ void SceneRenderer::Impl::trace(const Tile& tile, Row* r) const {
 void SceneRenderer::Impl::shade(const Row& r, int n, const Tile& tile, float contrast,
                                 float* out) const {
   for (int k = 0; k < n;) {
-    int end = k + 1;
-    while (end < n && end < k + kRun && r.face[end] == r.face[k]) ++end;
-    const int middle = (k + end) / 2;
-    const float d[3] = {r.d[0][middle], r.d[1][middle], r.d[2][middle]};
-    const FaceView view = surfaces.view(r.face[k], d, r.t[middle], tile.dx.data(), tile.dy.data());
-    // Of a shorter run the last point stands for those that are missing.
-    float relative[3][kRun], grey[kRun];
-    for (int lane = 0; lane < kRun; ++lane) {
-      const int at = std::min(k + lane, end - 1);
-      for (int axis = 0; axis < 3; ++axis) relative[axis][lane] = r.t[at] * r.d[axis][at];
+    // So many runs are worked on side by side; where there are fewer the last stands for the
+    // others.
+    int begin[kLanes + 1], face[kLanes], runs = 0;
+    Floats d[3] = {}, t{};
+    for (begin[0] = k; runs < kLanes && k < n; ++runs) {
+      face[runs] = r.face[k];
+      const int most = std::min(n, k + kRun);
+      do ++k;
+      while (k < most && r.face[k] == face[runs]);
+      begin[runs + 1] = k;
     }
-    surfaces.radiance(view, relative, contrast, grey);
-    for (int lane = 0; k < end; ++k, ++lane) out[k] = grey[lane];
+    for (int run = 0; run < kLanes; ++run) {
+      const int from = std::min(run, runs - 1), middle = (begin[from] + begin[from + 1]) / 2;
+      face[run] = face[from];
+      for (int axis = 0; axis < 3; ++axis) d[axis][run] = r.d[axis][middle];
+      t[run] = r.t[middle];
+    }
+    FaceView view[kLanes];
+    surfaces.views(face, d, t, tile.dx.data(), tile.dy.data(), view);
+    for (int run = 0; run < runs; ++run) {
+      Floats relative[3] = {};
+      // Of a shorter run the last point stands for those that are missing.
+      for (int lane = 0; lane < kRun; ++lane) {
+        const int at = std::min(begin[run] + lane, begin[run + 1] - 1);
+        for (int axis = 0; axis < 3; ++axis) relative[axis][lane] = r.t[at] * r.d[axis][at];
+      }
+      const Floats grey = surfaces.radiance(view[run], relative, contrast);
+      for (int at = begin[run]; at < begin[run + 1]; ++at) out[at] = grey[at - begin[run]];
+    }
   }
 }
 
@@ -280,16 +303,18 @@ float SceneRenderer::Impl::overPixel(const Tile& tile, std::size_t pixel, float 
   }
   invert(&r);
   trace(tile, &r);
-  float sum = 0;
-  for (int done = 0; done < kTile;) {
-    // Samples of one face are brought together; their mean lies on the face as well.
-    const std::int32_t face = r.face[done];
-    float mean[3] = {0, 0, 0}, t = 0;
+  // Samples of one face are brought together; their mean lies on the face as well.
+  int face[kTile + kLanes];
+  float mean[kTile][3], distance[kTile], count[kTile];
+  int faces_met = 0;
+  for (int done = 0; done < kTile; ++faces_met) {
+    face[faces_met] = r.face[done];
+    float point[3] = {0, 0, 0}, t = 0;
     const int first = done;
     for (int k = done; k < kTile; ++k) {
-      if (r.face[k] != face) continue;
+      if (r.face[k] != face[faces_met]) continue;
       for (int axis = 0; axis < 3; ++axis) {
-        mean[axis] += r.t[k] * r.d[axis][k];
+        point[axis] += r.t[k] * r.d[axis][k];
         std::swap(r.d[axis][k], r.d[axis][done]);
       }
       t += r.t[k];
@@ -297,17 +322,26 @@ float SceneRenderer::Impl::overPixel(const Tile& tile, std::size_t pixel, float 
       std::swap(r.face[k], r.face[done]);
       ++done;
     }
-    const auto count = static_cast<float>(done - first);
-    t /= count;
-    for (float& m : mean) m /= count;
-    const float d[3] = {mean[0] / t, mean[1] / t, mean[2] / t};
-    const FaceView view = surfaces.view(face, d, t, tile.dx.data(), tile.dy.data());
-    float point[3][Surfaces::kLanes], grey[Surfaces::kLanes];
-    for (int axis = 0; axis < 3; ++axis) {
-      std::fill(std::begin(point[axis]), std::end(point[axis]), mean[axis]);
+    count[faces_met] = static_cast<float>(done - first);
+    distance[faces_met] = t / count[faces_met];
+    for (int axis = 0; axis < 3; ++axis) mean[faces_met][axis] = point[axis] / count[faces_met];
+  }
+  float sum = 0;
+  for (int first = 0; first < faces_met; first += kLanes) {
+    FaceView view[kLanes];
+    Floats d[3] = {}, t{};
+    for (int k = 0; k < kLanes; ++k) {
+      const int at = std::min(first + k, faces_met - 1);
+      face[first + k] = face[at];
+      for (int axis = 0; axis < 3; ++axis) d[axis][k] = mean[at][axis] / distance[at];
+      t[k] = distance[at];
     }
-    surfaces.radiance(view, point, contrast, grey);
-    sum += count * grey[0];
+    surfaces.views(face + first, d, t, tile.dx.data(), tile.dy.data(), view);
+    for (int k = 0; k < kLanes && first + k < faces_met; ++k) {
+      const float* const m = mean[first + k];
+      const Floats point[3] = {allOf(m[0]), allOf(m[1]), allOf(m[2])};
+      sum += count[first + k] * surfaces.radiance(view[k], point, contrast)[0];
+    }
   }
   return sum / kEdgeSamples;
 }
@@ -331,6 +365,8 @@ SceneRenderer::SceneRenderer(std::shared_ptr<const Scene> scene,
 }
 SceneRenderer::~SceneRenderer() = default;
 
+void SceneRenderer::useNarrowVectors() { impl_->wide = false; }
+
 const camera::CameraModel& SceneRenderer::camera() const { return *impl_->camera; }
 
 void SceneRenderer::add(const Pose& T_W_C, double contrast, float weight, FloatImage* sum) {
@@ -350,10 +386,12 @@ void SceneRenderer::addRows(const Pose& T_W_C, int from_row, int to_row, double 
   s.surfaces.lookFrom(s.eye);
   const auto c = static_cast<float>(contrast);
   for (const Tile& t : s.tiles) {
-    if (s.holds(t, s.top - 1, s.bottom + 1)) s.drawTile(t, c, weight, sum);
+    if (!s.holds(t, s.top - 1, s.bottom + 1)) continue;
+    s.wide ? s.drawTileWide(t, c, weight, sum) : s.drawTile(t, c, weight, sum);
   }
   for (const Tile& t : s.tiles) {
-    if (s.holds(t, s.top, s.bottom)) s.smoothEdges(t, c, weight, sum);
+    if (!s.holds(t, s.top, s.bottom)) continue;
+    s.wide ? s.smoothEdgesWide(t, c, weight, sum) : s.smoothEdges(t, c, weight, sum);
   }
 }
 

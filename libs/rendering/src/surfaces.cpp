@@ -7,27 +7,12 @@
 
 namespace vir::rendering {
 
-inline void Surfaces::addLook(const Layer& l, const Texture::Sampling& sampling,
-                              const float u[kLanes], const float v[kLanes],
-                              float sum[kLanes]) const {
-  const Texture& t = *textures_[static_cast<std::size_t>(l.texture)];
-  float at_u[kLanes], at_v[kLanes], grey[kLanes];
-  for (int k = 0; k < kLanes; ++k) {
-    at_u[k] = l.eye_u + u[k] * l.per_m;
-    at_v[k] = l.eye_v + v[k] * l.per_m;
-  }
-  t.look(sampling, at_u, at_v, grey);
-  for (int k = 0; k < kLanes; ++k) sum[k] += l.gain * grey[k];
-}
-
 namespace {
 
 /// Texels per metre of the fine layer: about a pixel at 1 m.
 constexpr double kFinePerM = 350;
 /// The coarse layer's are this much larger, no whole number.
 constexpr double kCoarser = 4.7;
-/// Light that comes from everywhere, and from the lamp.
-constexpr float kAmbient = 0.55F, kDiffuse = 0.5F;
 
 /// Draws for boxes that look alike come from here on, one stream per look.
 constexpr std::uint64_t kLookStream = 100000;
@@ -113,44 +98,6 @@ void Surfaces::lookFrom(const Vec3& eye) {
       layer->eye_u = static_cast<float>(std::remainder(layer->u + u * layer->per_m, size));
       layer->eye_v = static_cast<float>(std::remainder(layer->v + v * layer->per_m, size));
     }
-  }
-}
-
-FaceView Surfaces::view(int face, const float d[3], float t, const float dx[3],
-                        const float dy[3]) const {
-  FaceView w;
-  w.face = face;
-  w.axis = (face % kFacesPerBox) / 2;
-  w.u = (w.axis + 1) % 3;
-  w.v = (w.axis + 2) % 3;
-  // Where the next pixel's ray meets the plane of the face.
-  const float turn_x = dx[w.axis] / d[w.axis], turn_y = dy[w.axis] / d[w.axis];
-  const Footprint f = footprintOf(t * (dx[w.u] - d[w.u] * turn_x), t * (dx[w.v] - d[w.v] * turn_x),
-                                  t * (dy[w.u] - d[w.u] * turn_y), t * (dy[w.v] - d[w.v] * turn_y));
-  const Face& at = faces_[static_cast<std::size_t>(face)];
-  w.fine = Texture::samplingOf(f, at.fine.per_m, at.fine.log2_per_m);
-  w.coarse = Texture::samplingOf(f, at.coarse.per_m, at.coarse.log2_per_m);
-  return w;
-}
-
-void Surfaces::radiance(const FaceView& w, const float relative[3][kLanes], float contrast,
-                        float out[kLanes]) const {
-  const Face& f = faces_[static_cast<std::size_t>(w.face)];
-  float texture[kLanes] = {};
-  addLook(f.fine, w.fine, relative[w.u], relative[w.v], texture);
-  if (f.coarse.gain > 0) addLook(f.coarse, w.coarse, relative[w.u], relative[w.v], texture);
-  // The room's walls look inwards: to the other side than a box's.
-  const bool up = (w.face % 2 == 1) != (w.face < kFacesPerBox);
-  const float side = up ? 1.0F : -1.0F;
-  for (int k = 0; k < kLanes; ++k) {
-    const float albedo = f.base + contrast * texture[k];
-    const float x = lamp_relative_[0] - relative[0][k], y = lamp_relative_[1] - relative[1][k],
-                z = lamp_relative_[2] - relative[2][k];
-    const float square = x * x + y * y + z * z + 1e-6F;
-    const float ahead = lamp_relative_[w.axis] - relative[w.axis][k];
-    const float facing = side * ahead / std::sqrt(square);
-    const float light = kAmbient + kDiffuse * std::max(facing, 0.0F) / (1 + square * fall_off_);
-    out[k] = std::max(albedo * light, 2.0F);
   }
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "vir/core/angles.h"
 #include "vir/core/random.h"
@@ -12,10 +11,6 @@ namespace {
 
 /// The patches together have this many times the area of the texture.
 constexpr double kCover = 4;
-/// A pixel that is longer than wide on the surface is looked at in several places.
-constexpr float kMaxProbes = 3;
-/// Below 1: somewhat too blurred along the footprint rather than aliased.
-constexpr float kProbesPerRatio = 0.6F;
 
 /// One patch of brightness.
 struct Leaf {
@@ -100,53 +95,7 @@ std::vector<std::uint8_t> halved(const std::vector<std::uint8_t>& texels, int si
   return out;
 }
 
-/// Base 2 logarithm, piecewise linear between the powers of 2 (error below 0.09).
-float roughLog2(float x) {
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &x, sizeof bits);
-  return (static_cast<float>(bits) - 1065353216.0F) * (1.0F / 8388608.0F);
-}
-
 }  // namespace
-
-Footprint footprintOf(float du_dx, float dv_dx, float du_dy, float dv_dy) {
-  const float xx = du_dx * du_dx + dv_dx * dv_dx, yy = du_dy * du_dy + dv_dy * dv_dy;
-  const bool along_x = xx > yy;
-  const float long2 = std::max(along_x ? xx : yy, 1e-12F);
-  const float area = std::max(std::abs(du_dx * dv_dy - du_dy * dv_dx), 1e-6F * long2);
-  Footprint f;
-  f.length = std::sqrt(long2);
-  f.log2_length = 0.5F * roughLog2(long2);
-  f.ratio = std::clamp(kProbesPerRatio * long2 / area, 1.0F, kMaxProbes);
-  f.du = along_x ? du_dx : du_dy;
-  f.dv = along_x ? dv_dx : dv_dy;
-  return f;
-}
-
-Texture::Sampling Texture::samplingOf(const Footprint& f, float texels_per_m,
-                                      float log2_texels_per_m) {
-  Sampling s;
-  // Probes nearer to each other than a texel tell nothing new.
-  const float ratio = std::clamp(f.length * texels_per_m, 1.0F, f.ratio);
-  static_assert(kMaxProbes == 3);
-  s.probes = 1 + (ratio > 1 ? 1 : 0) + (ratio > 2 ? 1 : 0);  // the next whole number
-  if (s.probes > 1) {
-    const float step = texels_per_m / static_cast<float>(s.probes);
-    s.step = placeOf(step * f.du, step * f.dv);
-  }
-  // A whole number of probes would show as a line on the floor where it changes: the level is taken
-  // from the ratio.
-  const float most = static_cast<float>(kLevels) - 1.001F;
-  const float l = std::clamp(f.log2_length + log2_texels_per_m - roughLog2(ratio), 0.0F, most);
-  s.level = static_cast<int>(l);
-  // Pure levels for half of the way, mixed ones in between: half the work, and as smooth.
-  s.coarse = std::clamp(2 * (l - static_cast<float>(s.level)) - 0.5F, 0.0F, 1.0F);
-  if (s.coarse >= 1) {
-    ++s.level;
-    s.coarse = 0;
-  }
-  return s;
-}
 
 Texture::Texture(const TextureStyle& style, std::uint64_t seed, std::uint64_t stream) {
   std::vector<std::uint8_t> texels = painted(style, seed, stream);

@@ -266,6 +266,20 @@ TEST(SceneRenderer, IsRepeatableAndAddsUp) {
   }
 }
 
+TEST(SceneRenderer, IsTheSameWithAndWithoutWideVectors) {
+  for (const Distortion kind : kModels) {
+    const auto camera = camera::makeCamera(calibration(kind));
+    vir::rendering::SceneRenderer wide(vir_test::twoCrates(), camera, 3),
+        narrow(vir_test::twoCrates(), camera, 3);
+    narrow.useNarrowVectors();
+    for (int view = 0; view < 4; ++view) {
+      const Pose T = lookingAhead(Vec3(0.2 * view, 0.3 - 0.2 * view, 0.05 * view),
+                                  Vec3(0.1 * view, 0.05 * view, -0.1 * view));
+      EXPECT_EQ(rendered(&wide, T).pixels, rendered(&narrow, T).pixels) << "view " << view;
+    }
+  }
+}
+
 TEST(SceneRenderer, SeesBlackFromOutsideTheRoom) {
   const auto camera = camera::makeCamera(calibration(Distortion::none));
   vir::rendering::SceneRenderer renderer(vir_test::twoCrates(), camera, 1);

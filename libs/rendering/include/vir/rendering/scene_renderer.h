@@ -32,6 +32,8 @@ class SceneRenderer {
   /// The same for the rows from `from_row` to before `to_row` alone.
   void addRows(const Pose& T_W_C, int from_row, int to_row, double contrast, float weight,
                FloatImage* sum);
+  /// As on a processor without wide vectors: the same image, slower.
+  void useNarrowVectors();
 
   const camera::CameraModel& camera() const;
 
