@@ -78,7 +78,8 @@ void PlaceGraph::remember(const PlaceKeyframe& keyframe) {
   finder_.remember(std::move(copy));
 }
 
-long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k, const PathNode& node, bool look) {
+long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k, const PathNode& node, bool look,
+                     const places::LoopFinder::Compare& compare) {
   graph_.add(node);
   looked_ = look;
   against_anchors_.clear();
@@ -92,7 +93,7 @@ long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k, const PathNode& nod
   places::PlaceIndex::Allowed allowed;
   if (T_M_W_) allowed = [this, k](const PlaceKeyframe& older) { return inReach(older, *k); };
   long accepted = 0;
-  for (const Loop& loop : finder_.add(k, prior, allowed)) {
+  for (const Loop& loop : finder_.add(k, prior, allowed, compare)) {
     const auto newer = finder_.index().find(loop.newer);
     if (newer && !anchorsAllow(loop, *newer)) {
       against_anchors_.push_back(loop);

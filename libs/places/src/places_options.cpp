@@ -87,6 +87,10 @@ void describe(OptionVisitor& v, LoopFinderOptions& o) {
           "another place with this share of the best one's corners makes it doubtful");
   v.value("outstanding", o.outstanding, {0.0, 1.0},
           "corners too few may do where no place elsewhere has this share of them");
+  v.value(
+      "min_alike", o.min_alike, {0.0, 1.0},
+      "of what an image must show it shows so much, where neither odometry nor ranges say where "
+      "the place is");
   v.value("apart_m", o.apart_m, {0.0, 1000.0}, "another place is this far away");
   v.value("apart_rad", o.apart_rad, {0.0, 3.2}, "or turned by this much");
 }
