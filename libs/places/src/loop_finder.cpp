@@ -70,7 +70,7 @@ std::vector<Loop> LoopFinder::add(std::shared_ptr<const PlaceKeyframe> keyframe,
   attempts_.clear();
   std::vector<Loop> out;
   if (keyframe) {
-    for (Opinion& o : look(keyframe, prior, allowed)) {
+    for (Opinion& o : look(keyframe, prior, allowed, compare != nullptr)) {
       if (!o.known && compare) {
         const Likeness l = likeness(o.loop, *o.older, *o.newer, compare);
         o.compared = true;
@@ -89,7 +89,7 @@ std::vector<Loop> LoopFinder::add(std::shared_ptr<const PlaceKeyframe> keyframe,
 /// Verifies the candidates; the best of them, unless another place is nearly as good.
 std::vector<LoopFinder::Opinion> LoopFinder::look(
     const std::shared_ptr<const PlaceKeyframe>& keyframe, const Prior& prior,
-    const PlaceIndex::Allowed& allowed) {
+    const PlaceIndex::Allowed& allowed, bool compares) {
   while (!recent_.empty() && toSeconds(keyframe->t - recent_.front().second) > options_.recent_s) {
     recent_.pop_front();
   }
@@ -107,6 +107,10 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
     attempt.newer = keyframe->id;
     attempt.score = c.score;
     attempt.verdict = verifyLoop(*keyframe, older, verify_, known ? &*known : nullptr);
+    if (attempt.verdict.found && !hasCorners(attempt.verdict, compares)) {
+      attempt.verdict.found.reset();
+      attempt.verdict.refusal = LoopRefusal::few_inliers;
+    }
     attempt.decision = name(attempt.verdict.refusal);
     if (attempt.verdict.found) {
       const bool weak = attempt.verdict.refusal == LoopRefusal::few_inliers;
@@ -125,6 +129,13 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
   attempt.decision = sure ? "waits for another" : "ambiguous";
   if (!sure) return {};
   return {found[*best]};
+}
+
+/// Is it a place that it could be? Where the image will be compared fewer corners are enough.
+bool LoopFinder::hasCorners(const LoopVerdict& v, bool compares) const {
+  if (compares && !v.known) return true;
+  return v.inliers >= std::min(verify_.min_inliers_alone, verify_.min_inliers_known) &&
+         v.share >= std::min(verify_.min_share_alone, verify_.min_share_known);
 }
 
 /// Of those with nearly the most corners, the one that odometry and ranges like best. Where none

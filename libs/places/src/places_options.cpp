@@ -49,6 +49,9 @@ void describe(OptionVisitor& v, VerifyOptions& o) {
       "min_inliers_alone", o.min_inliers_alone, {4, 1000},
       "corners with which a place counts that nothing else looks like, if more keyframes agree");
   v.value("min_share_alone", o.min_share_alone, {0.0, 1.0}, "the same as a share");
+  v.value("min_inliers_compared", o.min_inliers_compared, {4, 1000},
+          "the same where the image is compared with what it must show, as in a map");
+  v.value("min_share_compared", o.min_share_compared, {0.0, 1.0}, "likewise");
   v.value("sure_share", o.sure_share, {0.0, 1.0}, "of so many, min_inliers_known are enough");
   v.value("min_share_known", o.min_share_known, {0.0, 1.0},
           "the same where odometry and ranges say as well where the place must be");

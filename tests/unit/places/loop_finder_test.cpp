@@ -150,6 +150,28 @@ TEST_F(Visits, AnImageThatShowsLittleOfThePlaceHasNoVoice) {
   EXPECT_EQ(look(61.5, 0.8).size(), 3U);
 }
 
+/// Where the image is compared corners do that would be too few alone.
+TEST_F(Visits, FewCornersAreEnoughWhereTheImageIsCompared) {
+  places::VerifyOptions o;
+  o.min_inliers_known = o.min_inliers_alone = 1000;
+  const LoopFinder::Compare alike = [](const std::vector<places::ExpectedPoint>& expected) {
+    return std::vector<int>(expected.size(), 10);
+  };
+  for (const bool compares : {false, true}) {
+    finder_ = LoopFinder({}, {}, o);
+    next_ = 0;
+    firstVisit();
+    const auto look = [&](double s, double x) {
+      return finder_.add(world_.see(next_++, s, along(x)), {}, {},
+                         compares ? alike : LoopFinder::Compare());
+    };
+    for (int k = 0; k < 3; ++k) EXPECT_TRUE(look(60 + 0.5 * k, 0.05 + 0.3 * k).empty());
+    EXPECT_EQ(look(61.5, 0.8).size(), compares ? 4U : 0U);
+    EXPECT_EQ(decisionOf(finder_, finder_.attempts().front().older),
+              compares ? "accepted" : "few inliers");
+  }
+}
+
 /// A wall: nothing of what must be in view is in the image.
 TEST_F(Visits, AnImageThatShowsNothingOfThePlaceTellsOfNone) {
   firstVisit();

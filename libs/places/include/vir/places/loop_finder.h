@@ -89,7 +89,8 @@ class LoopFinder {
     int in_view = 0, alike = 0;
   };
   std::vector<Opinion> look(const std::shared_ptr<const PlaceKeyframe>& keyframe,
-                            const Prior& prior, const PlaceIndex::Allowed& allowed);
+                            const Prior& prior, const PlaceIndex::Allowed& allowed, bool compares);
+  bool hasCorners(const LoopVerdict& verdict, bool compares) const;
   std::optional<std::size_t> choose(const std::vector<Opinion>& found) const;
   bool unique(const std::vector<Opinion>& found, std::size_t chosen, const Prior& prior) const;
   bool outstanding(const LoopAttempt& best, const Prior& prior) const;
