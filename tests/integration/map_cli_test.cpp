@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "end_to_end.h"
 #include "vir/mission/mission_map.h"
@@ -82,6 +84,11 @@ TEST_F(MapCli, TheNextRunIsFoundInIt) {
               " --out " + quoted(file("abc.virmap")));
   EXPECT_EQ(merged.code, 0) << merged.text;
   EXPECT_TRUE(contains(merged.text, "joined by")) << merged.text;
+  // Both runs saw the same images: few keyframes are new.
+  const std::size_t of_a = mission::loadMap(file("a.virmap")).keyframes.size();
+  const std::size_t of_all = mission::loadMap(file("abc.virmap")).keyframes.size();
+  EXPECT_GE(of_all, of_a);
+  EXPECT_LT(of_all, of_a + of_a / 3);
 }
 
 /// Live it is the same: found in the map of the recording that is played, and a map at the end.
@@ -132,6 +139,48 @@ TEST_F(MapCli, AMapWithoutAPlaceIsRefused) {
   const Outcome info = virSlam("map info " + quoted(file("empty.virmap")));
   EXPECT_EQ(info.code, 1) << info.text;
   EXPECT_TRUE(contains(info.text, "holds no place")) << info.text;
+}
+
+/// The recording's own calibration, and one that is given, tell it before anything is written.
+TEST_F(MapCli, AMapOfAnotherCameraIsRefusedAtTheStart) {
+  mission::MissionMap map = mission::loadMap(file("a.virmap"));
+  map.calibration.camera.fx *= 1.1;
+  map.calibration.camera.fy *= 1.1;
+  test::writeText(file("other.virmap"), mission::encode(map));
+  const RunResult r = run("other", "--map " + quoted(file("other.virmap")));
+  EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
+  EXPECT_TRUE(contains(r.outcome.text, "of another camera")) << r.outcome.text;
+  EXPECT_TRUE(contains(r.outcome.text, "focal length")) << r.outcome.text;
+  EXPECT_FALSE(std::filesystem::exists(r.folder));
+}
+
+/// The same places with nothing alike to be seen: of a run in another place, as it were.
+TEST_F(MapCli, ARunThatWasNotFoundLeavesItsMapAlone) {
+  mission::MissionMap map = mission::loadMap(file("a.virmap"));
+  for (auto& k : map.keyframes) {
+    auto copy = std::make_shared<PlaceKeyframe>(*k);
+    for (PlacePoint& p : copy->points) {
+      for (std::size_t i = 0; i < p.descriptor.size(); ++i) p.descriptor[i] ^= (i % 2) * 0xff;
+    }
+    k = std::move(copy);
+  }
+  const std::string bytes = mission::encode(map);
+  test::writeText(file("strange.virmap"), bytes);
+  const std::string strange = quoted(file("strange.virmap"));
+  const RunResult r = run("strange", "--map " + strange + " --save-map " + strange);
+  EXPECT_EQ(r.outcome.code, 0) << r.outcome.text;
+  EXPECT_TRUE(r.warns("strange.virmap stays as it was")) << r.summary["warnings"];
+  EXPECT_TRUE(test::readText(file("strange.virmap")) == bytes);
+}
+
+/// Itself, and one that extends it: nothing is there twice.
+TEST_F(MapCli, WhatTwoMapsHoldOfOneRunIsTakenOnce) {
+  const std::string a = quoted(file("a.virmap")), twice = file("twice.virmap");
+  const Outcome merged = virSlam("map merge " + a + " " + a + " --out " + quoted(twice));
+  EXPECT_EQ(merged.code, 0) << merged.text;
+  EXPECT_TRUE(contains(merged.text, "of the same images")) << merged.text;
+  EXPECT_EQ(mission::loadMap(twice).keyframes.size(),
+            mission::loadMap(file("a.virmap")).keyframes.size());
 }
 
 TEST_F(MapCli, WhatIsWrongIsSaid) {

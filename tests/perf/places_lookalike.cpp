@@ -56,11 +56,17 @@ int main(int argc, char** argv) {
   double points = 0;
   const std::size_t per_round = truth.size() / static_cast<std::size_t>(times);
   for (std::size_t k = 0; k < truth.size(); ++k) {
-    auto kf = maker.keyframe(k, fromSeconds(0.5 * static_cast<double>(k)), truth[k]);
+    const TimeNs t = fromSeconds(0.5 * static_cast<double>(k));
+    const auto& image = maker.take(truth[k], std::fmod(toSeconds(t), 1000));
+    auto kf = maker.describe(image, k, t, truth[k]);
+    const auto compare = [&](const std::vector<places::ExpectedPoint>& expected) {
+      return maker.compare(image, truth[k], expected);
+    };
     kf->T_W_B = path.poses[k];
     points += kf->points.size();
     const auto found =
-        finder.add(kf, drift > 0 ? places::LoopFinder::Prior(prior) : places::LoopFinder::Prior());
+        finder.add(kf, drift > 0 ? places::LoopFinder::Prior(prior) : places::LoopFinder::Prior(),
+                   {}, compare);
     possible += k >= per_round;
     bool right = false, any = false;
     for (const auto& a : finder.attempts()) {

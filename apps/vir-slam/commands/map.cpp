@@ -55,6 +55,18 @@ void info(const std::string& file) {
   std::printf("size       %.2f MB\n", static_cast<double>(std::filesystem::file_size(file)) / 1e6);
 }
 
+void told(const std::string& file, const mission::MergedMaps& merged) {
+  if (merged.loops.accepted > 0) {
+    std::printf("%s: joined by %ld places seen in both\n", file.c_str(), merged.loops.accepted);
+  }
+  if (merged.known > 0) {
+    std::printf(
+        "%s: %ld of its keyframes are in the maps before, of the same images, and are not taken "
+        "again\n",
+        file.c_str(), merged.known);
+  }
+}
+
 void mergeMaps(const std::vector<std::string>& files, const std::string& out) {
   if (files.size() < 2) throw UsageError("map merge: give at least two maps");
   for (const std::string& file : files) requireFile(file, "map");
@@ -63,8 +75,7 @@ void mergeMaps(const std::vector<std::string>& files, const std::string& out) {
     try {
       const mission::MergedMaps merged = mission::merge(map, mission::loadMap(files[i]), {});
       map = merged.map;
-      std::printf("%s: joined by %ld places seen in both\n", files[i].c_str(),
-                  merged.loops.accepted);
+      told(files[i], merged);
     } catch (const std::runtime_error& e) {
       throw std::runtime_error(files[i] + ": " + e.what());
     }

@@ -3,9 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <stdexcept>
 
 #include "commands/commands.h"
 #include "vir/core/text.h"
+#include "vir/mission/mission_map.h"
+#include "vir/rawlog/convert.h"
 
 namespace vir::app {
 namespace {
@@ -59,6 +62,26 @@ bool takeMaps(const std::string& map, const std::string& save_map, Settings* set
   }
   if (any) settings->set("Estimator.loops=true");
   return any;
+}
+
+void requireMapOfCamera(const std::string& rawlog, const std::string& label, GivenCalibration given,
+                        const Settings& settings) {
+  const std::string map = named({}, "map", settings);
+  if (map.empty()) return;
+  Calibration here;
+  try {
+    here = rawlog::calibrationIn(
+        rawlog, label, [&](mrpt::obs::CObservation* observation) { given.apply(observation); });
+  } catch (const std::runtime_error&) {
+    return;  // the run will say that there are no images
+  }
+  if (here.camera.width == 0) return;
+  const std::string other =
+      mission::cameraDifference(mission::loadMap(map).calibration.camera, here.camera);
+  if (other.empty()) return;
+  throw UsageError("the map " + map + " is of another camera than " + rawlog + ": " + other +
+                   ". Take a map that was made with this one, or give its calibration by "
+                   "--calibration");
 }
 
 void requireImagesForMaps(const std::string& driver,

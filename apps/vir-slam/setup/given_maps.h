@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "setup/given_calibration.h"
 #include "vir/core/settings.h"
 #include "vir/roles/estimator.h"
 
@@ -19,6 +20,12 @@ void addMapOptions(CLI::App& command, std::string* map, std::string* save_map);
 /// Returns whether the command line names any. Throws UsageError where there is no such map, or no
 /// folder for the one to be written, or a folder where that is to be.
 bool takeMaps(const std::string& map, const std::string& save_map, Settings* settings);
+
+/// Throws UsageError if the map that the settings name is of another camera than the images of a
+/// recording labelled so, with what is given in place of what it says itself. Throws
+/// std::runtime_error for a map that cannot be read.
+void requireMapOfCamera(const std::string& rawlog, const std::string& label, GivenCalibration given,
+                        const Settings& settings);
 
 /// Throws UsageError if an estimator with these inputs sees nothing that a map could hold.
 void requireImagesForMaps(const std::string& driver,

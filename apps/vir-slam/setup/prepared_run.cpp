@@ -115,6 +115,7 @@ PreparedRun prepareRun(const RunArguments& arguments, const Common& common) {
   run.used_ini = used.text();
   run.inputs = estimator->inputs();
   run.estimator = created(*estimator, run.log);
+  requireMapOfCamera(run.options.rawlog, imageLabel(run.inputs), run.calibration, settings);
   return run;
 }
 

@@ -17,6 +17,11 @@ constexpr double kSameImage_s = 0.005;
 /// A Mat that owns its pixels shares them; others are of somebody whose pixels do not last.
 cv::Mat lasting(const cv::Mat& gray) { return gray.u != nullptr ? gray : gray.clone(); }
 
+bool sameFile(const std::string& a, const std::string& b) {
+  std::error_code ignored;
+  return std::filesystem::equivalent(a, b, ignored);
+}
+
 /// Anchors that hold the path.
 long holding(const std::vector<Anchor>& anchors) {
   return std::count_if(anchors.begin(), anchors.end(), [](const Anchor& a) {
@@ -183,9 +188,16 @@ void LoopRun::finish(const VisualInertialEstimator& estimator) {
   if (settings_.save_map.empty() || saved_) return;
   saved_ = true;
   const mission::MissionMap map = mapNow(estimator);
-  if (map.keyframes.empty()) {
-    nothing_to_save_ = true;
-    log(log_, LogLevel::warning, nothingToSave());
+  if (!found() && sameFile(settings_.save_map, map_file_)) {
+    not_saved_ =
+        "the map " + settings_.save_map +
+        " stays as it was: the run was not found in it, and what it saw is not written over "
+        "it (give --save-map another file for that)";
+  } else if (map.keyframes.empty()) {
+    not_saved_ = nothingToSave();
+  }
+  if (!not_saved_.empty()) {
+    log(log_, LogLevel::warning, not_saved_);
     return;
   }
   mission::saveMap(map, settings_.save_map);
@@ -259,7 +271,7 @@ std::vector<std::pair<std::string, long>> LoopRun::counters() const {
 std::vector<std::string> LoopRun::warnings() const {
   std::vector<std::string> out;
   if (!found()) out.push_back(notFound());
-  if (nothing_to_save_) out.push_back(nothingToSave());
+  if (!not_saved_.empty()) out.push_back(not_saved_);
   return out;
 }
 

@@ -73,6 +73,10 @@ std::vector<double*> MissionGraph::Impl::build(ceres::Problem* problem, double o
       variance = variance.cwiseMax(kFirstSigma * kFirstSigma);
       problem->AddResidualBlock(tie(n.path.T_W_B.p, variance), nullptr, world, n.x);
       if (i == 0) continue;
+      // From where it was, a turn of more than a radian is no step that Gauss-Newton finds.
+      const LevelTransform T_M_W = n.correction();
+      std::copy_n(T_M_W.t_m.data(), 3, world);
+      world[3] = T_M_W.yaw_rad;
       // Holds what no loop has tied to the map yet; too weak to matter afterwards.
       constexpr double kAnywhere = 1e4, kAnyTurn = 100;
       Eigen::Vector4d anywhere;

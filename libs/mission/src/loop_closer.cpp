@@ -78,6 +78,7 @@ struct LoopCloser::Impl {
   std::optional<Revision> revision;
   long keyframes = 0, attempts = 0, refused = 0, solutions = 0;
   bool was_found = true;
+  bool new_loop = false;  ///< since the last solution
 };
 
 LoopCloser::LoopCloser(const LoopOptions& options, const Calibration& calibration, LogSink log) {
@@ -144,6 +145,9 @@ void LoopCloser::add(const SeenKeyframe& seen) {
   if (seen.estimate.calibration.camera.width > 0) m.calibrate(seen.estimate.calibration);
   k->T_B_C = m.calibration.T_B_C;
   k->points = m.describer.points(seen.gray, (k->T_W_B * k->T_B_C).q, seen.landmarks);
+  const auto compare = [&](const std::vector<places::ExpectedPoint>& expected) {
+    return m.describer.compare(seen.gray, (k->T_W_B * k->T_B_C).q, expected);
+  };
   try {
     const bool look = !m.pauses(*k);
     const PathNode node{k->id,
@@ -154,8 +158,11 @@ void LoopCloser::add(const SeenKeyframe& seen) {
                         seen.segment_since,
                         seen.held,
                         seen.held && !seen.turn_held};
-    const long loops = m.places.add(k, node, look);
-    if (loops > 0) m.last_loop = StampedPose{k->t, k->T_W_B};
+    const long loops = m.places.add(k, node, look, compare);
+    if (loops > 0) {
+      m.last_loop = StampedPose{k->t, k->T_W_B};
+      m.new_loop = true;
+    }
   } catch (const std::invalid_argument& e) {
     log(m.log_sink, LogLevel::debug, std::string("no place: ") + e.what());
     return;
@@ -229,7 +236,12 @@ LoopRecord LoopCloser::Impl::recordOf(const Loop& loop) const {
   return r;
 }
 
-bool LoopCloser::solveDue() const { return impl_->places.graph().solveDue(); }
+bool LoopCloser::solveDue() const {
+  const Impl& m = *impl_;
+  // The first loops of a run in a map are of images before the first pose: later ones know better.
+  const bool arriving = m.new_loop && !m.loaded.keyframes.empty() && m.inFirst(kSearch_s);
+  return arriving || m.places.graph().solveDue();
+}
 
 void LoopCloser::solve(const std::vector<FollowedPose>& keyframes, bool last) {
   Impl& m = *impl_;
@@ -249,6 +261,7 @@ void LoopCloser::solve(const std::vector<FollowedPose>& keyframes, bool last) {
   }
   if (last) m.places.graph().takeOdometry();
   m.places.graph().solve();
+  m.new_loop = false;
   ++m.solutions;
   if (m.newest) m.learn(*m.newest);
   const std::vector<StampedPose> path = m.places.graph().path();

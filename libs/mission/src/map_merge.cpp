@@ -12,6 +12,29 @@ namespace {
 /// Between keyframes whose stamps do not rise: of another run than the one before.
 constexpr TimeNs kApart = 1000000000;
 
+/// The same image, described alike.
+bool same(const PlaceKeyframe& a, const PlaceKeyframe& b) {
+  return a.t == b.t && std::equal(a.points.begin(), a.points.end(), b.points.begin(),
+                                  b.points.end(), [](const PlacePoint& p, const PlacePoint& q) {
+                                    return p.px == q.px && p.descriptor == q.descriptor;
+                                  });
+}
+
+/// Keyframes by their time, to find those of one map in the other.
+class Known {
+ public:
+  explicit Known(const MissionMap& map) {
+    for (const auto& k : map.keyframes) at_.emplace(k->t, k.get());
+  }
+  bool has(const PlaceKeyframe& k) const {
+    const auto [begin, end] = at_.equal_range(k.t);
+    return std::any_of(begin, end, [&](const auto& other) { return same(k, *other.second); });
+  }
+
+ private:
+  std::multimap<TimeNs, const PlaceKeyframe*> at_;
+};
+
 }  // namespace
 
 MergedMaps merge(const MissionMap& first, const MissionMap& second, const LoopOptions& options) {
@@ -20,6 +43,11 @@ MergedMaps merge(const MissionMap& first, const MissionMap& second, const LoopOp
   if (!other.empty()) throw std::runtime_error("the maps are of different cameras: " + other);
   if (first.keyframes.empty() || second.keyframes.empty()) {
     throw std::runtime_error("a map without keyframes has no place that could be found");
+  }
+  const Known known(first);
+  if (std::all_of(second.keyframes.begin(), second.keyframes.end(),
+                  [&](const auto& k) { return known.has(*k); })) {
+    return {first, {}, static_cast<long>(second.keyframes.size())};
   }
   PlaceGraph places(options);
   int segments = 0;
@@ -47,7 +75,7 @@ MergedMaps merge(const MissionMap& first, const MissionMap& second, const LoopOp
     throw std::runtime_error("no place of the one map was found in the other");
   }
 
-  MergedMaps out{first, places.graph().counts()};
+  MergedMaps out{first, places.graph().counts(), 0};
   std::vector<LevelPair> pairs;
   for (const auto& k : second.keyframes) {
     auto copy = std::make_shared<PlaceKeyframe>(*k);
@@ -55,6 +83,10 @@ MergedMaps merge(const MissionMap& first, const MissionMap& second, const LoopOp
     copy->segment = k->segment + segments;
     copy->T_W_B = *places.graph().poseOf(copy->id);
     pairs.push_back({copy->T_W_B.p, k->T_W_B.p, 1});
+    if (known.has(*k)) {
+      ++out.known;
+      continue;
+    }
     out.map.keyframes.push_back(std::move(copy));
   }
   // Anchors belong to no keyframe: they go with the path as a whole.

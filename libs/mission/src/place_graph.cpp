@@ -19,6 +19,9 @@ constexpr double kReach = 15;
 /// Anchors contradict a loop above this chi-square, of three degrees of freedom (0.1 %), and so
 /// much more per further anchor.
 constexpr double kAnchorGate = 16.3, kPerAnchor = 6;
+/// Times the variance of loops that a run is found in a map by: their keyframes are of its first
+/// seconds, whose roll, pitch and scale are young. Those that follow say where it is.
+constexpr double kFirstDoubt = 9;
 
 places::RelativePrior asPrior(const MissionGraph::Relative& known, const PlaceKeyframe& older,
                               const PlaceKeyframe& newer) {
@@ -78,7 +81,8 @@ void PlaceGraph::remember(const PlaceKeyframe& keyframe) {
   finder_.remember(std::move(copy));
 }
 
-long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k, const PathNode& node, bool look) {
+long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k, const PathNode& node, bool look,
+                     const places::LoopFinder::Compare& compare) {
   graph_.add(node);
   looked_ = look;
   against_anchors_.clear();
@@ -92,12 +96,15 @@ long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k, const PathNode& nod
   places::PlaceIndex::Allowed allowed;
   if (T_M_W_) allowed = [this, k](const PlaceKeyframe& older) { return inReach(older, *k); };
   long accepted = 0;
-  for (const Loop& loop : finder_.add(k, prior, allowed)) {
+  const bool arrives = !graph_.joined();
+  for (Loop loop : finder_.add(k, prior, allowed, compare)) {
     const auto newer = finder_.index().find(loop.newer);
     if (newer && !anchorsAllow(loop, *newer)) {
       against_anchors_.push_back(loop);
       continue;
     }
+    const auto older = finder_.index().find(loop.older);
+    if (arrives && older && older->segment < 0) loop.covariance *= kFirstDoubt;
     if (graph_.offer(loop) == LoopState::accepted) ++accepted;
   }
   return accepted;

@@ -18,8 +18,9 @@ class PlaceGraph {
   /// One of a map: it stays where it is. Segments are told apart from those of the run.
   void remember(const PlaceKeyframe& keyframe);
   /// The next one of a run; without `look` its place is only remembered. How many loops were
-  /// accepted by it. Throws what MissionGraph::add() throws.
-  long add(std::shared_ptr<const PlaceKeyframe> keyframe, const PathNode& node, bool look = true);
+  /// accepted by it. `compare`: see LoopFinder. Throws what MissionGraph::add() throws.
+  long add(std::shared_ptr<const PlaceKeyframe> keyframe, const PathNode& node, bool look = true,
+           const places::LoopFinder::Compare& compare = {});
   /// What is known of anchors in the map and in the run, as long as nothing ties the two.
   void setAnchors(const std::vector<Anchor>& in_M, const std::vector<Anchor>& in_W);
   /// Loops of the last add() that the anchors contradict.

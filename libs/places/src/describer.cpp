@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "patch_angle.h"
+#include "vir/places/hamming.h"
 #include "vir/vision/corner_detector.h"
 
 namespace vir::places {
@@ -18,11 +19,24 @@ namespace {
 constexpr int kCell_px = 60;
 /// The patch of a descriptor reaches this far.
 constexpr int kReach_px = 15;
+/// What is expected somewhere is looked for there and so far beside it: a descriptor bears half.
+constexpr int kBeside_px = 3;
+
+/// Where a descriptor's patch is in the image as a whole.
+cv::Rect innerOf(const cv::Mat& gray) {
+  const int margin = kReach_px + 1;
+  if (gray.cols <= 2 * margin || gray.rows <= 2 * margin) return {};
+  return {margin, margin, gray.cols - 2 * margin, gray.rows - 2 * margin};
+}
+
+bool isInside(const Vec2& px, const cv::Rect& inner) {
+  return px.allFinite() &&
+         inner.contains(cv::Point(static_cast<int>(std::clamp(px.x(), -1.0, 1e6)),
+                                  static_cast<int>(std::clamp(px.y(), -1.0, 1e6))));
+}
 
 bool isLandmark(const SeenLandmark& l, const cv::Rect& inner) {
-  return l.px.allFinite() && std::isfinite(l.inverse_distance) && std::isfinite(l.sigma) &&
-         inner.contains(cv::Point(static_cast<int>(std::clamp(l.px.x(), -1.0, 1e6)),
-                                  static_cast<int>(std::clamp(l.px.y(), -1.0, 1e6))));
+  return std::isfinite(l.inverse_distance) && std::isfinite(l.sigma) && isInside(l.px, inner);
 }
 
 }  // namespace
@@ -43,6 +57,11 @@ struct Describer::Impl {
   }
   std::vector<cv::Point2f> corners(const cv::Mat& gray, const std::vector<cv::Point2f>& taken,
                                    int wanted);
+  /// The image without a copy; empty if it is none, or not the camera's.
+  cv::Mat usable(const Image& image, const Quat& R_W_C) const;
+  /// Descriptors for points that have pixel and ray; which of them got one.
+  std::vector<std::size_t> describe(const cv::Mat& gray, const Quat& R_W_C,
+                                    std::vector<PlacePoint>* points);
 
   DescriberOptions options;
   std::shared_ptr<const camera::CameraModel> camera;
@@ -63,6 +82,35 @@ std::vector<cv::Point2f> Describer::Impl::corners(const cv::Mat& gray,
   return detector.detect(gradient, taken, wanted);
 }
 
+cv::Mat Describer::Impl::usable(const Image& image, const Quat& R_W_C) const {
+  const CameraCalibration& c = camera->calibration();
+  if (!image.pixels || image.width != c.width || image.height != c.height) return {};
+  if (!R_W_C.coeffs().allFinite()) return {};
+  return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels),
+          image.stride ? image.stride : static_cast<std::size_t>(image.width)};
+}
+
+std::vector<std::size_t> Describer::Impl::describe(const cv::Mat& gray, const Quat& R_W_C,
+                                                   std::vector<PlacePoint>* points) {
+  const Vec3 down_C = R_W_C.normalized().conjugate() * Vec3(0, 0, -1);
+  std::vector<cv::KeyPoint> keypoints;
+  for (std::size_t k = 0; k < points->size(); ++k) {
+    const PlacePoint& p = (*points)[k];
+    const double angle = patchAngle(gray, *camera, p, down_C, kReach_px);
+    keypoints.emplace_back(cv::Point2f(p.px.x(), p.px.y()), static_cast<float>(2 * kReach_px + 1),
+                           static_cast<float>(angle), 0.0f, 0, static_cast<int>(k));
+  }
+  cv::Mat descriptors;
+  orb->compute(gray, keypoints, descriptors);
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < keypoints.size(); ++k) {
+    out.push_back(static_cast<std::size_t>(keypoints[k].class_id));
+    auto& descriptor = (*points)[out.back()].descriptor;
+    std::memcpy(descriptor.data(), descriptors.ptr(static_cast<int>(k)), descriptor.size());
+  }
+  return out;
+}
+
 Describer::Describer(const DescriberOptions& options,
                      std::shared_ptr<const camera::CameraModel> camera) {
   options.validate();
@@ -78,15 +126,9 @@ void Describer::setCamera(std::shared_ptr<const camera::CameraModel> camera) {
 
 std::vector<PlacePoint> Describer::points(const Image& image, const Quat& R_W_C,
                                           const std::vector<SeenLandmark>& landmarks) {
-  const CameraCalibration& c = impl_->camera->calibration();
-  if (!image.pixels || image.width != c.width || image.height != c.height) return {};
-  if (!R_W_C.coeffs().allFinite()) return {};
-  const cv::Mat gray(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels),
-                     image.stride ? image.stride : static_cast<std::size_t>(image.width));
-  const int margin = kReach_px + 1;
-  const cv::Rect inner(margin, margin, gray.cols - 2 * margin, gray.rows - 2 * margin);
-  if (inner.width <= 0 || inner.height <= 0) return {};
-
+  const cv::Mat gray = impl_->usable(image, R_W_C);
+  const cv::Rect inner = innerOf(gray);
+  if (inner.empty()) return {};
   std::vector<PlacePoint> out;
   std::vector<cv::Point2f> at;
   const auto take = [&](const cv::Point2f& px, double inverse_distance, double sigma) {
@@ -111,22 +153,41 @@ std::vector<PlacePoint> Describer::points(const Image& image, const Quat& R_W_C,
   const int wanted = impl_->options.points - static_cast<int>(out.size());
   for (const cv::Point2f& px : impl_->corners(gray, at, wanted)) take(px, 0, 0);
 
-  const Vec3 down_C = R_W_C.normalized().conjugate() * Vec3(0, 0, -1);
-  std::vector<cv::KeyPoint> keypoints;
-  for (std::size_t k = 0; k < out.size(); ++k) {
-    const double angle = patchAngle(gray, *impl_->camera, out[k], down_C, kReach_px);
-    keypoints.emplace_back(at[k], static_cast<float>(2 * kReach_px + 1), static_cast<float>(angle),
-                           0.0f, 0, static_cast<int>(k));
-  }
-  cv::Mat descriptors;
-  impl_->orb->compute(gray, keypoints, descriptors);
   std::vector<PlacePoint> described;
-  for (std::size_t k = 0; k < keypoints.size(); ++k) {
-    PlacePoint& p = out[static_cast<std::size_t>(keypoints[k].class_id)];
-    std::memcpy(p.descriptor.data(), descriptors.ptr(static_cast<int>(k)), p.descriptor.size());
-    described.push_back(p);
-  }
+  for (const std::size_t k : impl_->describe(gray, R_W_C, &out)) described.push_back(out[k]);
   return described;
+}
+
+std::vector<int> Describer::compare(const Image& image, const Quat& R_W_C,
+                                    const std::vector<ExpectedPoint>& expected) {
+  std::vector<int> out(expected.size(), -1);
+  const cv::Mat gray = impl_->usable(image, R_W_C);
+  const cv::Rect inner = innerOf(gray);
+  if (inner.empty()) return out;
+  std::vector<PlacePoint> points;
+  std::vector<std::size_t> of;
+  for (std::size_t k = 0; k < expected.size(); ++k) {
+    Vec2 at;
+    if (!expected[k].ray_C.allFinite() || !impl_->camera->project(expected[k].ray_C, &at)) continue;
+    for (const int dx : {-kBeside_px, 0, kBeside_px}) {
+      for (const int dy : {-kBeside_px, 0, kBeside_px}) {
+        PlacePoint p;
+        const Vec2 px = at + Vec2(dx, dy);
+        Vec3 ray;
+        if (!isInside(px, inner) || !impl_->camera->unproject(px, &ray)) continue;
+        p.px = px.cast<float>();
+        p.ray_C = ray.cast<float>();
+        points.push_back(p);
+        of.push_back(k);
+      }
+    }
+  }
+  for (const std::size_t k : impl_->describe(gray, R_W_C, &points)) {
+    const int bits = hammingDistance(points[k].descriptor, expected[of[k]].descriptor);
+    int& least = out[of[k]];
+    if (least < 0 || bits < least) least = bits;
+  }
+  return out;
 }
 
 void setRays(const camera::CameraModel& camera, std::vector<PlacePoint>* points) {

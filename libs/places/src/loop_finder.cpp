@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "likeness.h"
+
 namespace vir::places {
 namespace {
 
@@ -16,6 +18,11 @@ constexpr double kPath_m = 0.02, kPath_rad = 0.01;
 constexpr double kAtEase = 12.6, kPreferred = 20;
 /// Keyframes so far apart may see the same corners.
 constexpr double kNear_m = 3;
+/// Images that show fewer corners than this, all together, tell of no place.
+constexpr int kViewed = 30;
+/// An image that shows less than this of what must be in view has no voice: its pose is off, if it
+/// is the place at all.
+constexpr double kLeastAlike = 0.5;
 
 /// Where the covariance of a chain of poses goes: T = A B, each of (position in the frame on the
 /// left, rotation on the right).
@@ -59,11 +66,17 @@ void LoopFinder::remember(std::shared_ptr<const PlaceKeyframe> keyframe) {
 }
 
 std::vector<Loop> LoopFinder::add(std::shared_ptr<const PlaceKeyframe> keyframe, const Prior& prior,
-                                  const PlaceIndex::Allowed& allowed) {
+                                  const PlaceIndex::Allowed& allowed, const Compare& compare) {
   attempts_.clear();
   std::vector<Loop> out;
   if (keyframe) {
-    for (Opinion& o : look(keyframe, prior, allowed)) {
+    for (Opinion& o : look(keyframe, prior, allowed, compare != nullptr)) {
+      if (!o.known && compare) {
+        const Likeness l = likeness(o.loop, *o.older, *o.newer, compare);
+        o.compared = true;
+        o.in_view = l.in_view;
+        o.alike = l.alike;
+      }
       const std::vector<Loop> believed = confirm(std::move(o), prior);
       out.insert(out.end(), believed.begin(), believed.end());
     }
@@ -76,7 +89,7 @@ std::vector<Loop> LoopFinder::add(std::shared_ptr<const PlaceKeyframe> keyframe,
 /// Verifies the candidates; the best of them, unless another place is nearly as good.
 std::vector<LoopFinder::Opinion> LoopFinder::look(
     const std::shared_ptr<const PlaceKeyframe>& keyframe, const Prior& prior,
-    const PlaceIndex::Allowed& allowed) {
+    const PlaceIndex::Allowed& allowed, bool compares) {
   while (!recent_.empty() && toSeconds(keyframe->t - recent_.front().second) > options_.recent_s) {
     recent_.pop_front();
   }
@@ -94,11 +107,15 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
     attempt.newer = keyframe->id;
     attempt.score = c.score;
     attempt.verdict = verifyLoop(*keyframe, older, verify_, known ? &*known : nullptr);
+    if (attempt.verdict.found && !hasCorners(attempt.verdict, compares)) {
+      attempt.verdict.found.reset();
+      attempt.verdict.refusal = LoopRefusal::few_inliers;
+    }
     attempt.decision = name(attempt.verdict.refusal);
     if (attempt.verdict.found) {
       const bool weak = attempt.verdict.refusal == LoopRefusal::few_inliers;
       found.push_back({*attempt.verdict.found, attempt.verdict.chi2, attempt.verdict.known,
-                       attempt.verdict.loop.has_value(), weak, older.front(), keyframe, false});
+                       attempt.verdict.loop.has_value(), weak, older.front(), keyframe});
       attempt_of.push_back(attempts_.size());
       if (attempt.verdict.loop) attempt.decision = "second to another";
     }
@@ -112,6 +129,13 @@ std::vector<LoopFinder::Opinion> LoopFinder::look(
   attempt.decision = sure ? "waits for another" : "ambiguous";
   if (!sure) return {};
   return {found[*best]};
+}
+
+/// Is it a place that it could be? Where the image will be compared fewer corners are enough.
+bool LoopFinder::hasCorners(const LoopVerdict& v, bool compares) const {
+  if (compares && !v.known) return true;
+  return v.inliers >= std::min(verify_.min_inliers_alone, verify_.min_inliers_known) &&
+         v.share >= std::min(verify_.min_share_alone, verify_.min_share_known);
 }
 
 /// Of those with nearly the most corners, the one that odometry and ranges like best. Where none
@@ -217,6 +241,24 @@ bool LoopFinder::enough(const Opinion& now, const std::vector<Opinion*>& agreein
   return strong >= needed || (all > needed && corners >= needed * verify_.min_inliers);
 }
 
+/// Do the images show together what must be in view? Where it is known where the place is, and
+/// where there was no image, nobody asks.
+bool LoopFinder::alike(const Opinion& now, const std::vector<Opinion*>& agreeing) const {
+  if (now.known || !now.compared) return true;
+  int in_view = now.in_view, alike = now.alike;
+  for (const Opinion* o : agreeing) {
+    in_view += o->in_view;
+    alike += o->alike;
+  }
+  return in_view >= kViewed && alike >= options_.min_alike * in_view;
+}
+
+void LoopFinder::decide(const Opinion& opinion, const char* decision) {
+  for (LoopAttempt& a : attempts_) {
+    if (a.older == opinion.loop.older) a.decision = decision;
+  }
+}
+
 std::vector<Loop> LoopFinder::confirm(Opinion opinion, const Prior& prior) {
   const TimeNs now = opinion.newer->t;
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(),
@@ -224,21 +266,25 @@ std::vector<Loop> LoopFinder::confirm(Opinion opinion, const Prior& prior) {
                                   return toSeconds(now - o.newer->t) > options_.agree_s;
                                 }),
                  waiting_.end());
+  if (opinion.compared && opinion.alike < kLeastAlike * opinion.in_view) {
+    decide(opinion, "unlike");
+    return {};
+  }
   std::vector<Opinion*> agreeing;
   for (Opinion& o : waiting_) {
     if (agree(opinion, o, prior)) agreeing.push_back(&o);
   }
   std::vector<Loop> out;
-  if (enough(opinion, agreeing)) {
+  if (enough(opinion, agreeing) && !alike(opinion, agreeing)) {
+    decide(opinion, "unlike");
+  } else if (enough(opinion, agreeing)) {
     for (Opinion* o : agreeing) {
       if (!o->told) out.push_back(o->loop);
       o->told = true;
     }
     out.push_back(opinion.loop);
     opinion.told = true;
-    for (LoopAttempt& a : attempts_) {
-      if (a.older == opinion.loop.older) a.decision = "accepted";
-    }
+    decide(opinion, "accepted");
   }
   waiting_.push_back(std::move(opinion));
   return out;

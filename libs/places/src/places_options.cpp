@@ -49,6 +49,9 @@ void describe(OptionVisitor& v, VerifyOptions& o) {
       "min_inliers_alone", o.min_inliers_alone, {4, 1000},
       "corners with which a place counts that nothing else looks like, if more keyframes agree");
   v.value("min_share_alone", o.min_share_alone, {0.0, 1.0}, "the same as a share");
+  v.value("min_inliers_compared", o.min_inliers_compared, {4, 1000},
+          "the same where the image is compared with what it must show, as in a map");
+  v.value("min_share_compared", o.min_share_compared, {0.0, 1.0}, "likewise");
   v.value("sure_share", o.sure_share, {0.0, 1.0}, "of so many, min_inliers_known are enough");
   v.value("min_share_known", o.min_share_known, {0.0, 1.0},
           "the same where odometry and ranges say as well where the place must be");
@@ -87,6 +90,10 @@ void describe(OptionVisitor& v, LoopFinderOptions& o) {
           "another place with this share of the best one's corners makes it doubtful");
   v.value("outstanding", o.outstanding, {0.0, 1.0},
           "corners too few may do where no place elsewhere has this share of them");
+  v.value(
+      "min_alike", o.min_alike, {0.0, 1.0},
+      "of what an image must show it shows so much, where neither odometry nor ranges say where "
+      "the place is");
   v.value("apart_m", o.apart_m, {0.0, 1000.0}, "another place is this far away");
   v.value("apart_rad", o.apart_rad, {0.0, 3.2}, "or turned by this much");
 }

@@ -204,10 +204,11 @@ LoopVerdict verifyLoop(const PlaceKeyframe& newer,
   verdict.inliers = countNewer(found.inliers);
   verdict.share = found.share;
   verdict.known = saysWhere(prior, options);
-  if (verdict.inliers < std::min(options.min_inliers_alone, options.min_inliers_known) ||
-      verdict.share < std::min(options.min_share_alone, options.min_share_known)) {
-    return refuse(LoopRefusal::few_inliers);
-  }
+  const int fewest = std::min(
+      {options.min_inliers_alone, options.min_inliers_known, options.min_inliers_compared});
+  const double least =
+      std::min({options.min_share_alone, options.min_share_known, options.min_share_compared});
+  if (verdict.inliers < fewest || verdict.share < least) return refuse(LoopRefusal::few_inliers);
   if (spread(places, found.inliers) < options.min_spread_rad) return refuse(LoopRefusal::narrow);
   Loop loop =
       loopOf(newer, *older.front(), found.pose, medianDistance(places, found.inliers), options);

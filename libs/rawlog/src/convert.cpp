@@ -183,10 +183,12 @@ std::optional<Calibration> calibrationOf(const CObservation& observation) {
   return out;
 }
 
-Calibration calibrationIn(const std::string& rawlog, const std::string& camera_label) {
+Calibration calibrationIn(const std::string& rawlog, const std::string& camera_label,
+                          const std::function<void(CObservation*)>& given) {
   RawlogReader reader(rawlog);
   while (const auto observation = reader.next()) {
     if (observation->sensorLabel != camera_label) continue;
+    if (given) given(observation.get());
     if (const auto calibration = calibrationOf(*observation)) return *calibration;
   }
   throw std::runtime_error("there is no image labelled " + camera_label + " in " + rawlog);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -214,6 +215,34 @@ TEST_F(DescriberInput, NoPointsOfAnImageThatIsNone) {
   places::DescriberOptions o;
   o.points = 0;
   EXPECT_THROW(Describer(o, maker_.camera()), std::invalid_argument);
+}
+
+/// What a corner looked like is there in the image, and is not 40 px beside it; in other light too.
+TEST(Describer, ComparesWhatIsExpectedWithWhatIsThere) {
+  PlaceMaker bright = maker(), dim = maker(0.6);
+  const Pose at = bodyAt(Vec3(1, 0, 0.2), 0.3, 0.02, -0.03);
+  const auto k = bright.keyframe(0, 0, at);
+  std::vector<places::ExpectedPoint> there, beside, behind;
+  for (const PlacePoint& p : k->points) {
+    const Vec3 ray = p.ray_C.cast<double>();
+    there.push_back({ray, p.descriptor});
+    beside.push_back({ray / ray.z() + Vec3(40 / 229.0, 0, 0), p.descriptor});
+    behind.push_back({-ray, p.descriptor});
+  }
+  const auto alike = [](const std::vector<int>& all, int* seen) {
+    *seen = static_cast<int>(std::count_if(all.begin(), all.end(), [](int b) { return b >= 0; }));
+    return static_cast<double>(
+               std::count_if(all.begin(), all.end(), [](int b) { return b >= 0 && b < 70; })) /
+           std::max(1, *seen);
+  };
+  const auto image = dim.take(at);
+  int seen = 0;
+  EXPECT_GT(alike(dim.compare(image, at, there), &seen), 0.95);
+  EXPECT_EQ(seen, static_cast<int>(there.size()));
+  EXPECT_LT(alike(dim.compare(image, at, beside), &seen), 0.3);
+  EXPECT_GT(seen, 40);
+  alike(dim.compare(image, at, behind), &seen);
+  EXPECT_EQ(seen, 0);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "made_places.h"
 
@@ -96,6 +97,93 @@ TEST_F(Visits, WhereNothingElseIsKnownThreeMustAgree) {
   EXPECT_TRUE(see(60, along(0.05)).empty());
   EXPECT_TRUE(see(60.5, along(0.35)).empty());
   EXPECT_EQ(see(61, along(0.65)).size(), 3U);
+}
+
+/// Its image, all together, shows less than `min_alike` of what must be in view: a place that only
+/// has corners like it.
+TEST_F(Visits, APlaceThatShowsSomethingElseBetweenItsCornersIsUnlike) {
+  firstVisit();
+  int asked = 0, alike_of_100 = 60;
+  const LoopFinder::Compare compare = [&](const std::vector<places::ExpectedPoint>& expected) {
+    ++asked;
+    std::vector<int> bits;
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+      bits.push_back(static_cast<int>(100 * k / expected.size()) < alike_of_100 ? 10 : 120);
+    }
+    return bits;
+  };
+  const auto look = [&](double s, double x, const LoopFinder::Prior& prior = {}) {
+    return finder_.add(world_.see(next_++, s, along(x)), prior, {}, compare);
+  };
+  EXPECT_TRUE(look(60, 0.05).empty());
+  EXPECT_TRUE(look(60.5, 0.35).empty());
+  EXPECT_TRUE(look(61, 0.65).empty());
+  EXPECT_EQ(decisionOf(finder_, finder_.attempts().front().older), "unlike");
+  EXPECT_EQ(asked, 3);
+  alike_of_100 = 90;  // (3 x 60 + 90) / 4 = 67.5
+  EXPECT_EQ(look(61.5, 0.8).size(), 4U);
+  // Where the path says where the place is nobody is asked.
+  asked = 0;
+  EXPECT_EQ(look(100, 0.05, exactPath()).size(), 0U);
+  EXPECT_EQ(look(100.5, 0.35, exactPath()).size(), 2U);
+  EXPECT_EQ(asked, 0);
+}
+
+/// One that shows less than half is not counted with the others.
+TEST_F(Visits, AnImageThatShowsLittleOfThePlaceHasNoVoice) {
+  firstVisit();
+  int bits_of_next = 10;
+  const LoopFinder::Compare compare = [&](const std::vector<places::ExpectedPoint>& expected) {
+    std::vector<int> bits(expected.size(), bits_of_next);
+    std::fill(bits.begin(), bits.begin() + static_cast<long>(expected.size()) * 2 / 5, 10);
+    return bits;
+  };
+  const auto look = [&](double s, double x) {
+    return finder_.add(world_.see(next_++, s, along(x)), {}, {}, compare);
+  };
+  EXPECT_TRUE(look(60, 0.05).empty());
+  bits_of_next = 120;
+  EXPECT_TRUE(look(60.5, 0.35).empty());
+  EXPECT_EQ(decisionOf(finder_, finder_.attempts().front().older), "unlike");
+  bits_of_next = 10;
+  EXPECT_TRUE(look(61, 0.65).empty());
+  EXPECT_EQ(look(61.5, 0.8).size(), 3U);
+}
+
+/// Where the image is compared corners do that would be too few alone.
+TEST_F(Visits, FewCornersAreEnoughWhereTheImageIsCompared) {
+  places::VerifyOptions o;
+  o.min_inliers_known = o.min_inliers_alone = 1000;
+  const LoopFinder::Compare alike = [](const std::vector<places::ExpectedPoint>& expected) {
+    return std::vector<int>(expected.size(), 10);
+  };
+  for (const bool compares : {false, true}) {
+    finder_ = LoopFinder({}, {}, o);
+    next_ = 0;
+    firstVisit();
+    const auto look = [&](double s, double x) {
+      return finder_.add(world_.see(next_++, s, along(x)), {}, {},
+                         compares ? alike : LoopFinder::Compare());
+    };
+    for (int k = 0; k < 3; ++k) EXPECT_TRUE(look(60 + 0.5 * k, 0.05 + 0.3 * k).empty());
+    EXPECT_EQ(look(61.5, 0.8).size(), compares ? 4U : 0U);
+    EXPECT_EQ(decisionOf(finder_, finder_.attempts().front().older),
+              compares ? "accepted" : "few inliers");
+  }
+}
+
+/// A wall: nothing of what must be in view is in the image.
+TEST_F(Visits, AnImageThatShowsNothingOfThePlaceTellsOfNone) {
+  firstVisit();
+  const LoopFinder::Compare nothing = [](const std::vector<places::ExpectedPoint>& expected) {
+    return std::vector<int>(expected.size(), -1);
+  };
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_TRUE(
+        finder_.add(world_.see(next_++, 60 + 0.5 * k, along(0.05 + 0.3 * k)), {}, {}, nothing)
+            .empty());
+  }
+  EXPECT_EQ(decisionOf(finder_, finder_.attempts().front().older), "unlike");
 }
 
 /// The map was recorded at the very same times (the same recording, played again).

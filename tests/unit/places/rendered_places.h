@@ -97,13 +97,15 @@ class PlaceMaker {
     k->t = t;
     k->T_W_B = T_W_B;
     k->T_B_C = cameraInBody();
-    vir::Image view;
-    view.width = image.width;
-    view.height = image.height;
-    view.pixels = image.pixels.data();
     const vir::Pose T_W_C = T_W_B * cameraInBody();
-    k->points = describer_.points(view, T_W_C.q, seen(image, T_W_C));
+    k->points = describer_.points(viewOf(image), T_W_C.q, seen(image, T_W_C));
     return k;
+  }
+
+  /// As LoopFinder asks it.
+  std::vector<int> compare(const vir::rendering::GrayImage& image, const vir::Pose& T_W_B,
+                           const std::vector<vir::places::ExpectedPoint>& expected) {
+    return describer_.compare(viewOf(image), (T_W_B * cameraInBody()).q, expected);
   }
 
   std::vector<vir::places::SeenLandmark> seen(const vir::rendering::GrayImage& image,
@@ -130,6 +132,14 @@ class PlaceMaker {
   const std::shared_ptr<const vir::camera::CameraModel>& camera() const { return camera_; }
 
  private:
+  static vir::Image viewOf(const vir::rendering::GrayImage& image) {
+    vir::Image view;
+    view.width = image.width;
+    view.height = image.height;
+    view.pixels = image.pixels.data();
+    return view;
+  }
+
   std::shared_ptr<const vir::rendering::Scene> scene_;
   std::shared_ptr<const vir::camera::CameraModel> camera_;
   vir::rendering::CameraSimulator simulator_;

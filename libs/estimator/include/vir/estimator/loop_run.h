@@ -55,8 +55,9 @@ class LoopRun {
   /// The estimator's states since the last call, which become those of the mission. `gray` (may be
   /// null): the image of `t`, which was not kept; it is where its state is still to come.
   LoopedOutput take(VisualInertialEstimator* estimator, TimeNs t, const cv::Mat* gray);
-  /// The last solution, and the map to the file of the settings; a run that saw no place warns and
-  /// leaves that as it is. Throws std::runtime_error naming it.
+  /// The last solution, and the map to the file of the settings; a run that saw no place, or was
+  /// not found in the map of that very file, warns and leaves that as it is. Throws
+  /// std::runtime_error naming it.
   void finish(const VisualInertialEstimator& estimator);
   /// The map so far (docs/loops.md). Throws std::runtime_error naming the file, also while there is
   /// no place yet.
@@ -110,7 +111,7 @@ class LoopRun {
   std::vector<FollowedPose> settled_;
   std::optional<Revision> last_revision_;
   bool saved_ = false;
-  bool nothing_to_save_ = false;
+  std::string not_saved_;    // why; empty: nothing was to be, or it is
   bool told_found_ = false;  // as a change of frame
   int segment_ = 0;
   TimeNs segment_since_ = 0;

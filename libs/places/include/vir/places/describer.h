@@ -29,6 +29,12 @@ struct SeenLandmark {
   double sigma = 0;             ///< of it [1/m]
 };
 
+/// What an image shows along a ray, if it is of the place that it is taken for.
+struct ExpectedPoint {
+  Vec3 ray_C = Vec3::UnitZ();  ///< in the camera
+  std::array<std::uint8_t, 32> descriptor{};
+};
+
 /// Not for two threads at a time. Same input, same points.
 class Describer {
  public:
@@ -41,6 +47,11 @@ class Describer {
   /// none or not of the camera's size.
   std::vector<PlacePoint> points(const Image& gray, const Quat& R_W_C,
                                  const std::vector<SeenLandmark>& landmarks);
+
+  /// By how many bits the image differs from what is expected, there or close beside, corner or
+  /// not; -1 where that is not in the image.
+  std::vector<int> compare(const Image& gray, const Quat& R_W_C,
+                           const std::vector<ExpectedPoint>& expected);
 
   /// The camera as it is known by now: of the same size.
   void setCamera(std::shared_ptr<const camera::CameraModel> camera);

@@ -25,6 +25,8 @@ struct VerifyOptions {
   double min_share = 0.3;         ///< inliers of the points that must be in view
   int min_inliers_alone = 20;     ///< a place that nothing else looks like is told of with so many
   double min_share_alone = 0.1;   ///< and this share
+  int min_inliers_compared = 12;  ///< the same where the image is compared as well (LoopFinder)
+  double min_share_compared = 0.05;
   double sure_share = 0.65;       ///< of so many, `min_inliers_known` are enough
   double min_share_known = 0.15;  ///< the same with such a prior
   double known_sigma_m = 0.5;     ///< a prior that is less certain does not say it
@@ -32,7 +34,7 @@ struct VerifyOptions {
   double max_sigma_m = 0.15;      ///< a pose less certain is no loop
   double max_sigma_rad = 0.03;
   double gravity_sigma_rad = 0.01;  ///< how well roll and pitch of a keyframe are known
-  double scale_sigma = 0.01;        ///< of the distances of a keyframe, all together
+  double scale_sigma = 0.03;        ///< of the distances of a keyframe, all together
   double bias_px = 0.7;    ///< lens and distances, all corners together: more corners do not help
   double prior_chi2 = 28;  ///< of six degrees of freedom
   int seed = 1;

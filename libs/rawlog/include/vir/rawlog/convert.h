@@ -3,6 +3,7 @@
 #include <mrpt/obs/CObservation.h>
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -69,9 +70,10 @@ std::shared_ptr<mrpt::obs::CObservationRobotPose> toObservation(const PeerPose& 
 
 /// The camera that comes with an image; empty for any other class.
 std::optional<Calibration> calibrationOf(const mrpt::obs::CObservation& observation);
-/// That of the first image labelled `camera_label`. Throws std::runtime_error if there is none, and
-/// as RawlogReader does.
-Calibration calibrationIn(const std::string& rawlog, const std::string& camera_label);
+/// That of the first image labelled `camera_label`, once `given` (what goes before the recording)
+/// has changed it. Throws std::runtime_error if there is none, and as RawlogReader does.
+Calibration calibrationIn(const std::string& rawlog, const std::string& camera_label,
+                          const std::function<void(mrpt::obs::CObservation*)>& given = {});
 
 /// An image, or the feature tracks that stand for one.
 bool isImage(const mrpt::obs::CObservation& observation);
