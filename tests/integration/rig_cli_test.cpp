@@ -37,9 +37,9 @@ class Rig {
   test::RunResult run(const std::string& more) const {
     return test::runVir(rawlog(), (folder_ / "out").string(), more);
   }
+  std::string rawlog() const { return (folder_ / "a.rawlog").string(); }
 
  private:
-  std::string rawlog() const { return (folder_ / "a.rawlog").string(); }
   test::TempFolder folder_;
 };
 
@@ -55,6 +55,26 @@ TEST(RigCli, TwoCamerasHoldTheScaleOfADriveAtConstantSpeed) {
   EXPECT_EQ(r.counter("cam1_images"), 240);
   EXPECT_GE(r.counter("cam1_taken"), 236);
   EXPECT_GT(r.trajectory.size(), 170u);
+  EXPECT_LE(r.summary["ate_posyaw_m"], 0.12);
+}
+
+TEST(RigCli, PairsInOneObservationRunAsTheCamerasTheyAre) {
+  const test::TempFolder folder;
+  const std::string euroc = (folder / "e").string(), pairs = (folder / "pairs.rawlog").string();
+  ASSERT_EQ(
+      test::virSlam("export " + quoted(drive().rawlog()) + " --format euroc --out " + quoted(euroc))
+          .code,
+      0);
+  const test::Outcome made =
+      test::virSlam("import euroc " + quoted(euroc) + " --stereo --out " + quoted(pairs));
+  ASSERT_EQ(made.code, 0) << made.text;
+  EXPECT_NE(made.text.find("240 pairs of images in one observation each, 0 images without"),
+            std::string::npos)
+      << made.text;
+  const test::RunResult r = test::runVir(pairs, (folder / "out").string(), kAuto);
+  ASSERT_EQ(r.outcome.code, 0) << r.outcome.text;
+  EXPECT_EQ(r.summary["frames"], 240);
+  EXPECT_EQ(r.counter("cam1_images"), 240);
   EXPECT_LE(r.summary["ate_posyaw_m"], 0.12);
 }
 
