@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "end_to_end.h"
 #include "vir/formats/calibration_file.h"
@@ -76,6 +77,26 @@ TEST(RigCli, PairsInOneObservationRunAsTheCamerasTheyAre) {
   EXPECT_EQ(r.summary["frames"], 240);
   EXPECT_EQ(r.counter("cam1_images"), 240);
   EXPECT_LE(r.summary["ate_posyaw_m"], 0.12);
+}
+
+TEST(RigCli, LiveTwoCamerasOfTheirOwnThreadsAreOneRig) {
+  const test::TempFolder folder;
+  std::string ini = "[Estimator]\nother_cameras = auto\n";
+  for (const char* label : {"CAM0", "CAM1", "IMU0", "GT"}) {
+    ini += "[replay_" + std::string(label) + "]\ndriver = RawlogReplay\nprocess_rate = 200\n" +
+           "rawlog = " + drive().rawlog() + "\nlabels = " + label + "\nclock = keep\n";
+  }
+  test::writeText((folder / "live.ini").string(), ini);
+  const std::string out = (folder / "out").string();
+  const test::Outcome outcome =
+      test::virSlam("record " + quoted((folder / "live.ini").string()) + " --estimate --out " +
+                    quoted((folder / "a.rawlog").string()) + " --results " + quoted(out));
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  const auto summary = nlohmann::json::parse(test::readText(out + "/summary.json"));
+  EXPECT_GE(summary["counters"]["cam1_matched"], 1000) << outcome.text;
+  if (summary["counters"]["images_dropped_late"] != 0) GTEST_SKIP() << "too slow to compare";
+  EXPECT_EQ(summary["counters"]["cam1_images"], 240);
+  EXPECT_LE(summary["ate_posyaw_m"], 0.12);
 }
 
 TEST(RigCli, UnaskedOneCameraIsUsedAndTheOtherNamed) {
