@@ -143,12 +143,35 @@ TEST(RigCli, BothCamerasCalibrationIsWrittenAndTakenInAgain) {
   const auto& found = first.summary["calibration"]["further"]["CAM1"];
   ASSERT_EQ(found["T_B_C"].size(), 16u);
   EXPECT_NEAR(found["fx"], 229, 3);
+  // The rig is known as well against the IMU as its first camera is.
+  const auto& all = first.summary["calibration"];
+  for (const char* key : {"T_B_C_position_sigma_m", "T_B_C_rotation_sigma_rad", "fx_sigma"}) {
+    ASSERT_TRUE(found.contains(key)) << key;
+    EXPECT_GT(found[key], 0) << key;
+    EXPECT_NEAR(found[key].get<double>() / all[key].get<double>(), 1, 0.5) << key;
+  }
   // As given 5 mm off across, it begins there.
   const std::string given = chain(first, [](CameraMount* m) { m->T_B_C.p.z() += 0.005; });
   const double z = found["T_B_C"][11];
   const test::RunResult again = drive().run(kAuto + given);
   ASSERT_EQ(again.outcome.code, 0) << again.outcome.text;
   EXPECT_NEAR(again.summary["calibration"]["further"]["CAM1"]["T_B_C"][11], z + 0.005, 0.003);
+}
+
+TEST(RigCli, AMapOfTwoCamerasServesOneAndTheOtherWayRound) {
+  const Rig rig(" --set Robot_A.trajectory= --set Robot_A.flight=eight --set Robot_A.length_m=14");
+  const std::string map = " --map ", save = " --save-map ";
+  const test::TempFolder folder;
+  const std::string of_two = quoted((folder / "two.virmap").string()),
+                    of_one = quoted((folder / "one.virmap").string());
+  ASSERT_EQ(rig.run(kAuto + save + of_two).outcome.code, 0);
+  ASSERT_EQ(rig.run(save + of_one).outcome.code, 0);
+  for (const std::string& more : {map + of_two, kAuto + map + of_one}) {
+    const test::RunResult r = rig.run(more);
+    ASSERT_EQ(r.outcome.code, 0) << more << r.outcome.text;
+    EXPECT_TRUE(r.summary.contains("in_map_s")) << more << r.outcome.text;
+    EXPECT_LE(r.summary["ate_posyaw_m"], 0.1) << more;
+  }
 }
 
 TEST(RigCli, APairThatNeverMatchesIsNamedInTheVerdict) {
