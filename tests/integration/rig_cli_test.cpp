@@ -158,8 +158,28 @@ TEST(RigCli, BothCamerasCalibrationIsWrittenAndTakenInAgain) {
   EXPECT_NEAR(again.summary["calibration"]["further"]["CAM1"]["T_B_C"][11], z + 0.005, 0.003);
 }
 
+/// A flight that comes back to where it was.
+const Rig& eight() {
+  static const Rig rig(
+      " --set Robot_A.trajectory= --set Robot_A.flight=eight --set Robot_A.length_m=14");
+  return rig;
+}
+
+TEST(RigCli, ALengthBetweenTheCamerasThatTheImuContradictsIsNamed) {
+  const test::RunResult first = eight().run(kAuto);
+  ASSERT_EQ(first.outcome.code, 0) << first.outcome.text;
+  EXPECT_EQ(first.summary["verdict"], "good") << first.outcome.text;
+  const test::RunResult r = eight().run(kAuto + chain(first, [](CameraMount* m) {
+                                          m->T_B_C.p.y() -= 0.016;  // 0.11 m to the right
+                                        }));
+  EXPECT_NE(r.outcome.text.find("the distance of CAM1 from CAM0 comes out as 0.1"),
+            std::string::npos)
+      << r.outcome.text;
+  EXPECT_EQ(r.summary["verdict"], "doubtful");
+}
+
 TEST(RigCli, AMapOfTwoCamerasServesOneAndTheOtherWayRound) {
-  const Rig rig(" --set Robot_A.trajectory= --set Robot_A.flight=eight --set Robot_A.length_m=14");
+  const Rig& rig = eight();
   const std::string map = " --map ", save = " --save-map ";
   const test::TempFolder folder;
   const std::string of_two = quoted((folder / "two.virmap").string()),
