@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "end_to_end.h"
 #include "vir/formats/calibration_file.h"
@@ -37,9 +38,9 @@ class Rig {
   test::RunResult run(const std::string& more) const {
     return test::runVir(rawlog(), (folder_ / "out").string(), more);
   }
+  std::string rawlog() const { return (folder_ / "a.rawlog").string(); }
 
  private:
-  std::string rawlog() const { return (folder_ / "a.rawlog").string(); }
   test::TempFolder folder_;
 };
 
@@ -56,6 +57,46 @@ TEST(RigCli, TwoCamerasHoldTheScaleOfADriveAtConstantSpeed) {
   EXPECT_GE(r.counter("cam1_taken"), 236);
   EXPECT_GT(r.trajectory.size(), 170u);
   EXPECT_LE(r.summary["ate_posyaw_m"], 0.12);
+}
+
+TEST(RigCli, PairsInOneObservationRunAsTheCamerasTheyAre) {
+  const test::TempFolder folder;
+  const std::string euroc = (folder / "e").string(), pairs = (folder / "pairs.rawlog").string();
+  ASSERT_EQ(
+      test::virSlam("export " + quoted(drive().rawlog()) + " --format euroc --out " + quoted(euroc))
+          .code,
+      0);
+  const test::Outcome made =
+      test::virSlam("import euroc " + quoted(euroc) + " --stereo --out " + quoted(pairs));
+  ASSERT_EQ(made.code, 0) << made.text;
+  EXPECT_NE(made.text.find("240 pairs of images in one observation each, 0 images without"),
+            std::string::npos)
+      << made.text;
+  const test::RunResult r = test::runVir(pairs, (folder / "out").string(), kAuto);
+  ASSERT_EQ(r.outcome.code, 0) << r.outcome.text;
+  EXPECT_EQ(r.summary["frames"], 240);
+  EXPECT_EQ(r.counter("cam1_images"), 240);
+  EXPECT_LE(r.summary["ate_posyaw_m"], 0.12);
+}
+
+TEST(RigCli, LiveTwoCamerasOfTheirOwnThreadsAreOneRig) {
+  const test::TempFolder folder;
+  std::string ini = "[Estimator]\nother_cameras = auto\n";
+  for (const char* label : {"CAM0", "CAM1", "IMU0", "GT"}) {
+    ini += "[replay_" + std::string(label) + "]\ndriver = RawlogReplay\nprocess_rate = 200\n" +
+           "rawlog = " + drive().rawlog() + "\nlabels = " + label + "\nclock = keep\n";
+  }
+  test::writeText((folder / "live.ini").string(), ini);
+  const std::string out = (folder / "out").string();
+  const test::Outcome outcome =
+      test::virSlam("record " + quoted((folder / "live.ini").string()) + " --estimate --out " +
+                    quoted((folder / "a.rawlog").string()) + " --results " + quoted(out));
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  const auto summary = nlohmann::json::parse(test::readText(out + "/summary.json"));
+  EXPECT_GE(summary["counters"]["cam1_matched"], 1000) << outcome.text;
+  if (summary["counters"]["images_dropped_late"] != 0) GTEST_SKIP() << "too slow to compare";
+  EXPECT_EQ(summary["counters"]["cam1_images"], 240);
+  EXPECT_LE(summary["ate_posyaw_m"], 0.12);
 }
 
 TEST(RigCli, UnaskedOneCameraIsUsedAndTheOtherNamed) {
@@ -102,12 +143,55 @@ TEST(RigCli, BothCamerasCalibrationIsWrittenAndTakenInAgain) {
   const auto& found = first.summary["calibration"]["further"]["CAM1"];
   ASSERT_EQ(found["T_B_C"].size(), 16u);
   EXPECT_NEAR(found["fx"], 229, 3);
+  // The rig is known as well against the IMU as its first camera is.
+  const auto& all = first.summary["calibration"];
+  for (const char* key : {"T_B_C_position_sigma_m", "T_B_C_rotation_sigma_rad", "fx_sigma"}) {
+    ASSERT_TRUE(found.contains(key)) << key;
+    EXPECT_GT(found[key], 0) << key;
+    EXPECT_NEAR(found[key].get<double>() / all[key].get<double>(), 1, 0.5) << key;
+  }
   // As given 5 mm off across, it begins there.
   const std::string given = chain(first, [](CameraMount* m) { m->T_B_C.p.z() += 0.005; });
   const double z = found["T_B_C"][11];
   const test::RunResult again = drive().run(kAuto + given);
   ASSERT_EQ(again.outcome.code, 0) << again.outcome.text;
   EXPECT_NEAR(again.summary["calibration"]["further"]["CAM1"]["T_B_C"][11], z + 0.005, 0.003);
+}
+
+/// A flight that comes back to where it was.
+const Rig& eight() {
+  static const Rig rig(
+      " --set Robot_A.trajectory= --set Robot_A.flight=eight --set Robot_A.length_m=14");
+  return rig;
+}
+
+TEST(RigCli, ALengthBetweenTheCamerasThatTheImuContradictsIsNamed) {
+  const test::RunResult first = eight().run(kAuto);
+  ASSERT_EQ(first.outcome.code, 0) << first.outcome.text;
+  EXPECT_EQ(first.summary["verdict"], "good") << first.outcome.text;
+  const test::RunResult r = eight().run(kAuto + chain(first, [](CameraMount* m) {
+                                          m->T_B_C.p.y() -= 0.016;  // 0.11 m to the right
+                                        }));
+  EXPECT_NE(r.outcome.text.find("the distance of CAM1 from CAM0 comes out as 0.1"),
+            std::string::npos)
+      << r.outcome.text;
+  EXPECT_EQ(r.summary["verdict"], "doubtful");
+}
+
+TEST(RigCli, AMapOfTwoCamerasServesOneAndTheOtherWayRound) {
+  const Rig& rig = eight();
+  const std::string map = " --map ", save = " --save-map ";
+  const test::TempFolder folder;
+  const std::string of_two = quoted((folder / "two.virmap").string()),
+                    of_one = quoted((folder / "one.virmap").string());
+  ASSERT_EQ(rig.run(kAuto + save + of_two).outcome.code, 0);
+  ASSERT_EQ(rig.run(save + of_one).outcome.code, 0);
+  for (const std::string& more : {map + of_two, kAuto + map + of_one}) {
+    const test::RunResult r = rig.run(more);
+    ASSERT_EQ(r.outcome.code, 0) << more << r.outcome.text;
+    EXPECT_TRUE(r.summary.contains("in_map_s")) << more << r.outcome.text;
+    EXPECT_LE(r.summary["ate_posyaw_m"], 0.1) << more;
+  }
 }
 
 TEST(RigCli, APairThatNeverMatchesIsNamedInTheVerdict) {

@@ -88,6 +88,8 @@ void addImport(CLI::App& app, Common& common) {
   command->add_option("--compression", a->job.compression, "0 (none) to 9, of the rawlog itself")
       ->check(CLI::Range(0, 9))
       ->capture_default_str();
+  command->add_flag("--stereo", a->job.stereo,
+                    "CAM0 and CAM1 of one stamp as one CObservationStereoImages");
   command->footer([what, &common] { return driverHelp(*what, common); });
   command->callback([a, &common] {
     catchInterrupt();

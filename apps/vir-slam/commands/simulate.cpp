@@ -41,7 +41,7 @@ void simulateRobot(const Settings& all, const std::string& robot, const std::str
   SettingsReader reader(settings);
   source->describe(reader);
   reader.finish();
-  recordToRawlog({sensor.get(), source, out, compression, "simulate", ""});
+  recordToRawlog({sensor.get(), source, out, compression, "simulate", "", false});
 }
 
 void run(const SimulateArguments& a, const Common& common) {

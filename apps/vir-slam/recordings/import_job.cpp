@@ -97,8 +97,8 @@ bool importRecording(const ImportJob& job) {
   requireRawlogName(job.out);
   requireCalibration(job.calibration);
   const OpenedSource opened = openSource(job);
-  return recordToRawlog(
-      {opened.sensor.get(), opened.source, job.out, job.compression, "import", opened.driver});
+  return recordToRawlog({opened.sensor.get(), opened.source, job.out, job.compression, "import",
+                         opened.driver, job.stereo});
 }
 
 std::string listRecording(const ImportJob& job) {

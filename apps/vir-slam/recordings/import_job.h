@@ -17,6 +17,7 @@ struct ImportJob {
   std::vector<std::string> topics;  ///< ROLE=NAME each
   std::vector<std::string> set;     ///< Section.key=value each
   int compression = 1;
+  bool stereo = false;  ///< CAM0 and CAM1 of one stamp as one CObservationStereoImages
 };
 
 struct OpenedSource {

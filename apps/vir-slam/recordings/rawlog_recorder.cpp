@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
+#include <vector>
 
 #include "commands/commands.h"
 #include "output/check_report.h"
@@ -16,8 +18,10 @@
 #include "recordings/recording_check.h"
 #include "recordings/source_reader.h"
 #include "vir/core/text_file.h"
+#include "vir/rawlog/labels.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_writer.h"
+#include "vir/rawlog/stereo_images.h"
 #include "vir/results/output_lock.h"
 
 namespace vir::app {
@@ -51,21 +55,25 @@ using Statistics = std::map<std::string, LabelStatistics>;
 
 /// Runs the sensor to its end.
 Statistics pump(roles::Sensor& sensor, roles::RecordedSource& source, rawlog::RawlogWriter& writer,
-                RecordingCheck* check) {
+                rawlog::PairJoiner* joiner, RecordingCheck* check) {
   Statistics statistics;
   ProgressBar bar;
+  const auto write = [&writer](const std::vector<mrpt::obs::CObservation::Ptr>& all) {
+    for (const mrpt::obs::CObservation::Ptr& obs : all) writer.write(*obs);
+  };
   bool more = true;
   while (more) {
     if (interrupted()) throw std::runtime_error("interrupted; no rawlog was written");
     more = !source.finished();
     if (more) sensor.doProcess();
     for (const mrpt::obs::CObservation::Ptr& obs : sensor.takeObservations()) {
-      writer.write(*obs);
+      write(joiner != nullptr ? joiner->add(obs) : std::vector{obs});
       check->add(*obs);
       statistics[obs->sensorLabel].add(rawlog::fromMrptTime(obs->timestamp));
     }
     bar.show(source.progress());
   }
+  if (joiner != nullptr) write(joiner->finish());
   return statistics;
 }
 
@@ -209,7 +217,10 @@ bool recordToRawlog(const RecordingJob& job) {
   rawlog::RawlogWriter writer(job.out, job.compression);
   RecordingCheck check(RecordingCheck::Depth::brief);
   check.setDriver(job.driver);
-  const Statistics statistics = pump(*job.sensor, *job.source, writer, &check);
+  std::optional<rawlog::PairJoiner> joiner;
+  if (job.stereo) joiner.emplace(rawlog::PairNames().of(rawlog::kCameraLabel));
+  const Statistics statistics =
+      pump(*job.sensor, *job.source, writer, joiner ? &*joiner : nullptr, &check);
   images.swap();
   writer.finish();
   images.commit();
@@ -218,6 +229,10 @@ bool recordToRawlog(const RecordingJob& job) {
       writeCompanion(stem + "_anchors_truth.csv", kAnchorsMark, anchorsText(*job.source)) +
       writeSurvey(*job.source, stem, job.out);
   report(*job.source, statistics, job.out, companions);
+  if (joiner) {
+    std::printf("%ld pairs of images in one observation each, %ld images without a partner\n",
+                joiner->pairs(), joiner->single());
+  }
   const std::vector<std::string> doubts = doubtsOf(check, job.out, job.driver);
   // What is left out here a look at the rawlog can no longer find. Damage is said below.
   SourceReport read = reportOf(*job.source);

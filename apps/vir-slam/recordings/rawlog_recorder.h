@@ -15,6 +15,7 @@ struct RecordingJob {
   int compression = 1;                      ///< 0 .. 9
   std::string command;                      ///< "import": named in the ini written beside
   std::string driver;                       ///< its alias; empty: not one to import with
+  bool stereo = false;                      ///< CAM0 and CAM1 of one stamp in one observation
 };
 
 /// Throws UsageError for a name that is not one of a rawlog: the other files that are written

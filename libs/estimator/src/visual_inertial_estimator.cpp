@@ -221,6 +221,18 @@ std::optional<CalibrationSigma> VisualInertialEstimator::calibrationSigma() cons
   return back.window->calibrationSigma();
 }
 
+std::vector<CalibrationSigma> VisualInertialEstimator::furtherSigma() const {
+  const BackEnd& back = impl_->back_end;
+  if (!back.window || !impl_->config.window.calibrate) return {};
+  return back.window->furtherSigma();
+}
+
+std::vector<window::RigDistance> VisualInertialEstimator::rigDistances() const {
+  const BackEnd& back = impl_->back_end;
+  if (!back.window || !impl_->config.window.calibrate) return {};
+  return back.window->rigDistances();
+}
+
 std::optional<CalibrationCovariance> VisualInertialEstimator::calibrationCovariance() const {
   const BackEnd& back = impl_->back_end;
   if (!back.window || !impl_->config.window.calibrate) return std::nullopt;

@@ -8,10 +8,9 @@
 #include <future>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "vir/core/device_clock.h"
-#include "vir/core/parse_number.h"
-#include "vir/core/text.h"
 #include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/roles/live_source.h"
@@ -37,34 +36,11 @@ std::unique_ptr<roles::Sensor> makeSensor(const std::string& driver) {
   return roles::openSensor(driver);
 }
 
-/// Sections whose `driver` is no sensor.
-bool isOurs(const std::string& section) {
-  const std::string name = lowerCase(section);
-  return name == "estimator" || name == "rendezvous";
-}
-
 SteadyClock::duration seconds(double s) {
   return std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(s));
 }
 
 }  // namespace
-
-const char* name(SensorState state) {
-  static const char* const kNames[] = {"starting", "running", "waiting", "ended", "missing"};
-  return kNames[static_cast<std::size_t>(state)];
-}
-
-std::vector<std::string> sensorSections(const Settings& settings) {
-  std::vector<std::string> names;
-  for (const std::string& section : settings.sections()) {
-    const Setting* ignored = settings.find(section, "rawlog-grabber-ignore");
-    if (settings.find(section, "driver") == nullptr || isOurs(section)) continue;
-    bool ignore = false;
-    if (ignored != nullptr && parseBool(ignored->value, &ignore) && ignore) continue;
-    names.push_back(section);
-  }
-  return names;
-}
 
 /// A sensor and its thread.
 class Acquisition::Sensor {
@@ -215,8 +191,11 @@ class Acquisition::Sensor {
     const TimeNs now = hostNow();
     std::vector<Arrival> arrivals;
     for (const mrpt::obs::CObservation::Ptr& observation : all) {
-      prepare(observation.get(), now);
-      arrivals.push_back({index_, observation, now});
+      putOnHostClock(observation.get(), now);  // both images of a pair alike
+      for (const auto& [part, right] : apart(observation)) {
+        prepare(part.get(), right);
+        arrivals.push_back({index_, part, now});
+      }
     }
     if (arrivals.empty()) return;
     if (auto note = owner_->clockNote(now)) arrivals.push_back({index_, note, now});
@@ -227,16 +206,28 @@ class Acquisition::Sensor {
     owner_->deliver(&arrivals);
   }
 
-  void prepare(mrpt::obs::CObservation* observation, TimeNs now) {
+  /// What cannot be taken apart goes on as it is.
+  std::vector<std::pair<mrpt::obs::CObservation::Ptr, bool>> apart(
+      const mrpt::obs::CObservation::Ptr& observation) {
+    try {
+      return roles::takenApart(section_, observation);
+    } catch (const std::exception& e) {
+      if (!std::exchange(said_whole_, true)) {
+        warn("an image cannot be taken apart: " + rawlog::shortReason(e));
+      }
+      return {{observation, false}};
+    }
+  }
+
+  void prepare(mrpt::obs::CObservation* observation, bool right) {
     auto* image = dynamic_cast<mrpt::obs::CObservationImage*>(observation);
     try {
       // From here on nobody changes it.
       if (image != nullptr && image->image.isExternallyStored()) image->image.forceLoad();
-      roles::complete(section_, observation);
+      roles::complete(section_, observation, right);
     } catch (const std::exception& e) {
       warn("an image cannot be read: " + rawlog::shortReason(e));
     }
-    putOnHostClock(observation, now);
   }
 
   void putOnHostClock(mrpt::obs::CObservation* observation, TimeNs now) {
@@ -315,6 +306,7 @@ class Acquisition::Sensor {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool stop_ = false, said_ = false, connected_ = true;
+  bool said_whole_ = false;  // of the thread
   SteadyClock::time_point counted_;
   SensorStatus status_;
   std::thread thread_;

@@ -58,13 +58,15 @@ void LiveEstimation::add(const std::vector<Arrival>& arrivals) {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (const Arrival& a : read) {
       queue_.push_back(a);
-      if (!rawlog::isImage(*a.observation) || ++waiting_images_ <= options_.waiting_images)
-        continue;
-      const auto oldest = std::find_if(queue_.begin(), queue_.end(), [](const Arrival& waiting) {
-        return rawlog::isImage(*waiting.observation);
+      if (!rawlog::isImage(*a.observation)) continue;
+      // Of each camera its own: a pair that waits is no reason to part it.
+      const std::string& camera = a.observation->sensorLabel;
+      if (++waiting_images_[camera] <= options_.waiting_images) continue;
+      const auto oldest = std::find_if(queue_.begin(), queue_.end(), [&](const Arrival& waiting) {
+        return rawlog::isImage(*waiting.observation) && waiting.observation->sensorLabel == camera;
       });
       queue_.erase(oldest);
-      --waiting_images_;
+      --waiting_images_[camera];
       ++dropped_;
     }
   }
@@ -93,7 +95,9 @@ void LiveEstimation::work() {
       if (queue_.empty()) break;
       next = std::move(queue_.front());
       queue_.pop_front();
-      if (rawlog::isImage(*next.observation)) --waiting_images_;
+      if (rawlog::isImage(*next.observation)) {
+        --waiting_images_[next.observation->sensorLabel];
+      }
     }
     if (!problem().empty()) continue;
     try {

@@ -13,6 +13,7 @@
 #include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/plausible.h"
 #include "vir/rawlog/rawlog_writer.h"
+#include "vir/rawlog/stereo_images.h"
 
 namespace vir::rawlog {
 namespace fs = std::filesystem;
@@ -80,19 +81,29 @@ void RawlogReader::take(const mrpt::obs::CObservation::Ptr& observation) {
   using mrpt::obs::CObservationImage;
   using mrpt::obs::CObservationStereoImages;
   if (!observation) return;
-  const std::string why = implausible(*observation);
-  if (!why.empty()) {
-    ++implausible_[observation->sensorLabel + ": " + why];
-    ++left_out_[observation->sensorLabel];
-    return;
+  if (auto pair = std::dynamic_pointer_cast<CObservationStereoImages>(observation)) {
+    return takePair(*pair);
   }
+  const std::string why = implausible(*observation);
+  if (!why.empty()) return leaveOut(observation->sensorLabel, why);
   if (auto image = std::dynamic_pointer_cast<CObservationImage>(observation)) {
     placeImage(&image->image);
-  } else if (auto stereo = std::dynamic_pointer_cast<CObservationStereoImages>(observation)) {
-    placeImage(&stereo->imageLeft);
-    placeImage(&stereo->imageRight);
   }
   queue_.push_back(observation);
+}
+
+void RawlogReader::takePair(const mrpt::obs::CObservationStereoImages& pair) {
+  const PairLabels labels = pair_names_.of(pair.sensorLabel);
+  try {
+    for (const auto& image : imagesOf(pair, labels)) take(image);
+  } catch (const std::invalid_argument& e) {
+    leaveOut(labels.left, e.what());
+  }
+}
+
+void RawlogReader::leaveOut(const std::string& label, const std::string& why) {
+  ++implausible_[label + ": " + why];
+  ++left_out_[label];
 }
 
 void RawlogReader::placeImage(mrpt::img::CImage* image) {

@@ -61,7 +61,8 @@ bool isOfChain(const std::string& name) {
 }  // namespace
 
 std::string calibrationYaml(const Calibration& calibration, const CalibrationSigma& sigma,
-                            const std::vector<std::string>& further_labels) {
+                            const std::vector<std::string>& further_labels,
+                            const std::vector<CalibrationSigma>& further_sigma) {
   std::string out =
       "# Camera and IMU as estimated in this run, for --calibration of the next.\n"
       "# T_cam_imu takes points of the IMU to the camera; t_imu = t_cam + timeshift_cam_imu.\n";
@@ -72,7 +73,8 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationSig
   for (std::size_t k = 0; k < std::min(calibration.further.size(), further_labels.size()); ++k) {
     const std::string name = lowerCase(further_labels[k]);
     if (isOfChain(name)) {
-      out += cameraBlock(name, calibration.further[k], nullptr);
+      out += cameraBlock(name, calibration.further[k],
+                         k < further_sigma.size() ? &further_sigma[k] : nullptr);
     } else {
       out += "# " + further_labels[k] + " is left out: only CAM1, CAM2, ... can stand here.\n";
     }

@@ -357,7 +357,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   if (summary->calibration && summary->calibration_sigma) {
     OutputFile file(folder_.file("calibration.yaml"));
     file.line(calibrationYaml(*summary->calibration, *summary->calibration_sigma,
-                              summary->further_labels));
+                              summary->further_labels, summary->further_sigma));
     file.close();
   }
   checkGroundTruth(summary);

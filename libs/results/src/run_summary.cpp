@@ -113,6 +113,17 @@ Json toJson(const SurveyFit& survey) {
   return json;
 }
 
+void putCameraSigma(const CalibrationSigma& sigma, const CameraCalibration& camera, Json* c) {
+  put(c, "time_offset_sigma_s", sigma.time_offset_s);
+  put(c, "fx_sigma", sigma.focal * camera.fx);
+  put(c, "fy_sigma", sigma.focal * camera.fy);
+  put(c, "cx_sigma", sigma.centre_px);
+  put(c, "cy_sigma", sigma.centre_px);
+  put(c, "distortion_sigma", sigma.distortion);
+  put(c, "T_B_C_position_sigma_m", sigma.position_m);
+  put(c, "T_B_C_rotation_sigma_rad", sigma.rotation_rad);
+}
+
 }  // namespace
 
 void takeReport(const roles::EstimatorReport& report, RunSummary* s) {
@@ -121,6 +132,7 @@ void takeReport(const roles::EstimatorReport& report, RunSummary* s) {
   s->calibration = report.calibration;
   s->further_labels = report.further_labels;
   s->calibration_sigma = report.calibration_sigma;
+  s->further_sigma = report.further_sigma;
   s->calibration_covariance = report.calibration_covariance;
   s->calibration_given = report.calibration_given;
   s->calibration_assumed = report.calibration_assumed;
@@ -165,14 +177,7 @@ std::string toJson(const RunSummary& s) {
   if (s.calibration && s.calibration_sigma) {
     const CalibrationSigma& sigma = *s.calibration_sigma;
     Json& c = json["calibration"];
-    put(&c, "time_offset_sigma_s", sigma.time_offset_s);
-    put(&c, "fx_sigma", sigma.focal * s.calibration->camera.fx);
-    put(&c, "fy_sigma", sigma.focal * s.calibration->camera.fy);
-    put(&c, "cx_sigma", sigma.centre_px);
-    put(&c, "cy_sigma", sigma.centre_px);
-    put(&c, "distortion_sigma", sigma.distortion);
-    put(&c, "T_B_C_position_sigma_m", sigma.position_m);
-    put(&c, "T_B_C_rotation_sigma_rad", sigma.rotation_rad);
+    putCameraSigma(sigma, s.calibration->camera, &c);
     put(&c, "gyro_gain_sigma", sigma.gyro_gain);
     put(&c, "gyro_axes_sigma_rad", sigma.gyro_axes_rad);
     put(&c, "acc_gain_sigma", sigma.acc_gain);
@@ -181,8 +186,9 @@ std::string toJson(const RunSummary& s) {
     const std::vector<CameraMount>& further = s.calibration->further;
     for (std::size_t k = 0; k < std::min(further.size(), s.further_labels.size()); ++k) {
       const CameraMount& m = further[k];
-      json["calibration"]["further"][s.further_labels[k]] =
-          cameraJson(m.camera, m.T_B_C, m.time_offset_s, m.readout_s);
+      Json& c = json["calibration"]["further"][s.further_labels[k]];
+      c = cameraJson(m.camera, m.T_B_C, m.time_offset_s, m.readout_s);
+      if (k < s.further_sigma.size()) putCameraSigma(s.further_sigma[k], m.camera, &c);
     }
   }
   json["verdict"] = name(s.verdict);

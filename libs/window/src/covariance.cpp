@@ -71,8 +71,9 @@ Eigen::Matrix4d edgeByGrowth(const Eigen::Matrix4d& edge, const Eigen::Matrix4d&
 /// Covariance columns of chosen frames' poses out of the information of all poses.
 class PoseCovariance {
  public:
-  PoseCovariance(const NormalEquations& eq, const std::vector<int>& frames, bool calibrated)
-      : frames_(frames), calibrated_(calibrated) {
+  PoseCovariance(const NormalEquations& eq, const std::vector<int>& frames, bool calibrated,
+                 std::size_t further)
+      : frames_(frames), calibrated_(calibrated), further_(calibrated ? further : 0) {
     const Eigen::VectorXd s =
         eq.H.diagonal().unaryExpr([](double d) { return d > 0 ? 1.0 / std::sqrt(d) : 1.0; });
     Eigen::MatrixXd A = s.asDiagonal() * eq.H * s.asDiagonal();
@@ -81,7 +82,7 @@ class PoseCovariance {
     ok_ = llt.info() == Eigen::Success;
     if (!ok_) return;
     const int n = static_cast<int>(eq.H.rows()), m = 6 * static_cast<int>(frames.size());
-    const int c = calibrated ? kCalibrationSize : 0;
+    const int c = calibrated ? kCalibrationSize + kFurtherSize * static_cast<int>(further_) : 0;
     Eigen::MatrixXd E = Eigen::MatrixXd::Zero(n, m + c);
     E.bottomRightCorner(c, c).setIdentity();
     for (std::size_t k = 0; k < frames.size(); ++k) {
@@ -101,6 +102,24 @@ class PoseCovariance {
     if (!calibrated_) return std::nullopt;
     return cov_.bottomRightCorner<kCalibrationSize, kCalibrationSize>();
   }
+  /// Of the further camera `k`, whose blocks are before those.
+  CalibrationChange furtherSigma(std::size_t k, double factor) const {
+    const auto behind = kCalibrationSize + kFurtherSize * static_cast<int>(further_ - k);
+    CalibrationChange out = CalibrationChange::Zero();
+    out.head<kFurtherSize>() =
+        (factor * cov_.diagonal().segment<kFurtherSize>(cov_.rows() - behind))
+            .cwiseMax(0)
+            .cwiseSqrt();
+    return out;
+  }
+  /// Of the distance of that camera from the first, which lies in the direction `u_B` from it.
+  double distanceSigma(std::size_t k, const Vec3& u_B) const {
+    const auto first = cov_.rows() - kCalibrationSize,
+               other = first - kFurtherSize * static_cast<Eigen::Index>(further_ - k);
+    const Mat3 difference = cov_.block<3, 3>(first, first) + cov_.block<3, 3>(other, other) -
+                            cov_.block<3, 3>(first, other) - cov_.block<3, 3>(other, first);
+    return std::sqrt(std::max(0.0, u_B.dot(difference * u_B)));
+  }
   /// From where it is to where the terms would have it.
   const CalibrationChange& calibrationStep() const { return step_; }
   Mat6 block(std::size_t a, std::size_t b) const {
@@ -113,8 +132,10 @@ class PoseCovariance {
   }
 
  private:
+  static constexpr int kFurtherSize = 6 + factors::kCameraParameters;
   std::vector<int> frames_;
   bool calibrated_;
+  std::size_t further_;
   bool ok_ = false;
   Eigen::MatrixXd cov_;
   CalibrationChange step_ = CalibrationChange::Zero();
@@ -254,7 +275,7 @@ double varianceFactor(const WindowState& w) {
 void updateCovariance(WindowState& w) {
   const int n = static_cast<int>(w.frames.size());
   if (n < 2) return;
-  const PoseCovariance cov(informationOf(w), {0, 1, n - 1}, w.calibrating());
+  const PoseCovariance cov(informationOf(w), {0, 1, n - 1}, w.calibrating(), w.further.size());
   if (!cov.ok()) return;
   const Frame &first = *w.frames[0], &second = *w.frames[1], &newest = *w.frames.back();
   w.covariance.newest = cov.relative(relativeTo(first, newest), 2, 0);
@@ -272,6 +293,13 @@ void updateCovariance(WindowState& w) {
   w.covariance.calibration = cov.calibration();
   w.covariance.calibration_step = cov.calibrationStep();
   if (w.covariance.calibration) *w.covariance.calibration *= std::max(1.0, factor);
+  w.covariance.further.clear();
+  w.covariance.distance_sigma_m.clear();
+  for (std::size_t k = 0; w.calibrating() && k < w.further.size(); ++k) {
+    w.covariance.further.push_back(sigmaOf(cov.furtherSigma(k, std::max(1.0, factor))));
+    const Vec3 away = factors::poseFrom(w.further[k].extrinsic).p - w.T_B_C().p;
+    w.covariance.distance_sigma_m.push_back(cov.distanceSigma(k, away.normalized()));
+  }
   w.covariance.newest *= factor;
   w.covariance.edge *= factor;
   w.covariance.claim *= factor;

@@ -28,13 +28,14 @@ class TrustRegion {
     radius_ = std::min(kMaxRadius, radius_);
     decrease_ = 2;
   }
+  explicit TrustRegion(double refused_radius) : refused_radius_(refused_radius) {}
   void rejected() {
-    radius_ /= decrease_;
+    radius_ = std::min(radius_ / decrease_, refused_radius_);
     decrease_ *= 2;
   }
 
  private:
-  double radius_ = kInitialRadius, decrease_ = 2;
+  double radius_ = kInitialRadius, decrease_ = 2, refused_radius_;
 };
 
 double clamped(double d) { return std::clamp(d, kMinDiagonal, kMaxDiagonal); }
@@ -239,7 +240,7 @@ Minimised Minimiser::minimise(const LeastSquares& problem, int iterations) {
   updateDamping();
   saveBlocks();
   const std::vector<double> start = before_;
-  TrustRegion region;
+  TrustRegion region(problem.refused_radius);
   bool moved = false;
   int invalid = 0;
   for (int it = 0; it < iterations && !withoutGradient(); ++it) {

@@ -19,6 +19,9 @@ struct LeastSquares {
   const std::vector<Term>* further = nullptr;
   /// Columns of `order` that do not move, although the terms have them.
   std::vector<int> held;
+  /// Radius of the trust region after a step that was refused, at most; halved, one that began wide
+  /// changes nothing of the next step.
+  double refused_radius = 1e16;
 };
 
 /// How a minimisation ended.

@@ -322,6 +322,19 @@ CalibrationSigma ShortWindow::calibrationSigma() const {
   return sigmaOf(impl_->covariance.calibration->diagonal().cwiseMax(0).cwiseSqrt());
 }
 
+std::vector<CalibrationSigma> ShortWindow::furtherSigma() const {
+  return impl_->covariance.further;
+}
+
+std::vector<RigDistance> ShortWindow::rigDistances() const {
+  const std::vector<double>& sigmas = impl_->covariance.distance_sigma_m;
+  std::vector<RigDistance> out;
+  for (std::size_t k = 0; k < sigmas.size(); ++k) {
+    out.push_back({impl_->further[k].sigma.position_m, sigmas[k]});
+  }
+  return out;
+}
+
 std::optional<CalibrationCovariance> ShortWindow::calibrationCovariance() const {
   return impl_->covariance.calibration;
 }

@@ -9,6 +9,10 @@ namespace {
 /// Speeds and biases, from the newest on (they are eliminated first), then poses and calibration.
 LeastSquares windowProblem(WindowState& w) {
   LeastSquares out;
+  // Of two steps per keyframe the second must be another one: a rig's solves refused both for five
+  // keyframes in a row, and the window went astray (rendered eight: 0.032 m, 0.009 so).
+  constexpr double kRefusedRadius = 100;
+  if (!w.further.empty()) out.refused_radius = kRefusedRadius;
   out.order = leadingOrder(w, &out.leading);
   if (!w.calibrating() || !w.lens_held) return out;
   int column = 0;

@@ -102,6 +102,8 @@ struct WindowCovariance {
   /// Newest frame relative to the oldest: position, rotation on the right.
   Eigen::Matrix<double, 6, 6> newest = Eigen::Matrix<double, 6, 6>::Zero();
   std::optional<CalibrationCovariance> calibration;
+  std::vector<CalibrationSigma> further;  ///< of camera 1, 2, ...; those of the IMU are 0
+  std::vector<double> distance_sigma_m;   ///< of these from the first, by what the terms promise
   /// Where the terms would have the calibration if nothing of it were held: from where it is.
   CalibrationChange calibration_step = CalibrationChange::Zero();
   Eigen::Matrix4d edge = Eigen::Matrix4d::Identity();   ///< second frame relative to the oldest

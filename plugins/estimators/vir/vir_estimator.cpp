@@ -290,6 +290,7 @@ roles::EstimatorReport VirEstimator::report() const {
       r.calibration_assumed = settings_.config.window.calibration;
     }
     r.calibration_sigma = estimator_->calibrationSigma();
+    r.further_sigma = estimator_->furtherSigma();
     r.calibration_covariance = estimator_->calibrationCovariance();
   }
   return r;

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <thread>
 
+#include "vir/rawlog/stereo_images.h"
 #include "vir/roles/grabber_settings.h"
 #include "vir_test_rawlog.h"
 
@@ -32,8 +33,11 @@ class MoodySensor : public mrpt::hwdrivers::CGenericSensor {
     ++calls_;
     if (fail_at_ > 0 && calls_ == fail_at_) throw std::runtime_error("the cable is out");
     const TimeNs t = (wall_ ? wallNow() : hostNow()) + fromSeconds(ahead_s_);
-    appendObservation(camera_ ? std::static_pointer_cast<mrpt::obs::CObservation>(imageAt(t))
-                              : std::static_pointer_cast<mrpt::obs::CObservation>(imuAt(t)));
+    if (!camera_) return appendObservation(imuAt(t));
+    const auto image = imageAt(t);
+    image->image.resize(static_cast<std::size_t>(width_), 12, mrpt::img::CH_GRAY);
+    if (pair_) return appendObservation(rawlog::pairOf(*image, *image));
+    appendObservation(image);
   }
 
  protected:
@@ -45,13 +49,15 @@ class MoodySensor : public mrpt::hwdrivers::CGenericSensor {
       v.value("missing", missing_, "");
       v.value("wall", wall_, "");
       v.value("camera", camera_, "");
+      v.value("pair", pair_, "");
+      v.value("width", width_, {1, 100}, "");
       v.value("ahead_s", ahead_s_, {-1e6, 1e6}, "");
     });
   }
 
  private:
-  int fail_at_ = 0, calls_ = 0;
-  bool missing_ = false, camera_ = false, wall_ = false;
+  int fail_at_ = 0, calls_ = 0, width_ = 16;
+  bool missing_ = false, camera_ = false, wall_ = false, pair_ = false;
   double ahead_s_ = 0;
 };
 IMPLEMENTS_GENERIC_SENSOR(MoodySensor, vir::test)
@@ -216,6 +222,52 @@ TEST(Acquisition, ACameraIsCompletedFromTheIni) {
   EXPECT_NEAR(image->cameraPose.yaw(), M_PI / 2, 1e-12);
   const live::Arrival& a = got.by_sensor.at(0).front();
   EXPECT_NEAR(toSeconds(rawlog::fromMrptTime(image->timestamp) - a.arrival), -0.4, 0.1);
+}
+
+TEST(Acquisition, TheViewsOfTwoCamerasInOneImageBecomeTheirImages) {
+  const Collected got = collectFor(
+      "[cam]\ndriver = MoodySensor\nprocess_rate = 50\ncamera = true\nside_by_side = true\n"
+      "intrinsics = 100 101 4 6\ncamera_pose = 1 2 3 90 0 0\nclock = device\n"
+      "right_camera_pose = 1.1 2 3 90 0 0\nright_intrinsics = 102 103 4 6\n",
+      0.3);
+  const auto& all = got.by_sensor.at(0);
+  ASSERT_GE(all.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto image = std::dynamic_pointer_cast<mrpt::obs::CObservationImage>(all[k].observation);
+    ASSERT_TRUE(image);
+    const bool right = k % 2 == 1;
+    EXPECT_EQ(image->sensorLabel, right ? "CAM1" : "CAM0");
+    EXPECT_EQ(image->image.getWidth(), 8u);
+    EXPECT_EQ(image->cameraParams.ncols, 8u);
+    EXPECT_EQ(image->cameraParams.fx(), right ? 102 : 100);
+    EXPECT_NEAR(image->cameraPose.x(), right ? 1.1 : 1, 1e-12);
+    if (right) {
+      EXPECT_EQ(image->timestamp, all[k - 1].observation->timestamp);
+    }
+  }
+}
+
+TEST(Acquisition, APairOfADriverBecomesTwoImagesAndAnOddOneStaysWholeAndIsSaid) {
+  const Collected pair = collectFor(
+      "[cam]\ndriver = MoodySensor\nprocess_rate = 50\ncamera = true\npair = true\n"
+      "right_camera_pose = 1.1 2 3 90 0 0\n",
+      0.3);
+  ASSERT_GE(pair.by_sensor.at(0).size(), 2u);
+  const auto right =
+      std::dynamic_pointer_cast<mrpt::obs::CObservationImage>(pair.by_sensor.at(0)[1].observation);
+  ASSERT_TRUE(right);
+  EXPECT_EQ(right->sensorLabel, "CAM1");
+  EXPECT_NEAR(right->cameraPose.x(), 1.1, 1e-12);
+
+  const Collected odd = collectFor(
+      "[cam]\ndriver = MoodySensor\nprocess_rate = 50\ncamera = true\nwidth = 15\n"
+      "side_by_side = true\n",
+      0.3);
+  ASSERT_GE(odd.by_sensor.at(0).size(), 2u);
+  EXPECT_EQ(odd.by_sensor.at(0).front().observation->sensorLabel, "CAM0");
+  ASSERT_EQ(odd.log.size(), 1u);
+  EXPECT_NE(odd.log[0].find("an image of 15x12 pixels holds no two views"), std::string::npos)
+      << odd.log[0];
 }
 
 TEST(Acquisition, WrongSettingsAreRefusedBeforeAnythingStarts) {

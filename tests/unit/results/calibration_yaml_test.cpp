@@ -104,7 +104,10 @@ TEST(CalibrationYaml, FurtherCamerasStandInItByTheirLabels) {
   second.T_B_C.p.y() += 0.11;
   second.T_B_C.q = second.T_B_C.q * expQuat(Vec3(0.01, -0.02, 0.005));
   c.further = {second, second};
-  const std::string yaml = calibrationYaml(c, sigmas(), {"CAM2", "LEFT"});
+  CalibrationSigma second_sigma = sigmas();
+  second_sigma.position_m = 0.00123;
+  second_sigma.time_offset_s = 0.00045;
+  const std::string yaml = calibrationYaml(c, sigmas(), {"CAM2", "LEFT"}, {second_sigma});
   EXPECT_NE(yaml.find("# LEFT is left out"), std::string::npos) << yaml;
   const test::TempFolder folder;
   test::writeText(folder / "calibration.yaml", yaml);
@@ -117,10 +120,11 @@ TEST(CalibrationYaml, FurtherCamerasStandInItByTheirLabels) {
   ASSERT_TRUE(read->T_B_C);
   EXPECT_LT((read->T_B_C->p - second.T_B_C.p).norm(), 1e-9);
   EXPECT_LT(logQuat(read->T_B_C->q.conjugate() * second.T_B_C.q).norm(), 1e-9);
+  EXPECT_NEAR(read->sigma.position_m.value(), 0.00123, 1e-9);
+  EXPECT_NEAR(read->sigma.time_offset_s.value(), 0.00045, 1e-9);
   EXPECT_NEAR(read->time_offset_s.value(), 0.0031, 1e-9);
   EXPECT_NEAR(read->readout_s.value(), 0.004, 1e-9);
   EXPECT_NEAR(file.cameras[0].time_offset_s.value(), c.time_offset_s, 1e-9);
-  EXPECT_FALSE(read->sigma.position_m) << "known of the first only";
 }
 
 }  // namespace

@@ -157,6 +157,10 @@ class VisualInertialEstimator {
   Calibration givenCalibration() const;
   /// How sure that is; nothing if it was not estimated.
   std::optional<CalibrationSigma> calibrationSigma() const;
+  /// The same of the cameras beside the first (Calibration::further), once there was a state.
+  std::vector<CalibrationSigma> furtherSigma() const;
+  /// Of the distances of those from the first, once there was a state.
+  std::vector<window::RigDistance> rigDistances() const;
   /// The same in full, once there was a state.
   std::optional<CalibrationCovariance> calibrationCovariance() const;
   int resets() const;

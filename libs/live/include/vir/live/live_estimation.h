@@ -76,7 +76,7 @@ class LiveEstimation {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Arrival> queue_;
-  std::size_t waiting_images_ = 0;
+  std::map<std::string, std::size_t> waiting_images_;  ///< per camera
   long dropped_ = 0;
   bool closing_ = false;
   std::string problem_;

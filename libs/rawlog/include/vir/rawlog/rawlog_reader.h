@@ -8,6 +8,12 @@
 #include <memory>
 #include <string>
 
+#include "vir/rawlog/pair_names.h"
+
+namespace mrpt::obs {
+class CObservationStereoImages;
+}
+
 namespace vir::rawlog {
 
 class GzArchive;
@@ -17,8 +23,9 @@ class GzArchive;
 void allowImagesElsewhere(bool allowed);
 
 /// Reads a rawlog from front to back, one object at a time. Members of sensory frames come out one
-/// by one. External images are looked for in `<name>_Images` beside the rawlog (else `Images`);
-/// their paths are made absolute, so that several rawlogs can be read in one process.
+/// by one, pairs of images (CObservationStereoImages) as the images of two cameras
+/// (stereo_images.h). External images are looked for in `<name>_Images` beside the rawlog (else
+/// `Images`); their paths are made absolute, so that several rawlogs can be read in one process.
 class RawlogReader {
  public:
   /// Throws std::runtime_error naming file and reason if the file is missing, a folder, empty or
@@ -52,8 +59,11 @@ class RawlogReader {
   void readOne();
   void placeImage(mrpt::img::CImage* image);
   void take(const mrpt::obs::CObservation::Ptr& observation);
+  void takePair(const mrpt::obs::CObservationStereoImages& pair);
+  void leaveOut(const std::string& label, const std::string& why);
   void stop(const std::string& reason);
 
+  PairNames pair_names_;
   std::map<std::string, std::size_t> implausible_;
   std::map<std::string, long> left_out_;
   std::string path_, image_folder_, damage_, first_refused_;

@@ -8,9 +8,11 @@
 namespace vir::results {
 
 /// As Kalibr writes a chain of cameras, each by its own pose on the IMU, with standard deviations
-/// of the first beside it. `further_labels`: of the cameras beside the first; those that are not
+/// beside it. `further_labels`: of the cameras beside the first, whose standard deviations are
+/// `further_sigma` where there are any; those that are not
 /// called CAM and a number above 0 have no place in such a file and are named in a comment instead.
 std::string calibrationYaml(const Calibration& calibration, const CalibrationSigma& sigma,
-                            const std::vector<std::string>& further_labels = {});
+                            const std::vector<std::string>& further_labels = {},
+                            const std::vector<CalibrationSigma>& further_sigma = {});
 
 }  // namespace vir::results

@@ -83,6 +83,7 @@ struct RunSummary {
   std::optional<Calibration> calibration;             ///< of camera and IMU, as used in the end
   std::vector<std::string> further_labels = {};       ///< of its further cameras
   std::optional<CalibrationSigma> calibration_sigma;  ///< if it was estimated
+  std::vector<CalibrationSigma> further_sigma = {};   ///< likewise, of the further cameras
   std::optional<CalibrationCovariance> calibration_covariance;
   std::optional<Calibration> calibration_given;         ///< what the run began with
   std::optional<CalibrationSigma> calibration_assumed;  ///< how far that was taken to be off

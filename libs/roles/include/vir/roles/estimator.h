@@ -55,8 +55,9 @@ struct EstimatorReport {
   std::optional<CalibrationSigma> calibration_sigma;            ///< if it was estimated
   std::optional<CalibrationCovariance> calibration_covariance;  ///< the same in full
   std::optional<Calibration> calibration;  ///< as used in the end: given, or estimated on the way
-  std::vector<std::string> further_labels = {};  ///< of the recording, of Calibration::further
-  std::optional<Calibration> calibration_given;  ///< what it began with
+  std::vector<std::string> further_labels = {};      ///< of the recording, of Calibration::further
+  std::vector<CalibrationSigma> further_sigma = {};  ///< of these cameras, if it was estimated
+  std::optional<Calibration> calibration_given;      ///< what it began with
   std::optional<CalibrationSigma> calibration_assumed;  ///< how far that was taken to be off
 };
 

@@ -112,6 +112,12 @@ struct WindowAccuracy {
   double tilt_sigma_rad = 0;    ///< of the newest frame's roll and pitch
 };
 
+/// How far a further camera is from the first [m].
+struct RigDistance {
+  double assumed_sigma_m = 0;  ///< of what was given, see setRigMisfit()
+  double sigma_m = 0;          ///< by now, were all errors of sights independent
+};
+
 class ShortWindow {
  public:
   /// Frames are stamped with the calibration's time offset until stampWith() says otherwise.
@@ -211,6 +217,11 @@ class ShortWindow {
   void setExtrinsicsSigma(double position_m, double rotation_rad);
   /// How sure that is, as of the last updateCovariance(); the priors before.
   CalibrationSigma calibrationSigma() const;
+  /// The same of the cameras beside the first, in the body and not against the first; those of the
+  /// IMU are 0. None before the first updateCovariance().
+  std::vector<CalibrationSigma> furtherSigma() const;
+  /// Of the distances of those from the first. None before the first updateCovariance().
+  std::vector<RigDistance> rigDistances() const;
   /// The same in full (see vir::CalibrationChange); nothing before the first updateCovariance().
   std::optional<CalibrationCovariance> calibrationCovariance() const;
 
