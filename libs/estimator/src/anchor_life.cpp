@@ -122,6 +122,11 @@ bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, Collecting* collectin
   collecting->tried_with = n;
   const ranging::AnchorInitialization found = solveEitherWay(a, ranges);
   a->advice = found.advice;
+  collecting->candidates.clear();
+  if (found.geometry != ranging::AnchorGeometry::inconsistent) {
+    for (const ranging::AnchorSolution& s : found.solutions)
+      collecting->candidates.push_back({s.p_W, s.covariance.topLeftCorner<3, 3>()});
+  }
   if (!isUsable(found)) return false;
   adopt(t, a, found);
   return true;
