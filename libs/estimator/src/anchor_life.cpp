@@ -235,7 +235,9 @@ void RangeLayer::Impl::giveUp(TimeNs t, AnchorTrack* a, bool trusted) {
   if (trusted) distances.forget(a->id);
   a->former_evidence = 0;
   a->generation = ++a->generations;
-  a->state = Collecting{true, 0};
+  Collecting again;
+  again.moved = true;
+  a->state = again;
   a->prior.reset();
   a->uncalibrated = false;
   a->left_survey = a->left_survey || (a->tied && trusted);
