@@ -54,6 +54,8 @@ std::string anchorLine(TimeNs t, const Anchor& a) {
   json["p"] = a.has_position ? array(a.p_W) : Json(nullptr);
   json["sigma"] =
       a.has_position ? array(a.covariance.diagonal().cwiseMax(0).cwiseSqrt()) : Json(nullptr);
+  if (!a.advice.empty()) json["advice"] = a.advice;
+  if (a.waypoint_W) json["waypoint"] = array(*a.waypoint_W);
   return text(json);
 }
 

@@ -122,6 +122,11 @@ bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, Collecting* collectin
   collecting->tried_with = n;
   const ranging::AnchorInitialization found = solveEitherWay(a, ranges);
   a->advice = found.advice;
+  collecting->candidates.clear();
+  if (found.geometry != ranging::AnchorGeometry::inconsistent) {
+    for (const ranging::AnchorSolution& s : found.solutions)
+      collecting->candidates.push_back({s.p_W, s.covariance.topLeftCorner<3, 3>()});
+  }
   if (!isUsable(found)) return false;
   adopt(t, a, found);
   return true;
@@ -230,7 +235,9 @@ void RangeLayer::Impl::giveUp(TimeNs t, AnchorTrack* a, bool trusted) {
   if (trusted) distances.forget(a->id);
   a->former_evidence = 0;
   a->generation = ++a->generations;
-  a->state = Collecting{true, 0};
+  Collecting again;
+  again.moved = true;
+  a->state = again;
   a->prior.reset();
   a->uncalibrated = false;
   a->left_survey = a->left_survey || (a->tied && trusted);

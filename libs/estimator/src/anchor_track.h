@@ -6,16 +6,19 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "vir/ranging/anchor_initialization.h"
+#include "vir/ranging/next_waypoint.h"
 #include "vir/ranging/range_gate.h"
 
 namespace vir::estimator {
 
 /// Its ranges are gathered until they say where it is.
 struct Collecting {
-  bool moved = false;          ///< it was known once, but is elsewhere now
-  std::size_t tried_with = 0;  ///< ranges at the last attempt to find it
+  bool moved = false;                                 ///< it was known once, but is elsewhere now
+  std::size_t tried_with = 0;                         ///< ranges at the last attempt to find it
+  std::vector<ranging::AnchorHypothesis> candidates;  ///< what that attempt took for possible
 };
 
 /// An anchor that has not settled is searched for again every few keyframes.

@@ -233,6 +233,7 @@ std::vector<Anchor> LoopRun::anchors(std::vector<Anchor> in_W) const {
   for (Anchor& a : in_W) {
     a.p_W = T_M_W * a.p_W;
     a.mirror_p_W = T_M_W * a.mirror_p_W;
+    if (a.waypoint_W) a.waypoint_W = T_M_W * *a.waypoint_W;
     a.covariance = R * a.covariance * R.transpose();
   }
   return in_W;

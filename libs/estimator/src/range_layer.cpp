@@ -17,18 +17,6 @@ namespace {
 constexpr double kSameAntenna = 1e-3;
 constexpr std::size_t kMostAntennas = 16;
 
-/// What would make a position better known than it is; empty if it is known well enough.
-std::string adviceFor(const Anchor& a, const RangeOptions& options) {
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(a.covariance);
-  const double largest = std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
-  if (!(largest > options.max_anchor_sigma_m)) return {};
-  char text[120];
-  std::snprintf(text, sizeof text, "%s: one direction is known to %.1f m only",
-                std::abs(eigen.eigenvectors()(2, 2)) > 0.7 ? "change height" : "move sideways",
-                largest);
-  return text;
-}
-
 }  // namespace
 
 void describe(OptionVisitor& v, RangeOptions& o) {
@@ -294,7 +282,7 @@ std::vector<Anchor> RangeLayer::anchors() const {
         r.covariance += half * half.transpose();
       }
     }
-    if (r.has_position && r.advice.empty()) r.advice = adviceFor(r, impl_->options);
+    impl_->advise(a, &r);
     out.push_back(std::move(r));
   }
   return out;

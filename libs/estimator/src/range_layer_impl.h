@@ -99,6 +99,9 @@ struct RangeLayer::Impl {
   void giveUp(TimeNs t, AnchorTrack* a, bool trusted);
   bool giveUpIfElsewhere(TimeNs t, AnchorTrack* a, const Located& located);
   void reweigh(AnchorTrack* a, const Held& held);
+  /// What would make it better known, in words and as a place to go to; nothing where it is known
+  /// well enough (anchor_advice.cpp).
+  void advise(const AnchorTrack& track, Anchor* anchor) const;
   // survey_life.cpp
   /// Finds how the survey lies in W, holds its anchors to it, and notices what is wrong with it.
   /// True if the anchors changed.

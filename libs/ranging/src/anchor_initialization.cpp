@@ -21,7 +21,7 @@ constexpr double kLeastSigma = 1e-6;
 constexpr double kLeastDistance = 0.1;
 /// A path goes so far out of its plane at most, as a share of its width in it, on a floor; the
 /// cosine of the angle within which the plane is level; and where nothing is known [m].
-constexpr double kLevel = 0.02, kUpright = 0.95, kAnywhereSigma = 1e4;
+constexpr double kLevel = 0.1, kUpright = 0.95, kAnywhereSigma = 1e4;
 
 std::string format(const char* pattern, double a, double b = 0, double c = 0) {
   char text[256];

@@ -35,6 +35,7 @@ Json toJson(const AnchorResult& anchor) {
   json["ranges_used"] = a.ranges_used;
   json["ranges_rejected"] = a.ranges_rejected;
   if (!a.advice.empty()) json["advice"] = a.advice;
+  if (a.waypoint_W) json["waypoint"] = toJson(*a.waypoint_W);
   put(&json, "error", anchor.error_m);
   put(&json, "error_horizontal", anchor.error_horizontal_m);
   return json;

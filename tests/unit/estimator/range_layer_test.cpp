@@ -204,6 +204,9 @@ TEST(RangeLayer, PlanarFlightKeepsBothImagesUntilAClimb) {
           ASSERT_EQ(a.state, AnchorState::mirror_open)
               << toSeconds(now.state.t - world.motion.begin()) << " s";
           EXPECT_NE(a.advice.find("height"), std::string::npos) << a.advice;
+          EXPECT_NE(a.advice.find(" m up would tell most"), std::string::npos) << a.advice;
+          ASSERT_TRUE(a.waypoint_W);
+          EXPECT_GT(a.waypoint_W->z(), 0.4);
           EXPECT_GT(std::sqrt(a.covariance(2, 2)), 1.0);
           EXPECT_LT(std::sqrt(a.covariance(0, 0)), 2.0);
           // It spans both positions: half the way between them is one sigma at least, so that the
@@ -256,6 +259,9 @@ TEST(RangeLayer, AStraightLineIsARingForTheOdometryModeToo) {
   EXPECT_FALSE(run.anchors[0].has_position);
   EXPECT_NE(run.anchors[0].advice.find("move sideways"), std::string::npos)
       << run.anchors[0].advice;
+  // Along y or z, where nobody has been.
+  ASSERT_TRUE(run.anchors[0].waypoint_W);
+  EXPECT_GT(run.anchors[0].waypoint_W->tail<2>().norm(), 0.3) << run.anchors[0].advice;
 }
 
 TEST(RangeLayer, AnAnchorPutDownBeforeTheFirstPoseIsCounted) {

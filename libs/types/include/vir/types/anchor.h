@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "vir/geometry/so3.h"
@@ -37,6 +38,8 @@ struct Anchor {
   AnchorState state = AnchorState::collecting;
   std::string advice;              ///< e.g. "move sideways: the path so far is a straight line"
   Vec3 mirror_p_W = Vec3::Zero();  ///< the other position while `mirror_open`
+  /// Where to go next so that its ranges tell most; none: nothing nearby would help much [m].
+  std::optional<Vec3> waypoint_W;
   long ranges_used = 0, ranges_rejected = 0;
 };
 
