@@ -247,8 +247,9 @@ void bend(double k1, std::vector<vision::FeatureObservation>* features) {
   }
 }
 
-std::unique_ptr<WindowDriver> flightWithLens(double k1, const WindowOptions& options) {
-  auto d = std::make_unique<WindowDriver>(vir_test::flying, 1, options);
+std::unique_ptr<WindowDriver> flightWithLens(double k1, const WindowOptions& options,
+                                             unsigned seed = 1) {
+  auto d = std::make_unique<WindowDriver>(vir_test::flying, seed, options);
   d->scene.noise_px = 0.3;
   d->spoil = [k1](std::vector<vision::FeatureObservation>* f) { bend(k1, f); };
   d->start(d->scene.truth(d->t), StartPrior());
@@ -268,15 +269,24 @@ TEST(WindowRun, ALensThatWasNotGivenIsFound) {
   constexpr double kBent = -0.03;
   WindowOptions trust;
   trust.calibrate = false;
-  const double trusting = flightWithLens(kBent, trust)->positionError();
+  // A flight's last error alone is chance: other rounding (arm64) makes it another.
+  constexpr unsigned kFlights = 3;
+  double trusting = 0;
+  for (unsigned seed = 1; seed <= kFlights; ++seed) {
+    trusting += flightWithLens(kBent, trust, seed)->positionError();
+  }
   for (const LensMode mode : {LensMode::watched, LensMode::free}) {
     WindowOptions o;
     o.lens = mode;
-    const auto found = flightWithLens(kBent, o);
-    const CameraCalibration camera = found->window.calibration().camera;
-    EXPECT_EQ(camera.distortion, Distortion::radtan);
-    EXPECT_NEAR(bentAtTheCorner(camera), kBent, 0.006) << camera.dist[0] << " " << camera.dist[1];
-    EXPECT_LT(found->positionError(), 0.5 * trusting);
+    double error = 0;
+    for (unsigned seed = 1; seed <= kFlights; ++seed) {
+      const auto found = flightWithLens(kBent, o, seed);
+      const CameraCalibration camera = found->window.calibration().camera;
+      EXPECT_EQ(camera.distortion, Distortion::radtan);
+      EXPECT_NEAR(bentAtTheCorner(camera), kBent, 0.006) << camera.dist[0] << " " << camera.dist[1];
+      error += found->positionError();
+    }
+    EXPECT_LT(error, 0.5 * trusting);
   }
 }
 
