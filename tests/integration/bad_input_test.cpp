@@ -114,6 +114,15 @@ TEST_F(BadInput, NoImagesForTwoSeconds) {
   EXPECT_TRUE(r.warns("no image for 2.05")) << r.summary;
 }
 
+TEST_F(BadInput, ACameraThatStopsIsSaid) {
+  constexpr double kEnd = 1e3;
+  erase(&recording_->images, kFrom, kEnd);
+  const RunResult r = importAndRun();
+  EXPECT_LT(toSeconds(r.trajectory.back().t - recording_->at(0)), kFrom);
+  EXPECT_TRUE(r.warns("no image in the last ")) << r.summary;
+  EXPECT_TRUE(r.warns("no poses are given there")) << r.summary;
+}
+
 TEST_F(BadInput, BlackForOneSecond) {
   recording_->addPicture("black.png", cv::Mat(480, 752, CV_8UC1, cv::Scalar(0)));
   int black = 0;

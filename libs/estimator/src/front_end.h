@@ -34,6 +34,8 @@ class FrontEnd {
   void addDeployedAnchor(const DeployedAnchor& anchor) { next_.deployed_anchors.push_back(anchor); }
   void finish();
 
+  /// Time from the last image to the last reading; 0 if there was none of them [s].
+  double readingsAfterImages_s() const;
   const EstimatorCounters& counters() const { return counters_; }
   const imu::ImuBufferCounters& imuCounters() const { return imu_.counters(); }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
@@ -10,6 +11,9 @@
 
 namespace vir::estimator {
 namespace {
+
+/// The IMU going on for so long after the last image is no way of ending a recording [s].
+constexpr double kSilentEnd_s = 2;
 
 /// What a tracker of somebody else may say: no numbers, or none that an image can show.
 bool isNoSight(const vision::FeatureObservation& f) {
@@ -155,6 +159,13 @@ void VisualInertialEstimator::finish() {
     throw;
   }
   impl_->hand_over.drain();
+  const double silent_s = impl_->front_end.readingsAfterImages_s();
+  if (silent_s < kSilentEnd_s) return;
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "no image in the last %.1f s, in which the IMU went on: no poses are given there",
+                silent_s);
+  impl_->back_end.warnings.push_back(text);
 }
 
 std::vector<StateEstimate> VisualInertialEstimator::take() {
