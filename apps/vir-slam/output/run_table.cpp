@@ -57,6 +57,8 @@ void addRangeRows(const results::RunSummary& s, std::vector<TableRow>* rows) {
   rows->push_back({"ranges rejected", std::to_string(s.ranges_rejected), ""});
 }
 
+constexpr std::size_t kWarningsShown = 5;
+
 }  // namespace
 
 void printRunTable(const results::RunSummary& s, const std::string& folder) {
@@ -89,6 +91,14 @@ void printRunTable(const results::RunSummary& s, const std::string& folder) {
   rows.push_back({"warnings", std::to_string(s.warnings.size()), ""});
   printTable(rows);
   for (const std::string& doubt : s.doubts) std::printf("doubt: %s\n", doubt.c_str());
+  // Also those that were said while it ran: they have scrolled away.
+  for (std::size_t k = 0; k < s.warnings.size() && k < kWarningsShown; ++k) {
+    std::printf("warning: %s\n", s.warnings[k].c_str());
+  }
+  if (s.warnings.size() > kWarningsShown) {
+    std::printf("%zu more warnings: summary.json, report.html\n",
+                s.warnings.size() - kWarningsShown);
+  }
   for (const results::AnchorResult& a : s.anchors) {
     if (a.estimate.advice.empty()) continue;
     std::printf("anchor %s: %s\n", a.title().c_str(), a.estimate.advice.c_str());
