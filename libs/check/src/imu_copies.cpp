@@ -12,6 +12,13 @@ constexpr long kFewestRuns = 100;
 constexpr TimeNs kStuck = 500'000'000;
 /// Rest without noise, as of a simulation, is the same all the time; motion is not [rad/s].
 constexpr double kTurns = 0.05;
+/// White noise goes to and fro in two of three readings, a motion hardly ever.
+constexpr long kFewestChanges = 50;
+constexpr double kToAndFro = 0.4;
+/// A sensor of coarse steps repeats itself at rest, with noise or without.
+constexpr double kRare = 0.2;
+/// So many of the same in a row.
+constexpr std::size_t kFewestSame = 50;
 
 }  // namespace
 
@@ -19,10 +26,11 @@ void ImuCopies::add(const ImuSample& s) {
   if (last_ && last_->acc == s.acc && last_->gyro == s.gyro) {
     ++length_;
     other_stamps_ = other_stamps_ || s.t != last_->t;
+    ++same_;
     const TimeNs lasts = timeBetween(run_from_, s.t);
-    if (length_ >= kLongest && lasts > stuck_for_ && s.gyro.norm() > kTurns) {
-      stuck_from_ = run_from_;
-      stuck_for_ = lasts;
+    if (lasts > longest_.lasts) longest_ = {run_from_, lasts, length_};
+    if (length_ >= kLongest && lasts > longest_turning_.lasts && s.gyro.norm() > kTurns) {
+      longest_turning_ = {run_from_, lasts, length_};
     }
   } else {
     if (length_ > 0) ++runs_[std::min(length_, kLongest) - 1];
@@ -30,6 +38,12 @@ void ImuCopies::add(const ImuSample& s) {
     run_from_ = s.t;
   }
   if (!last_) first_ = s.t;
+  ++readings_;
+  if (const double change = last_ ? s.gyro.x() - last_->gyro.x() : 0; change != 0) {
+    ++changes_;
+    turned_back_ += change * change_ < 0 ? 1 : 0;
+    change_ = change;
+  }
   last_ = s;
 }
 
@@ -56,17 +70,29 @@ std::optional<Finding> ImuCopies::finding(const std::string& label) const {
                      : "leave the copies out; look for what writes them twice"};
 }
 
+/// Where it does not repeat itself for long, its readings have noise and do not repeat themselves.
+bool ImuCopies::noisy() const {
+  const long others = readings_ - static_cast<long>(longest_.readings);
+  const long same = same_ - static_cast<long>(longest_.readings) + 1;
+  return changes_ >= kFewestChanges &&
+         static_cast<double>(turned_back_) > kToAndFro * static_cast<double>(changes_) &&
+         static_cast<double>(same) < kRare * static_cast<double>(others);
+}
+
 std::optional<Finding> ImuCopies::stuck(const std::string& label) const {
-  if (stuck_for_ < kStuck) return std::nullopt;
+  const bool turns = longest_turning_.lasts >= kStuck && changes_ >= kFewestChanges;
+  const bool hangs = longest_.lasts >= kStuck && longest_.readings >= kFewestSame && noisy();
+  if (!turns && !hangs) return std::nullopt;
+  const Run& run = hangs ? longest_ : longest_turning_;
+  const TimeNs from = timeBetween(first_, run.from);
   return Finding{Severity::unusable,
                  "imu_stuck",
                  label,
-                 "says the same six numbers for " + num(toSeconds(stuck_for_), 3) +
-                     " s while it moves: it hangs",
-                 "from " + num(toSeconds(timeBetween(first_, stuck_from_)), 4) +
-                     " s after its first reading on",
+                 "says the same six numbers for " + num(toSeconds(run.lasts), 3) + " s: it hangs",
+                 "from " + num(toSeconds(from), 4) + " to " + num(toSeconds(from + run.lasts), 4) +
+                     " s after its first reading; there may be shorter ones",
                  "look for a driver that repeats its last reading when the sensor does not answer; "
-                 "leave out what it says from there on"};
+                 "leave out what it says there"};
 }
 
 }  // namespace vir::check

@@ -53,8 +53,8 @@ void RangeLayer::Impl::advise(const AnchorTrack& track, Anchor* anchor) const {
   } else if (anchor->has_position) {
     in_question = {{anchor->p_W, anchor->covariance}};
   }
-  const auto way =
-      ranging::nextWaypoint(last_antenna, in_question, kTellingSigmas * options.sigma_m);
+  const auto way = ranging::nextWaypoint(last_antenna, in_question,
+                                         kTellingSigmas * options.sigma_m, lowest_antenna_m);
   if (!way) return;
   anchor->waypoint_W = last_antenna + way->step_W;
   anchor->advice += inWords(way->step_W, *anchor->waypoint_W);

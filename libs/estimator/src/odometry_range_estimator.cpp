@@ -59,7 +59,7 @@ window::LongWindowOptions odometryWindowDefaults() {
   window::LongWindowOptions o;
   o.size = 400;
   o.edge_noise_scale = 1.0;
-  o.scale_sigma = 0.05;
+  o.scale_sigma = 0.04;
   o.scale_walk_per_sqrt_m = 0.005;
   return o;
 }
@@ -366,6 +366,9 @@ std::vector<std::pair<std::string, long>> OdometryRangeEstimator::counters() con
   add("odometry_gaps", s.gaps);
   for (const auto& c : s.ranges.counters()) out.push_back(c);
   return out;
+}
+double OdometryRangeEstimator::odometryScale() const {
+  return impl_->window.empty() ? 1 : std::exp(impl_->window.head().x[4]);
 }
 const std::vector<std::string>& OdometryRangeEstimator::warnings() const { return impl_->warnings; }
 

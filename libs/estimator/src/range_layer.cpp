@@ -80,6 +80,7 @@ void RangeLayer::Impl::travelTo(const Vec3& antenna_W) {
   if (any_antenna) travelled_m += (antenna_W - last_antenna).norm();
   any_antenna = true;
   last_antenna = antenna_W;
+  lowest_antenna_m = std::min(lowest_antenna_m, antenna_W.z());
 }
 
 RangeRecord RangeLayer::Impl::recordOf(const Range& r) {

@@ -1,5 +1,6 @@
 #pragma once
 /// Internal: ranges on their way in (range_layer.cpp) and the anchors' lives (anchor_life.cpp).
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -161,6 +162,7 @@ struct RangeLayer::Impl {
   double travelled_m = 0;
   Vec3 last_antenna = Vec3::Zero();
   bool any_antenna = false;
+  double lowest_antenna_m = std::numeric_limits<double>::infinity();  ///< it has been in W
   int keyframes = 0;
   bool spreads_work = false;  ///< somebody calls between keyframes
 };

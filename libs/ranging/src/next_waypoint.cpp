@@ -7,6 +7,8 @@ namespace vir::ranging {
 namespace {
 
 constexpr double kSteps_m[] = {0.5, 1, 1.5, 2, 3, 5, 8};
+/// There may be a ceiling.
+constexpr double kHighest_m = 3;
 /// Less told is not worth a step, as a share of what is sufficient.
 constexpr double kWorthIt = 1.0 / 3;
 
@@ -58,7 +60,7 @@ double told(const Vec3& from_W, const Vec3& to_W, const std::vector<Vec3>& point
 
 std::optional<Waypoint> nextWaypoint(const Vec3& from_W,
                                      const std::vector<AnchorHypothesis>& hypotheses,
-                                     double sufficient_m) {
+                                     double sufficient_m, double lowest_z_m) {
   if (!from_W.allFinite() || !(sufficient_m > 0)) return std::nullopt;
   const std::vector<Vec3> points = pointsInQuestion(from_W, hypotheses);
   if (points.empty()) return std::nullopt;
@@ -66,6 +68,8 @@ std::optional<Waypoint> nextWaypoint(const Vec3& from_W,
   Waypoint best;
   for (const double length : kSteps_m) {
     for (const Vec3& way : ways) {
+      const double rise = length * way.z();
+      if (std::abs(rise) > kHighest_m || (rise < 0 && from_W.z() + rise < lowest_z_m)) continue;
       const double here = told(from_W, from_W + length * way, points);
       // By a thousandth at least: what differs by rounding only is the same.
       if (here > 1.001 * best.told_m) best = {length * way, here};

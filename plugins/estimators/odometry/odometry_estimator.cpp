@@ -1,5 +1,8 @@
 #include "odometry_estimator.h"
 
+#include <cmath>
+#include <cstdio>
+
 #include "bias_model_file.h"
 #include "vir/rawlog/anchor_ranges.h"
 #include "vir/rawlog/convert.h"
@@ -7,6 +10,12 @@
 #include "vir/roles/range_labels.h"
 
 namespace vir {
+namespace {
+
+/// The scale that comes out is so many times further off than it may be: it is another unit.
+constexpr double kOddScale = 4;
+
+}  // namespace
 void OdometrySettings::describe(OptionVisitor& v) {
   v.section("Estimator", "The estimator and which sensors of the recording it reads");
   v.value("odometry_label", odometry_label, "sensor label of the odometry's poses");
@@ -60,6 +69,15 @@ roles::EstimatorReport OdometryEstimator::report() const {
   roles::EstimatorReport r;
   r.counters = estimator_.counters();
   r.warnings = estimator_.warnings();
+  const double scale = estimator_.odometryScale(), sigma = settings_.config.long_window.scale_sigma;
+  if (sigma > 0 && std::abs(std::log(scale)) > kOddScale * sigma) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the ranges have the odometry's steps %.3g times as long as they are: another "
+                  "unit, wheel radius or baseline? ([LongWindow] scale_sigma allows %.2g)",
+                  scale, sigma);
+    r.doubts.push_back(text);
+  }
   r.resets = segments_;
   return r;
 }

@@ -7,6 +7,7 @@
 
 #include "found.h"
 #include "vir/core/random.h"
+#include "vir_test_noise.h"
 
 namespace vir::check {
 namespace {
@@ -156,7 +157,36 @@ TEST(ImuCheck, NamesASensorThatHangs) {
   EXPECT_NE(found->evidence.find("from 3"), std::string::npos) << found->evidence;
   EXPECT_FALSE(stuck(0.3, turns));
   EXPECT_FALSE(stuck(0, turns));
-  EXPECT_FALSE(stuck(5, Vec3::Zero()));  // rest without noise
+  EXPECT_TRUE(stuck(5, Vec3::Zero())) << "other readings have noise";
+}
+
+TEST(ImuCheck, NamesASensorThatHangsAtRestToo) {
+  test::Noise noise(3);
+  const auto stuck = [&](double from, double to, double step) {
+    ImuCheck check("IMU0");
+    for (int k = 0; k < 4000; ++k) {
+      const double t = k / 200.0;
+      ImuSample s{fromSeconds(10 + t), Vec3(0.01, 0, 0), Vec3(0, 0, 9.81)};
+      if (t < from || t > to) {
+        for (int i = 0; i < 3; ++i) {
+          s.gyro[i] += 0.002 * noise.normal();
+          s.acc[i] += 0.02 * noise.normal();
+        }
+      }
+      for (int i = 0; i < 3 && step > 0; ++i) {
+        s.gyro[i] = step * std::round(s.gyro[i] / step);
+        s.acc[i] = 10 * step * std::round(s.acc[i] / (10 * step));
+      }
+      check.add(s);
+    }
+    return check.stuck();
+  };
+  EXPECT_TRUE(stuck(8, 12, 0));
+  EXPECT_TRUE(stuck(2, 100, 0)) << "to the end";
+  EXPECT_FALSE(stuck(8, 8.3, 0));
+  EXPECT_FALSE(stuck(100, 100, 0));
+  EXPECT_FALSE(stuck(100, 100, 0.02)) << "a coarse sensor at rest says the same for long";
+  EXPECT_FALSE(stuck(0, 100, 0)) << "rest without noise";
 }
 
 TEST(ImuCheck, TellsMotionFromNoise) {

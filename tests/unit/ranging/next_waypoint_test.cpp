@@ -50,6 +50,18 @@ TEST(NextWaypoint, SaysNothingWhereNothingIsToBeTold) {
   EXPECT_FALSE(nextWaypoint(Vec3::Zero(), {{{30, 0, 0}, along}}, 0.3));
 }
 
+TEST(NextWaypoint, SendsNobodyIntoTheFloor) {
+  // Above the robot going down tells as much as going up, and more where the anchors are lower.
+  const std::vector<AnchorHypothesis> below{{{3, 0, -0.3}, kCentimetre},
+                                            {{3, 0, -2.5}, kCentimetre}};
+  const auto free = nextWaypoint(Vec3::Zero(), below, 0.3);
+  ASSERT_TRUE(free);
+  EXPECT_LT(free->step_W.z(), 0);
+  const auto floor = nextWaypoint(Vec3::Zero(), below, 0.3, 0);
+  ASSERT_TRUE(floor);
+  EXPECT_GE(floor->step_W.z(), 0);
+}
+
 TEST(NextWaypoint, TakesAnyNumbers) {
   const double bad[] = {0,
                         1e-300,

@@ -74,6 +74,8 @@ class OdometryRangeEstimator {
   /// out, so that memory does not grow for hours.
   std::vector<StampedPose> keyframes() const;
   std::vector<std::pair<std::string, long>> counters() const;
+  /// By how much the odometry's steps are too long, as the ranges have it now; 1 without ranges.
+  double odometryScale() const;
   const std::vector<std::string>& warnings() const;
 
  private:
