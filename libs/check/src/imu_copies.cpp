@@ -12,9 +12,10 @@ constexpr long kFewestRuns = 100;
 constexpr TimeNs kStuck = 500'000'000;
 /// Rest without noise, as of a simulation, is the same all the time; motion is not [rad/s].
 constexpr double kTurns = 0.05;
-/// White noise goes to and fro in two of three readings, a motion hardly ever.
+/// White noise goes to and fro in two of three readings, a motion in one of fifty; a brisk one with
+/// noise in between.
 constexpr long kFewestChanges = 50;
-constexpr double kToAndFro = 0.4;
+constexpr double kToAndFro = 0.1;
 /// A sensor of coarse steps repeats itself at rest, with noise or without.
 constexpr double kRare = 0.2;
 /// So many of the same in a row.
