@@ -142,8 +142,7 @@ TEST_F(TwoRobots, FromWhatComesOverTheAirAlone) {
   EXPECT_EQ(t["joint"], false);
   EXPECT_LT(t["first_unique_s"].get<double>(), 25);
   const Json error = readJson(out() / "summary.json")["merge_errors"][0];
-  // By causal poses alone, a pair is 0.15 m off in the mean (docs/decisions.md); this one 0.16.
-  EXPECT_LT(error["merged_rmse_m"], 0.2) << error;
+  EXPECT_LT(error["merged_rmse_m"], 0.12) << error;
   // A wrong answer on the way would be worse than a late one.
   std::ifstream history(out() / "transforms_over_time.csv");
   std::string line;

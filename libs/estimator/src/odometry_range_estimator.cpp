@@ -59,8 +59,8 @@ window::LongWindowOptions odometryWindowDefaults() {
   window::LongWindowOptions o;
   o.size = 400;
   o.edge_noise_scale = 1.0;
-  o.scale_sigma = 0.04;
-  o.scale_walk_per_sqrt_m = 0.005;
+  o.scale_sigma = 0.05;
+  o.scale_walk_per_sqrt_m = 0.004;
   return o;
 }
 
