@@ -162,7 +162,7 @@ bool FrontEnd::missesImu(TimeNs t) const {
   return imu_.inHole(t) || t > imu_.lastTime() + fromSeconds(0.1);
 }
 
-double FrontEnd::readingsAfterImages_s() const {
+double FrontEnd::readingsAfterImagesS() const {
   return any_image_ && !imu_.empty() ? std::max(0.0, toSeconds(imu_.lastTime() - last_image_)) : 0;
 }
 

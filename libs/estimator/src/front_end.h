@@ -35,7 +35,7 @@ class FrontEnd {
   void finish();
 
   /// Time from the last image to the last reading; 0 if there was none of them [s].
-  double readingsAfterImages_s() const;
+  double readingsAfterImagesS() const;
   const EstimatorCounters& counters() const { return counters_; }
   const imu::ImuBufferCounters& imuCounters() const { return imu_.counters(); }
 

@@ -159,7 +159,7 @@ void VisualInertialEstimator::finish() {
     throw;
   }
   impl_->hand_over.drain();
-  const double silent_s = impl_->front_end.readingsAfterImages_s();
+  const double silent_s = impl_->front_end.readingsAfterImagesS();
   if (silent_s < kSilentEnd_s) return;
   char text[120];
   std::snprintf(text, sizeof text,
