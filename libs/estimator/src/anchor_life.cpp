@@ -235,9 +235,7 @@ void RangeLayer::Impl::giveUp(TimeNs t, AnchorTrack* a, bool trusted) {
   if (trusted) distances.forget(a->id);
   a->former_evidence = 0;
   a->generation = ++a->generations;
-  Collecting again;
-  again.moved = true;
-  a->state = again;
+  a->state = Collecting{true, 0};
   a->prior.reset();
   a->uncalibrated = false;
   a->left_survey = a->left_survey || (a->tied && trusted);

@@ -16,9 +16,9 @@ namespace vir::estimator {
 
 /// Its ranges are gathered until they say where it is.
 struct Collecting {
-  bool moved = false;                                 ///< it was known once, but is elsewhere now
-  std::size_t tried_with = 0;                         ///< ranges at the last attempt to find it
-  std::vector<ranging::AnchorHypothesis> candidates;  ///< what that attempt took for possible
+  bool moved = false;          ///< it was known once, but is elsewhere now
+  std::size_t tried_with = 0;  ///< ranges at the last attempt to find it
+  std::vector<ranging::AnchorHypothesis> candidates = {};  ///< what that attempt took for possible
 };
 
 /// An anchor that has not settled is searched for again every few keyframes.

@@ -278,13 +278,9 @@ constexpr const char* kFrameChangeBegin = "# the poses above are of another fram
 
 constexpr double kFarthest_m = 1e9;
 
-bool beginsWith(const std::string& line, const char* what) {
-  return line.compare(0, std::strlen(what), what) == 0;
-}
-
 /// Of a frameChangeLine(); nothing where it is damaged.
 std::optional<Pose> frameChangeOf(const std::string& line) {
-  if (!beginsWith(line, kFrameChange)) return std::nullopt;
+  if (line.rfind(kFrameChange, 0) != 0) return std::nullopt;
   std::istringstream numbers(line.substr(std::strlen(kFrameChange)));
   double v[7];
   for (double& x : v) {
@@ -317,7 +313,7 @@ Trajectory read(std::istream& in, ReadReport* report, const Habit* forced) {
     const std::string cleaned = clean(raw);
     if (!cleaned.empty()) {
       reader.line(cleaned, number);
-    } else if (beginsWith(raw, kFrameChangeBegin)) {
+    } else if (raw.rfind(kFrameChangeBegin, 0) == 0) {
       reader.changeFrame(frameChangeOf(raw), number);
     }
   };

@@ -1,7 +1,10 @@
 #include "vir/ranging/next_waypoint.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+
+#include "vir/core/angles.h"
 
 namespace vir::ranging {
 namespace {
@@ -17,7 +20,7 @@ std::vector<Vec3> directions() {
   std::vector<Vec3> out{Vec3::UnitZ()};
   constexpr int kLevel = 8;
   for (int i = 0; i < kLevel; ++i) {
-    const double angle = 2 * M_PI * i / kLevel;
+    const double angle = 2 * kPi * i / kLevel;
     out.emplace_back(std::cos(angle), std::sin(angle), 0);
   }
   out.push_back(-Vec3::UnitZ());
