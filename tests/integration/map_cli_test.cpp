@@ -208,6 +208,14 @@ TEST_F(MapCli, WhatIsWrongIsSaid) {
   EXPECT_EQ(virSlam("map info " + quoted(file("none.virmap"))).code, 2);
   EXPECT_EQ(virSlam("map merge " + quoted(file("a.virmap")) + " --out " + quoted(file("m"))).code,
             2);
+  for (const auto& [place, said] :
+       {std::pair{"no/where.virmap", "there is no folder"}, std::pair{"", "is a folder"}}) {
+    outcome = virSlam("map merge " + quoted(file("a.virmap")) + " " + quoted(file("a.virmap")) +
+                      " --out " + quoted(file(place)));
+    EXPECT_EQ(outcome.code, 2) << outcome.text;
+    EXPECT_TRUE(contains(outcome.text, said)) << outcome.text;
+    EXPECT_FALSE(contains(outcome.text, "joined")) << "said before any work: " << outcome.text;
+  }
   // What is the user's own is not written over.
   test::writeText(file("mine.txt"), "a letter");
   outcome = virSlam("map merge " + quoted(file("a.virmap")) + " " + quoted(file("a.virmap")) +

@@ -107,6 +107,15 @@ TEST(RigCli, UnaskedOneCameraIsUsedAndTheOtherNamed) {
   EXPECT_NE(r.outcome.text.find("other_cameras = CAM1"), std::string::npos) << r.outcome.text;
 }
 
+TEST(RigCli, ACameraNamedTwiceIsRefused) {
+  for (const char* others : {"CAM0", "\"CAM1 CAM1\""}) {
+    const test::RunResult r = drive().run(std::string("--set Estimator.other_cameras=") + others);
+    EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
+    EXPECT_NE(r.outcome.text.find("name each camera beside CAM0 once"), std::string::npos)
+        << r.outcome.text;
+  }
+}
+
 TEST(RigCli, ACameraThatStaysBlackIsCounted) {
   const Rig rig("--set Camera1.black_s=\"0 100\"");
   const test::RunResult r = rig.run(kAuto);

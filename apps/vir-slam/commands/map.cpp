@@ -9,6 +9,7 @@
 
 #include "commands/commands.h"
 #include "output/overwrite.h"
+#include "setup/given_maps.h"
 #include "vir/mission/map_merge.h"
 
 namespace vir::app {
@@ -101,6 +102,7 @@ void addMap(CLI::App& app, Common& common) {
   merge->add_option("MAP", *files, "Map files")->required();
   merge->add_option("--out", *out, "Map to write")->required();
   merge->callback([files, out, &common] {
+    requireMapPlace(*out);
     refuseToOverwrite(*out, Written::map, common);
     mergeMaps(*files, *out);
   });

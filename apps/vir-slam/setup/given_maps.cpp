@@ -36,6 +36,16 @@ void addMapOptions(CLI::App& command, std::string* map, std::string* save_map) {
   command.add_option("--save-map", *save_map, "Map to write at the end");
 }
 
+void requireMapPlace(const std::string& file) {
+  const fs::path folder = fs::absolute(file).parent_path();
+  if (!fs::is_directory(folder)) {
+    throw UsageError("there is no folder " + folder.string() + " to write the map " + file + " to");
+  }
+  if (fs::is_directory(file)) {
+    throw UsageError(file + " is a folder: name the file that the map is written to");
+  }
+}
+
 bool takeMaps(const std::string& map, const std::string& save_map, Settings* settings) {
   const std::string from = named(map, "map", *settings),
                     to = named(save_map, "save_map", *settings);
@@ -44,13 +54,7 @@ bool takeMaps(const std::string& map, const std::string& save_map, Settings* set
     settings->set("Loops.map=" + from);
   }
   if (!to.empty()) {
-    const fs::path folder = fs::path(to).parent_path();
-    if (!fs::is_directory(folder)) {
-      throw UsageError("there is no folder " + folder.string() + " to write the map " + to + " to");
-    }
-    if (fs::is_directory(to)) {
-      throw UsageError(to + " is a folder: name the file that the map is written to");
-    }
+    requireMapPlace(to);
     settings->set("Loops.save_map=" + to);
   }
   const bool any = !map.empty() || !save_map.empty();

@@ -15,6 +15,9 @@ namespace vir::app {
 /// --map and --save-map.
 void addMapOptions(CLI::App& command, std::string* map, std::string* save_map);
 
+/// Throws UsageError where there is no folder for a map to be written, or a folder in its place.
+void requireMapPlace(const std::string& file);
+
 /// Maps for the estimator: files as given on the command line (may be empty) go before [Loops] map
 /// and save_map, whose paths are relative to their ini. Where there are any, loops are looked for.
 /// Returns whether the command line names any. Throws UsageError where there is no such map, or no

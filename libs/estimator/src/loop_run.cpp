@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "loop_worker.h"
+
 namespace vir::estimator {
 namespace {
 
@@ -44,27 +46,32 @@ void describe(OptionVisitor& v, LoopSettings& o) {
   mission::describe(v, o.options);
 }
 
-LoopRun::LoopRun(const LoopSettings& settings, LogSink log)
-    : settings_(settings), log_(std::move(log)) {
+LoopRun::LoopRun(const LoopSettings& settings, LogSink log, LoopTiming timing)
+    : settings_(settings), log_(std::move(log)), timing_(timing), pace_(settings.options) {
   settings_.options.validate();
   if (!settings_.map.empty()) loadMap(settings_.map);
 }
+LoopRun::~LoopRun() = default;
 
 void LoopRun::loadMap(const std::string& file) {
   if (map_) throw std::logic_error(file + ": there is a map already, " + map_file_);
   map_ = mission::loadMap(file);
   map_file_ = file;
-  if (closer_) begin();
+  if (worker_) begin();
 }
 
 void LoopRun::setCamera(const Calibration& calibration) {
-  closer_ = std::make_unique<mission::LoopCloser>(settings_.options, calibration, log_);
+  worker_ =
+      std::make_unique<LoopWorker>(settings_.options, calibration, timing_ != LoopTiming::at_once,
+                                   timing_ == LoopTiming::in_a_thread);
   if (map_) begin();
 }
 
 void LoopRun::begin() {
   try {
-    closer_->begin(*map_);
+    const auto loops = worker_->open();
+    loops.closer.begin(*map_);
+    found_ = loops.closer.found();
   } catch (const std::invalid_argument& e) {
     map_.reset();
     throw std::runtime_error(map_file_ + ": " + e.what());
@@ -89,7 +96,7 @@ cv::Mat LoopRun::release(TimeNs t) {
 }
 
 void LoopRun::keepEarly(TimeNs t, const cv::Mat& gray) {
-  if (!closer_ || !closer_->searching() || gray.empty()) return;
+  if (!worker_ || !pace_.searches(found_) || gray.empty()) return;
   early_.push_back({t, lasting(gray)});
   if (early_.size() > kMostEarly) early_.pop_front();
 }
@@ -118,30 +125,34 @@ void LoopRun::lookBack(const StateEstimate& first, const VisualInertialEstimator
 
 void LoopRun::see(const StateEstimate& estimate, const KeyframeSights& sights, const cv::Mat& gray,
                   const VisualInertialEstimator& estimator) {
-  if (gray.empty() || !closer_->wants(estimate)) return;
-  mission::SeenKeyframe seen;
-  seen.gray = {estimate.t_image, gray.cols, gray.rows, gray.data, gray.step[0]};
-  seen.estimate = estimate;
-  for (const auto& s : sights.of) seen.landmarks.push_back({s.px, s.inverse_distance, s.sigma});
-  seen.segment_since = segment_since_;
-  const std::vector<Anchor> anchors = estimator.anchors();
-  seen.held = holding(anchors) > 0;
-  seen.turn_held = holding(anchors) > 1;
-  if (!closer_->found()) closer_->setAnchors(anchors);
-  closer_->add(seen);
-  if (closer_->solveDue()) solve(estimator);
+  if (gray.empty() || !pace_.wants(estimate, found_)) return;
+  pace_.took(estimate);
+  LoopJob job;
+  job.gray = gray;
+  job.seen.gray = {estimate.t_image, gray.cols, gray.rows, gray.data, gray.step[0]};
+  job.seen.estimate = estimate;
+  for (const auto& s : sights.of) job.seen.landmarks.push_back({s.px, s.inverse_distance, s.sigma});
+  job.seen.segment_since = segment_since_;
+  std::vector<Anchor> anchors = estimator.anchors();
+  job.seen.held = holding(anchors) > 0;
+  job.seen.turn_held = holding(anchors) > 1;
+  if (!found_) job.anchors = std::move(anchors);
+  job.settled = std::exchange(settled_, {});
+  job.followed = estimator.followed();
+  worker_->give(std::move(job), image_);
 }
 
-std::vector<FollowedPose> LoopRun::inWorld(const VisualInertialEstimator& estimator) const {
-  std::vector<FollowedPose> out = settled_;
-  for (const FollowedPose& k : estimator.followed()) {
-    if (out.empty() || k.t > out.back().t) out.push_back(k);
-  }
-  return out;
+void LoopRun::hear(LoopAnswer answer, std::vector<Revision>* revisions) {
+  for (const auto& [level, text] : answer.said) log(log_, level, text);
+  correction_ = answer.correction;
+  found_ = answer.found;
+  if (answer.revision) revisions->push_back(std::move(*answer.revision));
 }
 
-void LoopRun::solve(const VisualInertialEstimator& estimator, bool last) {
-  closer_->solve(inWorld(estimator), last);
+void LoopRun::tellFound(TimeNs t, LoopedOutput* out) {
+  if (!map_ || !found_ || told_found_) return;
+  told_found_ = true;
+  out->frame_changes.push_back({t, correction_.T_M_W.pose()});
 }
 
 LoopedOutput LoopRun::take(VisualInertialEstimator* estimator, TimeNs t, const cv::Mat* gray) {
@@ -152,38 +163,45 @@ LoopedOutput LoopRun::take(VisualInertialEstimator* estimator, TimeNs t, const c
   const std::vector<KeyframeSights> all = estimator->takeSights();
   auto sights = all.begin();
   for (StateEstimate& e : out.states) {
+    ++image_;
     const cv::Mat kept = release(e.t_image);
     const cv::Mat& image = gray != nullptr && e.t_image == t ? *gray : kept;
     if (e.segment != segment_) segment_since_ = e.state.t;
     segment_ = e.segment;
     if (!e.valid) keepEarly(e.t_image, image);
-    if (!e.valid || !closer_) continue;
+    if (!e.valid || !worker_) continue;
     if (!early_.empty()) lookBack(e, *estimator);
     out.uncorrected.push_back({e.state.t, e.state.T_W_B});
+    newest_ = e.state.t;
     while (sights != all.end() && sights->t_image < e.t_image) ++sights;
     if (sights != all.end() && sights->t_image == e.t_image) {
       see(e, *sights, image, *estimator);
-    } else if (closer_->searching()) {
+    } else if (pace_.searches(found_)) {
       see(e, {}, image, *estimator);
     }
-    if (map_ && closer_->found() && !told_found_) {
-      told_found_ = true;
-      out.frame_changes.push_back({e.state.t, closer_->correction().pose()});
-    }
-    closer_->correct(&e);
-    if (auto revision = closer_->takeRevision()) out.revisions.push_back(std::move(*revision));
+    while (auto answer = worker_->take(image_)) hear(std::move(*answer), &out.revisions);
+    tellFound(e.state.t, &out);
+    correction_.apply(&e);
   }
-  if (last_revision_) out.revisions.push_back(*std::exchange(last_revision_, std::nullopt));
+  for (Revision& r : last_revisions_) out.revisions.push_back(std::move(r));
+  if (finished_) tellFound(newest_ + 1, &out);  // by answers that came at the end
+  last_revisions_.clear();
   const bool done = !out.states.empty() && out.states.back().t_image >= t;
   if (gray != nullptr && !done) keep(t, *gray);
   return out;
 }
 
 void LoopRun::finish(const VisualInertialEstimator& estimator) {
-  if (closer_) {
-    solve(estimator, true);
-    last_revision_ = closer_->takeRevision();
-    if (!closer_->found()) log(log_, LogLevel::warning, notFound());
+  finished_ = true;
+  if (worker_) {
+    while (auto answer = worker_->takeAny()) hear(std::move(*answer), &last_revisions_);
+    const auto loops = worker_->open();
+    loops.path.settle(std::exchange(settled_, {}));
+    loops.closer.solve(loops.path.with(estimator.followed()), true);
+    hear({loops.closer.now(), loops.closer.found(), loops.closer.takeRevision(),
+          std::exchange(loops.said, {})},
+         &last_revisions_);
+    if (!found_) log(log_, LogLevel::warning, notFound());
   }
   if (settings_.save_map.empty() || saved_) return;
   saved_ = true;
@@ -205,25 +223,29 @@ void LoopRun::finish(const VisualInertialEstimator& estimator) {
 }
 
 void LoopRun::saveMap(const VisualInertialEstimator& estimator, const std::string& file) const {
-  if (!closer_)
+  if (!worker_)
     throw std::runtime_error(file + ": no map can be written before the camera is known");
   mission::saveMap(mapNow(estimator), file);
 }
 
 mission::MissionMap LoopRun::mapNow(const VisualInertialEstimator& estimator) const {
-  if (!closer_) return {};
-  return closer_->map(estimator.calibration(), anchors(estimator.anchors()));
-}
-
-LevelTransform LoopRun::correction() const {
-  return closer_ ? closer_->correction() : LevelTransform();
+  if (!worker_) return {};
+  return worker_->open().closer.map(estimator.calibration(), anchors(estimator.anchors()));
 }
 
 std::vector<StampedPose> LoopRun::keyframes(const VisualInertialEstimator& estimator) const {
-  const std::vector<FollowedPose> followed = inWorld(estimator);
+  FollowedPath alone;
+  if (!worker_) {
+    alone.settle(settled_);
+    const auto all = alone.with(estimator.followed());
+    return {all.begin(), all.end()};
+  }
+  const auto loops = worker_->open();
+  FollowedPath path = loops.path;
+  path.settle(settled_);
+  const std::vector<FollowedPose> followed = path.with(estimator.followed());
   std::vector<StampedPose> out(followed.begin(), followed.end());
-  if (!closer_) return out;
-  for (StampedPose& k : out) k.T_W_B = closer_->correctionAt(k.t).pose() * k.T_W_B;
+  for (StampedPose& k : out) k.T_W_B = loops.closer.correctionAt(k.t).pose() * k.T_W_B;
   return out;
 }
 
@@ -240,12 +262,16 @@ std::vector<Anchor> LoopRun::anchors(std::vector<Anchor> in_W) const {
 }
 
 std::optional<SurveyFit> LoopRun::survey(std::optional<SurveyFit> of_W) const {
-  if (of_W && closer_) of_W->T_S_W = of_W->T_S_W * closer_->correction().inverse();
+  if (of_W) of_W->T_S_W = of_W->T_S_W * correction().inverse();
   return of_W;
 }
 
 std::vector<Landmark> LoopRun::landmarks(const VisualInertialEstimator& estimator) const {
-  return closer_ && closer_->acts() ? closer_->landmarks() : estimator.landmarks();
+  if (worker_) {
+    const auto loops = worker_->open();
+    if (loops.closer.acts()) return loops.closer.landmarks();
+  }
+  return estimator.landmarks();
 }
 
 std::string LoopRun::notFound() const {
@@ -262,11 +288,11 @@ std::string LoopRun::nothingToSave() const {
 }
 
 std::vector<LoopRecord> LoopRun::records() const {
-  return closer_ ? closer_->records() : std::vector<LoopRecord>();
+  return worker_ ? worker_->open().closer.records() : std::vector<LoopRecord>();
 }
 
 std::vector<std::pair<std::string, long>> LoopRun::counters() const {
-  return closer_ ? closer_->counters() : std::vector<std::pair<std::string, long>>();
+  return worker_ ? worker_->open().closer.counters() : std::vector<std::pair<std::string, long>>();
 }
 
 std::vector<std::string> LoopRun::warnings() const {

@@ -14,8 +14,6 @@ namespace vir::mission {
 namespace {
 
 constexpr double kPauseS = 3;
-/// A run that begins with a map is looked for this often, for so long.
-constexpr double kSearchInterval_s = 0.1, kSearch_s = 10;
 constexpr double kWorthTelling = 1e-3;  // [m]
 /// Rows of loops.csv that are kept of what was not accepted; the others are counted.
 constexpr std::size_t kMostRefusals = 20000;
@@ -34,16 +32,13 @@ struct LoopCloser::Impl {
         log_sink(std::move(l)),
         camera(camera::makeCamera(c.camera)),
         describer(o.describer, camera),
-        places(o) {}
+        places(o),
+        pace(o) {}
 
-  /// Is its newest keyframe one of the run's first seconds?
-  bool inFirst(double seconds) const {
-    return ids.empty() || toSeconds(last->t - ids.begin()->first) < seconds;
-  }
   /// Was there a loop just before? The next metres would say the same again; but a run that has
   /// just been found in a map hardly knows where it is.
   bool pauses(const PlaceKeyframe& k) const {
-    const bool settled = loaded.keyframes.empty() || !inFirst(kSearch_s);
+    const bool settled = loaded.keyframes.empty() || !pace.within(KeyframePace::kSearch_s);
     return was_found && settled && last_loop && toSeconds(k.t - last_loop->t) < kPauseS &&
            (k.T_W_B.p - last_loop->T_W_B.p).norm() < options.pause_m;
   }
@@ -61,11 +56,11 @@ struct LoopCloser::Impl {
   std::shared_ptr<const camera::CameraModel> camera;  ///< as it is known by now
   places::Describer describer;
   PlaceGraph places;
+  KeyframePace pace;
   MissionMap loaded;
   std::uint64_t next_id = 1, first_own = 1;
   int segments_before = 0;  ///< of the map
-  std::optional<StampedPose> last, last_loop;
-  int last_segment = 0;
+  std::optional<StampedPose> last_loop;
   std::map<TimeNs, std::uint64_t> ids;            ///< of the run's keyframes
   std::vector<std::weak_ptr<PlaceKeyframe>> own;  ///< the run's, as far as they are remembered
   /// While ranges hold the path its newest pose stays where they have it; only the past is bent.
@@ -108,29 +103,9 @@ void LoopCloser::setAnchors(const std::vector<Anchor>& in_W) {
   m.places.setAnchors(m.loaded.anchors, in_W);
 }
 
-bool LoopCloser::wants(const StateEstimate& e) const {
-  const Impl& m = *impl_;
-  if (!e.valid) return false;
-  if (!m.last) return true;
-  const State& s = e.state;
-  if (s.t <= m.last->t) return false;  // after a clock that was set back
-  if (e.segment != m.last_segment) return true;
-  const double interval_s =
-      searching() ? std::min(kSearchInterval_s, m.options.interval_s) : m.options.interval_s;
-  if (toSeconds(s.t - m.last->t) < interval_s) return false;
-  const Pose motion = m.last->T_W_B.inverse() * s.T_W_B;
-  return motion.p.norm() >= m.options.moved_m ||
-         motion.q.angularDistance(Quat::Identity()) >= m.options.turned_rad;
-}
-
-bool LoopCloser::searching() const {
-  const Impl& m = *impl_;
-  return !m.was_found && m.inFirst(kSearch_s);
-}
-
 void LoopCloser::add(const SeenKeyframe& seen) {
   Impl& m = *impl_;
-  if (!wants(seen.estimate)) return;
+  if (!m.pace.wants(seen.estimate, m.was_found)) return;
   if (!seen.turn_held || !m.loaded.keyframes.empty()) {
     m.frozen.reset();
   } else if (!m.frozen) {
@@ -172,8 +147,7 @@ void LoopCloser::add(const SeenKeyframe& seen) {
   ++m.next_id;
   ++m.keyframes;
   m.ids[k->t] = k->id;
-  m.last = StampedPose{s.t, s.T_W_B};
-  m.last_segment = k->segment;
+  m.pace.took(seen.estimate);
   m.newest = seen.estimate;
   m.learn(*m.newest);
   m.note(m.places.attempts());
@@ -239,7 +213,8 @@ LoopRecord LoopCloser::Impl::recordOf(const Loop& loop) const {
 bool LoopCloser::solveDue() const {
   const Impl& m = *impl_;
   // The first loops of a run in a map are of images before the first pose: later ones know better.
-  const bool arriving = m.new_loop && !m.loaded.keyframes.empty() && m.inFirst(kSearch_s);
+  const bool arriving =
+      m.new_loop && !m.loaded.keyframes.empty() && m.pace.within(KeyframePace::kSearch_s);
   return arriving || m.places.graph().solveDue();
 }
 
@@ -297,28 +272,7 @@ void LoopCloser::Impl::learn(const StateEstimate& e) {
   if (before.diagonal().minCoeff() > 0 && better < 1) known = transportOf(before, *now);
 }
 
-void LoopCloser::correct(StateEstimate* e) const {
-  const LevelTransform T_M_W = correction();
-  const Mat3 R = rotZ(T_M_W.yaw_rad);
-  e->state.T_W_B = T_M_W.pose() * e->state.T_W_B;
-  e->state.v = R * e->state.v;
-  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Identity();
-  turn.topLeftCorner<3, 3>() = R;
-  if (impl_->known) {
-    const Eigen::Matrix4d& S = *impl_->known;
-    // Of the turn only the part about the vertical: roll and pitch are the estimator's.
-    const Mat3 R_M_B = e->state.T_W_B.R();
-    Mat3 yaw = Mat3::Identity();
-    yaw(2, 2) = S(3, 3);
-    Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
-    J.topLeftCorner<3, 3>() = S.topLeftCorner<3, 3>();
-    J.topRightCorner<3, 3>() = S.topRightCorner<3, 1>() * R_M_B.row(2);
-    J.bottomLeftCorner<3, 3>() = R_M_B.row(2).transpose() * S.bottomLeftCorner<1, 3>();
-    J.bottomRightCorner<3, 3>() = R_M_B.transpose() * yaw * R_M_B;
-    turn = J * turn;
-  }
-  e->covariance = turn * e->covariance * turn.transpose();
-}
+Correction LoopCloser::now() const { return {correction(), impl_->known}; }
 
 std::optional<Revision> LoopCloser::takeRevision() {
   return std::exchange(impl_->revision, std::nullopt);

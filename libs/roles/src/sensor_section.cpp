@@ -41,6 +41,12 @@ void requireSize(const Settings& settings, const SensorSection& s, const char* k
   throw SettingsError(*settings.find(s.name, key), "needs " + std::to_string(least) + " numbers");
 }
 
+void requireFocalLengths(const Settings& settings, const SensorSection& s, const char* key,
+                         const std::vector<double>& values) {
+  if (values.empty() || (values[0] > 0 && values[1] > 0)) return;
+  throw SettingsError(*settings.find(s.name, key), "fx and fy [px] must be above 0");
+}
+
 /// Lens and place of one camera as a section gives them.
 struct GivenCamera {
   std::vector<double> intrinsics, dist, pose;
@@ -87,6 +93,8 @@ SensorSection readSensorSection(const Settings& settings, const std::string& sec
   requireSize(settings, s, "dist", s.dist, 4, 5);
   requireSize(settings, s, "camera_pose", s.camera_pose, 6, 6);
   requireSize(settings, s, "right_intrinsics", s.right_intrinsics, 4, 4);
+  requireFocalLengths(settings, s, "intrinsics", s.intrinsics);
+  requireFocalLengths(settings, s, "right_intrinsics", s.right_intrinsics);
   requireSize(settings, s, "right_dist", s.right_dist, 4, 5);
   requireSize(settings, s, "right_camera_pose", s.right_camera_pose, 6, 6);
   return s;

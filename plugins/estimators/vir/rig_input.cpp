@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 
 #include "vir/core/text.h"
@@ -78,8 +79,23 @@ std::vector<std::string> VirSettings::otherCameraLabels() const {
     std::istringstream in(labels);
     for (std::string label; in >> label;) out.push_back(label);
   }
-  out.erase(std::remove(out.begin(), out.end(), camera_label), out.end());
+  if (other_cameras == "auto") {
+    out.erase(std::remove(out.begin(), out.end(), camera_label), out.end());
+  }
   return out;
+}
+
+void VirSettings::requireOtherCameras() const {
+  std::vector<std::string> named{camera_label};
+  for (const std::string& label : otherCameraLabels()) {
+    if (std::find(named.begin(), named.end(), label) != named.end()) {
+      throw std::invalid_argument(
+          "[Estimator] other_cameras: " + label +
+          (label == camera_label ? " is the camera_label already" : " is named twice") +
+          "; name each camera beside " + camera_label + " once");
+    }
+    named.push_back(label);
+  }
 }
 
 VirEstimator::Camera* VirEstimator::cameraOf(const std::string& label) {

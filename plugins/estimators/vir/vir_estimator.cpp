@@ -67,6 +67,7 @@ bool VirSettings::workBehind() {
 
 std::unique_ptr<roles::Estimator> VirSettings::create(const LogSink& log,
                                                       std::function<void()> on_estimates) const {
+  requireOtherCameras();
   return std::make_unique<VirEstimator>(*this, log, std::move(on_estimates));
 }
 
@@ -76,7 +77,13 @@ VirEstimator::VirEstimator(VirSettings settings, const LogSink& log,
   settings_.config.tell_sights = settings_.loops.use;
   estimator_ =
       std::make_unique<estimator::VisualInertialEstimator>(withFiles(settings_.config), log);
-  if (settings_.loops.use) loops_ = std::make_unique<estimator::LoopRun>(settings_.loops, log);
+  if (settings_.loops.use) {
+    using estimator::LoopTiming;
+    const LoopTiming timing = behind_                      ? LoopTiming::in_a_thread
+                              : settings_.config.pipelined ? LoopTiming::late
+                                                           : LoopTiming::at_once;
+    loops_ = std::make_unique<estimator::LoopRun>(settings_.loops, log, timing);
+  }
   if (on_estimates) estimator_->workBehind(std::move(on_estimates));
   cameras_.push_back({settings_.camera_label, true, false, {}, 0, 0, 0});
   for (const std::string& label : settings_.otherCameraLabels()) {

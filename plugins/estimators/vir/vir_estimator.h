@@ -41,6 +41,9 @@ class VirSettings final : public roles::EstimatorSettings {
   /// Of the cameras beside the first, in the order of their numbers in the rig.
   std::vector<std::string> otherCameraLabels() const;
 
+  /// Throws std::invalid_argument if a camera is named twice, or the first one as another.
+  void requireOtherCameras() const;
+
   std::string camera_label = rawlog::kCameraLabel;
   std::string other_cameras = "none";
   std::string tracks_label = rawlog::kTracksLabel;

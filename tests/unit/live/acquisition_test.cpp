@@ -285,6 +285,12 @@ TEST(Acquisition, WrongSettingsAreRefusedBeforeAnythingStarts) {
   refused("[a]\ndriver = MoodySensor\nprocess_rate = 10\nfail = 1\n", "fail");
   refused("[a]\ndriver = MoodySensor\nprocess_rate = 10\nclock = mine\n", "clock");
   refused("[a]\ndriver = MoodySensor\nprocess_rate = 10\nintrinsics = 1 2\n", "4 numbers");
+  for (const char* wrong : {"0 100 4 6", "100 -1 4 6", "nan 100 4 6"}) {
+    refused(
+        "[a]\ndriver = MoodySensor\nprocess_rate = 10\nside_by_side = true\nright_intrinsics = " +
+            std::string(wrong) + "\n",
+        "right_intrinsics");
+  }
 }
 
 }  // namespace

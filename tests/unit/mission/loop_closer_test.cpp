@@ -117,12 +117,12 @@ TEST(LoopCloser, TheCovarianceShrinksToWhatIsKnown) {
   LoopCloser closer({}, cameraOf());
   robot.visit(&closer, Pose(), 0, 0.01);
   StateEstimate before = robot.last;
-  closer.correct(&before);
+  closer.now().apply(&before);
   EXPECT_EQ(before.covariance, robot.last.covariance);
   robot.visit(&closer, kDrift, 60, 0.5, 0.15);
   closer.solve({});
   StateEstimate after = robot.last;
-  closer.correct(&after);
+  closer.now().apply(&after);
   const Pose truth = onTheWay(kVisit - 1, 0.15);
   const Vec3 error = after.state.T_W_B.p - truth.p;
   const Mat3 P = after.covariance.topLeftCorner<3, 3>();
@@ -180,8 +180,34 @@ TEST(LoopCloser, StandingStillNothingIsAdded) {
   LoopCloser closer({}, cameraOf());
   for (int k = 0; k < 5; ++k) robot.see(&closer, onTheWay(0), Pose(), k, 0.01);
   EXPECT_EQ(closer.counters().front().second, 1);
+}
+
+TEST(KeyframePace, WhatIsTooNearToTheLastOneIsPassedOver) {
+  const LoopOptions o;
+  KeyframePace pace(o);
   StateEstimate e;
-  EXPECT_FALSE(closer.wants(e));  // no state
+  EXPECT_FALSE(pace.wants(e, true));  // no state
+  e.valid = true;
+  e.state.t = fromSeconds(5);
+  EXPECT_TRUE(pace.wants(e, true));
+  pace.took(e);
+  EXPECT_FALSE(pace.wants(e, true));
+  e.state.T_W_B.p.x() = 2 * o.moved_m;
+  e.state.t = fromSeconds(5 + 0.5 * o.interval_s);
+  EXPECT_FALSE(pace.wants(e, true));  // moved, but just now
+  EXPECT_TRUE(pace.wants(e, false));  // a run that is looked for
+  e.state.t = fromSeconds(5 + 1.1 * o.interval_s);
+  EXPECT_TRUE(pace.wants(e, true));
+  e.state.T_W_B.p.setZero();
+  EXPECT_FALSE(pace.wants(e, true));  // it stands
+  e.segment = 1;
+  EXPECT_TRUE(pace.wants(e, true));
+  e.state.t = fromSeconds(4);
+  EXPECT_FALSE(pace.wants(e, true));  // a clock that was set back
+  EXPECT_TRUE(pace.searches(false));
+  e.state.t = fromSeconds(5.1 + KeyframePace::kSearch_s);
+  pace.took(e);
+  EXPECT_FALSE(pace.searches(false));
 }
 
 /// The map of one run; the next begins elsewhere, turned, and goes on in the map's frame.

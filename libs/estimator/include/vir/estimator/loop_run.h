@@ -16,6 +16,9 @@
 
 namespace vir::estimator {
 
+class LoopWorker;
+struct LoopAnswer;
+
 struct LoopSettings {
   bool use = true;       ///< [Estimator] loops
   std::string map;       ///< file to begin with; empty: none
@@ -38,10 +41,16 @@ struct LoopedOutput {
   std::vector<FrameChange> frame_changes;  ///< where the run was found in the map: W, then M
 };
 
+/// When what loops tell counts: with the next state, or some images later, so that whoever waits
+/// for poses never waits for loops. The results are those of `late` with and without a thread.
+enum class LoopTiming { at_once, late, in_a_thread };
+
 class LoopRun {
  public:
   /// Reads the map. Throws std::invalid_argument for options, std::runtime_error naming the file.
-  explicit LoopRun(const LoopSettings& settings, LogSink log = {});
+  explicit LoopRun(const LoopSettings& settings, LogSink log = {},
+                   LoopTiming timing = LoopTiming::at_once);
+  ~LoopRun();
 
   /// The run is to be looked for in this map. Throws std::logic_error where keyframes were taken or
   /// a map was loaded already, and std::runtime_error, naming the file, for one that cannot be read
@@ -64,9 +73,9 @@ class LoopRun {
   void saveMap(const VisualInertialEstimator& estimator, const std::string& file) const;
 
   /// False as long as a map was loaded and the run was not found in it.
-  bool found() const { return !closer_ || closer_->found(); }
+  bool found() const { return found_; }
   /// T_M_W of the newest pose.
-  LevelTransform correction() const;
+  LevelTransform correction() const { return correction_.T_M_W; }
   std::vector<StampedPose> keyframes(const VisualInertialEstimator& estimator) const;
   std::vector<Anchor> anchors(std::vector<Anchor> in_W) const;
   std::optional<SurveyFit> survey(std::optional<SurveyFit> of_W) const;
@@ -89,32 +98,37 @@ class LoopRun {
   void lookBack(const StateEstimate& first, const VisualInertialEstimator& estimator);
   void see(const StateEstimate& estimate, const KeyframeSights& sights, const cv::Mat& gray,
            const VisualInertialEstimator& estimator);
+  void hear(LoopAnswer answer, std::vector<Revision>* revisions);
+  /// Once: where the frame changes.
+  void tellFound(TimeNs t, LoopedOutput* out);
   std::string notFound() const;
   std::string nothingToSave() const;
   /// Empty before the camera is known.
   mission::MissionMap mapNow(const VisualInertialEstimator& estimator) const;
-  void solve(const VisualInertialEstimator& estimator, bool last = false);
-  /// Its keyframes, those included that have left its windows.
-  std::vector<FollowedPose> inWorld(const VisualInertialEstimator& estimator) const;
-
   /// Of what was loaded, with the camera. Throws std::runtime_error if it is of another one.
   void begin();
 
   LoopSettings settings_;
   LogSink log_;
+  LoopTiming timing_;
   std::string map_file_;
   std::optional<mission::MissionMap> map_;
-  std::unique_ptr<mission::LoopCloser> closer_;
+  std::unique_ptr<LoopWorker> worker_;
+  mission::KeyframePace pace_;
+  mission::Correction correction_;  ///< as far as answers count by now
+  bool found_ = true;
+  std::vector<Revision> last_revisions_;
+  long image_ = 0;    ///< of the states so far
   std::mutex mutex_;  // of kept_
   std::deque<Kept> kept_;
   std::deque<Kept> early_;
-  std::vector<FollowedPose> settled_;
-  std::optional<Revision> last_revision_;
+  std::vector<FollowedPose> settled_;  ///< that the worker was not told of yet
+  bool finished_ = false;
   bool saved_ = false;
   std::string not_saved_;    // why; empty: nothing was to be, or it is
   bool told_found_ = false;  // as a change of frame
   int segment_ = 0;
-  TimeNs segment_since_ = 0;
+  TimeNs segment_since_ = 0, newest_ = 0;
 };
 
 }  // namespace vir::estimator

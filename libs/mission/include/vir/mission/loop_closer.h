@@ -47,6 +47,39 @@ struct SeenKeyframe {
   bool turn_held = false;
 };
 
+/// Which states become keyframes of the mission: those too near to the last one do not.
+class KeyframePace {
+ public:
+  /// A run that begins with a map is looked for so long.
+  static constexpr double kSearch_s = 10;
+
+  explicit KeyframePace(const LoopOptions& options) : options_(options) {}
+  /// `found`: as of LoopCloser. A run that was not found yet and has just begun: more often.
+  bool wants(const StateEstimate& estimate, bool found) const;
+  bool searches(bool found) const;
+  void took(const StateEstimate& estimate);
+  /// Is the last one that was taken of so much time after the first?
+  bool within(double seconds) const;
+
+ private:
+  LoopOptions options_;
+  std::optional<StampedPose> last_;
+  TimeNs first_ = 0;
+  int segment_ = 0;
+};
+
+/// From W to M, as far as loops have told by some keyframe.
+struct Correction {
+  LevelTransform T_M_W;
+  /// Where loops make a position known better than the estimator has it: what the covariance of
+  /// (position [m], yaw [rad]) in M is transported by.
+  std::optional<Eigen::Matrix4d> known;
+
+  /// Of a state not older than that keyframe. Its covariance becomes that of path and loops
+  /// together.
+  void apply(StateEstimate* estimate) const;
+};
+
 /// Not for two threads at a time: it may have a thread of its own, which then makes all the calls.
 /// The same calls give the same answers.
 class LoopCloser {
@@ -64,8 +97,7 @@ class LoopCloser {
   /// run was found.
   void setAnchors(const std::vector<Anchor>& in_W);
 
-  /// Whether add() would take a keyframe of this state: those too near to the last one are not.
-  bool wants(const StateEstimate& estimate) const;
+  /// Those too near to the last one are passed over: see KeyframePace.
   void add(const SeenKeyframe& keyframe);
   /// A solution is worth its time.
   bool solveDue() const;
@@ -76,9 +108,8 @@ class LoopCloser {
   /// T_M_W now, and at a time of the run.
   LevelTransform correction() const;
   LevelTransform correctionAt(TimeNs t) const;
-  /// A state not older than the newest keyframe, from W to M. Where loops make its position known
-  /// better than the estimator has it, its covariance becomes that of path and loops together.
-  void correct(StateEstimate* estimate) const;
+  /// Of states from the newest keyframe on.
+  Correction now() const;
   /// Keyframes that the last solution moved by more than a millimetre, in M; none since it was last
   /// asked: nothing.
   std::optional<Revision> takeRevision();
@@ -86,9 +117,6 @@ class LoopCloser {
   bool acts() const;
   /// False as long as a map was loaded and the run was not found in it.
   bool found() const;
-  /// The run was not found yet and has just begun: keyframes are wanted more often, and those
-  /// without landmarks too.
-  bool searching() const;
 
   std::vector<LoopRecord> records() const;
   /// Second visits that were looked at and did not count; those of a lone keyframe included.
