@@ -299,7 +299,10 @@ std::optional<LevelGuess> MissionGraph::Impl::relative(int older, int newer) {
   }
   LevelGuess solved;
   solved.T = nodes[a].level().inverse() * nodes[to].level();
-  solved.P = right.transpose() * H->solve(right);
+  // J H^-1 J^T by the lower half alone: few rows of it are not zero before the oldest of the two.
+  Eigen::MatrixXd half = H->permutationP() * right;
+  H->matrixL().solveInPlace(half);
+  solved.P = half.transpose() * H->vectorD().cwiseInverse().asDiagonal() * half;
   out = to < b ? solved * along(to, b) : solved;
   if (!out.P.allFinite()) return std::nullopt;
   return out;

@@ -27,8 +27,9 @@ class Flight {
     return flight;
   }
 
-  /// Everything in [from_s, to_s) of the flight to `vio`.
-  void play(Vio* vio, double from_s, double to_s) const {
+  /// Everything in [from_s, to_s) of the flight to `vio`, or what takes the same.
+  template <class Taker>
+  void play(Taker* vio, double from_s, double to_s) const {
     auto image = images_.begin();
     for (const ImuSample& s : imu_.samples) {
       const double at_s = toSeconds(s.t - motion_.begin());
@@ -206,6 +207,72 @@ TEST(VioLoops, SettingsOfAnIniHaveThem) {
   Settings wrong;
   wrong.set("Estimator.rawlog=a.rawlog");
   EXPECT_THROW(estimator::configFrom(wrong), SettingsError);
+}
+
+/// The estimator with loops whose answers count later.
+struct LateLoops {
+  explicit LateLoops(estimator::LoopTiming timing)
+      : estimator(estimatorConfig()), loops(config(true).loops, {}, timing) {
+    estimator.setCamera(Flight::calibration().camera, Flight::calibration().T_B_C);
+    loops.setCamera(estimator.givenCalibration());
+  }
+  void add(const ImuSample& s) { estimator.addImu(s); }
+  void add(const Image& image) {
+    const cv::Mat gray(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels));
+    loops.keep(image.t, gray);
+    estimator.addImage(image.t, gray);
+    take();
+  }
+  void finish() {
+    estimator.finish();
+    take();
+    loops.finish(estimator);
+    take();
+  }
+  void take() {
+    const estimator::LoopedOutput out = loops.take(&estimator, 0, nullptr);
+    for (const StateEstimate& e : out.states) {
+      states.push_back({e.state.t, e.state.T_W_B});
+      covariance += e.covariance.sum();
+    }
+    for (const Revision& r : out.revisions) {
+      for (const StampedPose& k : r.keyframes) revised.push_back(k);
+    }
+  }
+  static estimator::EstimatorConfig estimatorConfig() {
+    estimator::EstimatorConfig c;
+    c.tell_sights = true;
+    return c;
+  }
+  estimator::VisualInertialEstimator estimator;
+  estimator::LoopRun loops;
+  Trajectory states, revised;
+  double covariance = 0;
+};
+
+long accepted(const LateLoops& late) {
+  const auto all = late.loops.records();
+  return std::count_if(all.begin(), all.end(), [](const LoopRecord& r) { return r.accepted; });
+}
+
+/// When an answer counts is no matter of threads: the same to the last digit.
+TEST(VioLoops, LateAnswersAreTheSameWithAThreadOfTheirOwn) {
+  LateLoops here(estimator::LoopTiming::late), thread(estimator::LoopTiming::in_a_thread);
+  Flight::get().play(&here, 0, 22);
+  Flight::get().play(&thread, 0, 22);
+  EXPECT_GE(accepted(here), 3);
+  EXPECT_EQ(accepted(here), accepted(thread));
+  EXPECT_EQ(here.covariance, thread.covariance);
+  for (const auto& [a, b] :
+       {std::pair{&here.states, &thread.states}, std::pair{&here.revised, &thread.revised}}) {
+    ASSERT_GT(a->size(), 30u);
+    ASSERT_EQ(a->size(), b->size());
+    for (std::size_t i = 0; i < a->size(); ++i) {
+      ASSERT_EQ((*a)[i].t, (*b)[i].t);
+      ASSERT_EQ((*a)[i].T_W_B.p, (*b)[i].T_W_B.p) << i;
+      ASSERT_EQ((*a)[i].T_W_B.q.coeffs(), (*b)[i].T_W_B.q.coeffs()) << i;
+    }
+  }
 }
 
 }  // namespace
