@@ -7,10 +7,21 @@
 
 namespace vir::factors {
 
+HeadingChange::HeadingChange(const Quat& q_O_B, const std::optional<Quat>& was_O_B) {
+  if (!was_O_B) return;
+  const Mat3 M = (q_O_B * was_O_B->conjugate()).toRotationMatrix();
+  const double a = M(1, 0) - M(0, 1), b = M(0, 0) + M(1, 1), n = a * a + b * b;
+  if (!(n > 0)) return;
+  yaw = std::atan2(a, b);  // nearestYaw(M)
+  const Row3 by_turn_O((a * M(2, 1) - b * M(2, 0)) / n, -(a * M(2, 0) + b * M(2, 1)) / n, 1);
+  by_turn = by_turn_O * q_O_B.toRotationMatrix();
+}
+
 bool WindowRangeFactor::Evaluate(double const* const* x, double* residuals,
                                  double** jacobians) const {
   const Pose T0 = poseFrom(x[0]), Tj = poseFrom(x[1]);
-  const Mat3 R = rotZ(x[2][3]);
+  const HeadingChange turned_O(T0.q, q_O_B0_);
+  const Mat3 R = rotZ(x[2][3] - turned_O.yaw);
   // The way is as long as the odometry's metre, the lever is not. Written as what the scale takes
   // off, so that a scale that is held at 1 changes no digit.
   const double shrink = std::exp(-x[2][4]), off = shrink - 1;
@@ -26,6 +37,7 @@ bool WindowRangeFactor::Evaluate(double const* const* x, double* residuals,
     Eigen::Map<Eigen::Matrix<double, 1, 7>> J(jacobians[0]);
     J.setZero();
     J.head<3>() = -shrink * u_O;
+    J.segment<3>(3) = -u.dot(turned(span_W)) * turned_O.by_turn;
   }
   if (jacobians[1]) {
     Eigen::Map<Eigen::Matrix<double, 1, 7>> J(jacobians[1]);

@@ -347,6 +347,7 @@ std::vector<LongNode> LongWindow::takeRetired() { return std::exchange(impl_->re
 const LongWindowOptions& LongWindow::options() const { return impl_->options; }
 const Eigen::MatrixXd& LongWindow::jointCovariance() const { return impl_->joint; }
 
+bool LongWindow::yawFrozen() const { return impl_->yawFrozen(); }
 bool LongWindow::scaleFrozen() const { return impl_->scaleFrozen(); }
 
 std::vector<int> LongWindow::frozen() const {

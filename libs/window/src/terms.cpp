@@ -141,6 +141,9 @@ void TermSet::addRanges() {
   auto& f = make<factors::LinearPriorFactor>(message_);
   terms_.push_back({&f, blocks, 0, false, nullptr});
   double* const host = w_.frames.front()->pose;
+  // Without a heading of O in W the window can only be turned in O.
+  std::optional<Quat> q_O_B0;
+  if (!lw.yawFrozen()) q_O_B0 = w_.frames.front()->T_W_B().q;
   for (auto& frame : w_.frames) {
     for (const HeldRange& r : frame->ranges) {
       AnchorNode* a = lw.anchor(r.anchor);
@@ -158,11 +161,11 @@ void TermSet::addRanges() {
       const factors::RangeTerm term = lw.termOf(r.anchor, r.range_m, r.sigma_m);
       const Vec3 motion = lw.options().ranges_at_own_time ? r.motion : Vec3(Vec3::Zero());
       if (frame->pose == host) {
-        head_ranges_.emplace_back(term, motion, r.lever);
+        head_ranges_.emplace_back(term, motion, r.lever, q_O_B0);
         terms_.push_back(
             {&head_ranges_.back(), {host, lw.headParameters(), a->x}, 0, false, nullptr});
       } else {
-        window_ranges_.emplace_back(term, motion, r.lever);
+        window_ranges_.emplace_back(term, motion, r.lever, q_O_B0);
         terms_.push_back({&window_ranges_.back(),
                           {host, frame->pose, lw.headParameters(), a->x},
                           0,

@@ -287,6 +287,45 @@ TEST(WindowRangeFactor, ARigidShiftOfTheWindowChangesNothing) {
   }
 }
 
+/// Frame 0 has been turned since the window was set up, most of it about the vertical.
+Quat before(const Pose& T0, double yaw) {
+  return expQuat(Vec3(0.01, -0.02, 0)) * Quat(rotZ(-yaw)) * T0.q;
+}
+
+TEST(WindowRangeFactor, JacobiansOfAWindowThatHasTurned) {
+  const Vec3 motion(0.2, -0.1, 0.35), lever(-0.1, 0.15, 0.2);
+  const std::vector<double> anchor = {20, 13, -9, 0.07};
+  for (const auto& [T0, Tj] : framePairs()) {
+    for (double yaw : {0.0, 0.03, -1.2, 3.0}) {
+      const std::string what = T0.name + ", " + std::to_string(yaw);
+      const std::vector<double> node = {1, 2, 3, 0.8, 0.1};
+      const WindowRangeFactor f({22, 0.1, {}}, motion, lever, before(T0.T, yaw));
+      vir_test::expectJacobians(f, {poseBlock(T0.T), poseBlock(Tj), node, anchor}, what);
+      const HeadRangeFactor head({22, 0.1, {}}, motion, lever, before(T0.T, yaw));
+      vir_test::expectJacobians(head, {poseBlock(T0.T), node, anchor}, what);
+    }
+  }
+}
+
+TEST(WindowRangeFactor, ATurnOfTheWindowAboutTheVerticalChangesNothing) {
+  const Vec3 motion(0.2, -0.1, 0.35), lever(0.1, 0, -0.2), shift(11, -7, 3);
+  const std::vector<double> node = {1, 2, 3, 0.8, 0.1}, anchor = {5, -3, 1, 0.05};
+  for (const auto& [T0, Tj] : framePairs()) {
+    const WindowRangeFactor f({7, 0.1, {}}, motion, lever, T0.T.q);
+    const HeadRangeFactor head({7, 0.1, {}}, motion, lever, T0.T.q);
+    const double r = residualOf(f, {poseBlock(T0.T), poseBlock(Tj), node, anchor})[0];
+    const double at_head = residualOf(head, {poseBlock(T0.T), node, anchor})[0];
+    for (double yaw : {0.03, -1.2, 3.0}) {
+      const Pose turn(Quat(rotZ(yaw)), shift);
+      EXPECT_NEAR(residualOf(f, {poseBlock(turn * T0.T), poseBlock(turn * Tj), node, anchor})[0], r,
+                  1e-9)
+          << T0.name << ", " << yaw;
+      EXPECT_NEAR(residualOf(head, {poseBlock(turn * T0.T), node, anchor})[0], at_head, 1e-9)
+          << T0.name << ", " << yaw;
+    }
+  }
+}
+
 TEST(WindowRangeFactor, AtTheAnchor) {
   const WindowRangeFactor f({1, 0.1, {}}, Vec3::Zero(), Vec3(1, 0, 0));
   const Blocks x = {poseBlock(Pose()),

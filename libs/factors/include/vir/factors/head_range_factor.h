@@ -2,6 +2,8 @@
 /// A range that the oldest frame of the short window holds. Blocks of parameters: range_factor.h.
 #include <ceres/sized_cost_function.h>
 
+#include <optional>
+
 #include "vir/factors/range_factor.h"
 
 namespace vir::factors {
@@ -11,13 +13,15 @@ namespace vir::factors {
 class HeadRangeFactor final : public ceres::SizedCostFunction<1, 7, 5, 4> {
  public:
   /// As WindowRangeFactor.
-  HeadRangeFactor(const RangeTerm& range, const Vec3& motion_B, const Vec3& lever_B)
-      : range_(range), motion_B_(motion_B), offset_B_(motion_B + lever_B) {}
+  HeadRangeFactor(const RangeTerm& range, const Vec3& motion_B, const Vec3& lever_B,
+                  const std::optional<Quat>& q_O_B0 = std::nullopt)
+      : range_(range), motion_B_(motion_B), offset_B_(motion_B + lever_B), q_O_B0_(q_O_B0) {}
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override;
 
  private:
   RangeTerm range_;
   Vec3 motion_B_, offset_B_;
+  std::optional<Quat> q_O_B0_;
 };
 
 }  // namespace vir::factors

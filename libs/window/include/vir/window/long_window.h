@@ -195,7 +195,8 @@ class LongWindow {
   double* headParameters();
   /// Entries of a node that the options hold fixed (yaw, scale).
   std::vector<int> frozen() const;
-  /// The odometry's scale is not estimated.
+  /// How O is turned in W, and the odometry's scale, are not estimated.
+  bool yawFrozen() const;
   bool scaleFrozen() const;
   const LongNode& head() const;
   const std::deque<LongNode>& nodes() const;  ///< before the head, oldest first
