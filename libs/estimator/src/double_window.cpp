@@ -56,14 +56,8 @@ void BackEnd::attachRanges(const State& previous, const State& newest) {
 
 std::vector<window::HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
   std::vector<window::HeldRange> out;
-  for (const window::LongNode& n : long_window.nodes()) {
-    for (window::HeldRange r : n.ranges) {
-      if (r.anchor != key || r.reference) continue;
-      r.motion = n.antenna(r);
-      r.lever.setZero();
-      out.push_back(r);
-    }
-  }
+  const auto wanted = [key](const window::HeldRange& r) { return r.anchor == key && !r.reference; };
+  for (const window::LongNode& n : long_window.nodes()) addHeldInWorld(n, n.ranges, wanted, &out);
   for (window::HeldRange r : window->rangesInO(key)) {
     r.motion = long_window.antennaToWorld(r.motion, r.lever);
     r.lever.setZero();
@@ -74,14 +68,8 @@ std::vector<window::HeldRange> BackEnd::heldRanges(std::uint64_t key) const {
 
 std::vector<window::HeldRange> BackEnd::heldDifferences() const {
   std::vector<window::HeldRange> out;
-  for (const window::LongNode& n : long_window.nodes()) {
-    for (window::HeldRange r : n.ranges) {
-      if (!r.reference) continue;
-      r.motion = n.antenna(r);
-      r.lever.setZero();
-      out.push_back(r);
-    }
-  }
+  const auto wanted = [](const window::HeldRange& r) { return r.reference.has_value(); };
+  for (const window::LongNode& n : long_window.nodes()) addHeldInWorld(n, n.ranges, wanted, &out);
   for (window::HeldRange r : window->differencesInO()) {
     r.motion = long_window.antennaToWorld(r.motion, r.lever);
     r.lever.setZero();

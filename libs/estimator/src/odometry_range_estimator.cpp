@@ -179,16 +179,8 @@ void OdometryRangeEstimator::Impl::attachRanges(TimeNs t, const Pose& T_O_B) {
 std::vector<window::HeldRange> OdometryRangeEstimator::Impl::heldWhere(
     const std::function<bool(const window::HeldRange&)>& wanted) const {
   std::vector<window::HeldRange> out;
-  const auto add = [&](const window::LongNode& n, const std::vector<window::HeldRange>& list) {
-    for (window::HeldRange r : list) {
-      if (!wanted(r)) continue;
-      r.motion = n.antenna(r);
-      r.lever.setZero();
-      out.push_back(r);
-    }
-  };
-  for (const window::LongNode& n : window.nodes()) add(n, n.ranges);
-  add(window.head(), head_ranges);
+  for (const window::LongNode& n : window.nodes()) addHeldInWorld(n, n.ranges, wanted, &out);
+  addHeldInWorld(window.head(), head_ranges, wanted, &out);
   return out;
 }
 

@@ -1,5 +1,7 @@
 #include "chain.h"
 
+#include <algorithm>
+
 namespace vir::window {
 namespace {
 
@@ -17,6 +19,22 @@ void factorise(const Eigen::MatrixXd& H, EliminatedNode* out) {
       out->L(i, j) = sum * out->inverse_d[j];
     }
   }
+}
+
+/// `to` = `from` - y w, of the first n rows. By itself, since Eigen asks anew for each of these
+/// short columns how it is best done; summed as it does, two by two, and the odd one out by halves.
+void subtractSum(const double* __restrict from, const Eigen::Matrix<double, Eigen::Dynamic, 5>& y,
+                 const Vec5& w, int n, double* __restrict to) {
+  const auto stride = y.outerStride();
+  const double* __restrict y0 = y.data(), * __restrict y1 = y0 + stride, * __restrict y2 = y1 + stride, * __restrict y3 = y2 + stride, * __restrict y4 = y3 + stride;
+  const double w0 = w[0], w1 = w[1], w2 = w[2], w3 = w[3], w4 = w[4];
+  const int even = n - n % 2, last = n - 1;
+  for (int i = 0; i < even; ++i) {
+    to[i] = from[i] - (y0[i] * w0 + y1[i] * w1 + y2[i] * w2 + y3[i] * w3 + y4[i] * w4);
+  }
+  if (even == n) return;
+  to[last] = from[last] -
+             ((y0[last] * w0 + y1[last] * w1) + (y2[last] * w2 + (y3[last] * w3 + y4[last] * w4)));
 }
 
 }  // namespace
@@ -43,37 +61,37 @@ void Frontal::eliminateFirst(EliminatedNode* out) {
   out->y.resize(rest, kNodeSize);
   out->z = b.head<kNodeSize>();
   for (int k = 0; k < kNodeSize; ++k) {
-    out->y.col(k) = H.col(k).tail(rest);
+    out->y.col(k) = H.row(k).tail(rest);
     for (int m = 0; m < k; ++m) {
       out->y.col(k).noalias() -= out->L(k, m) * out->y.col(m);
       out->z[k] -= out->L(k, m) * out->z[m];
     }
   }
+  // The next nodes move up in the same go; anchors stay where they are.
+  const int moved = kNodeSize * band_;
   for (int j = 0; j < rest; ++j) {
     const Vec5 w = out->inverse_d.cwiseProduct(out->y.row(j).transpose());
-    column_.head(j + 1).noalias() = out->y.topRows(j + 1).lazyProduct(w);
-    H.col(kNodeSize + j).segment(kNodeSize, j + 1) -= column_.head(j + 1);
+    const double* from = H.col(kNodeSize + j).data() + kNodeSize;
+    subtractSum(from, out->y, w, j + 1, column_.data());
+    double* to = H.col(j < moved ? j : kNodeSize + j).data();
+    const int nodes = std::min(j + 1, moved);
+    std::copy_n(column_.data(), nodes, to);
+    std::copy(column_.data() + nodes, column_.data() + j + 1, to + kNodeSize + nodes);
   }
   const Vec5 w = out->inverse_d.cwiseProduct(out->z);
   b.tail(rest).noalias() -= out->y.lazyProduct(w);
-  moveOn();
+  makeRoom();
 }
 
-/// The next nodes move up; behind them comes a fresh one, then the anchors where they were. Only
-/// the upper half is right when this begins.
-void Frontal::moveOn() {
-  const int kept = kNodeSize * band_, n = static_cast<int>(H.rows());
-  for (int j = 0; j < kept; ++j) {
-    for (int i = 0; i <= j; ++i) H(i, j) = H(kNodeSize + i, kNodeSize + j);
-    b[j] = b[kNodeSize + j];
-  }
-  for (int j = kept + kNodeSize; j < n; ++j) {
-    for (int i = 0; i < kept; ++i) H(i, j) = H(kNodeSize + i, j);
-    H.col(j).segment<kNodeSize>(kept).setZero();
-  }
-  H.block(0, kept, kept + kNodeSize, kNodeSize).setZero();
-  b.segment<kNodeSize>(kept).setZero();
-  H.triangularView<Eigen::StrictlyLower>() = H.transpose();
+/// Behind the nodes that have moved up comes a fresh one.
+void Frontal::makeRoom() {
+  const int moved = kNodeSize * band_, rest = static_cast<int>(H.rows()) - moved - kNodeSize;
+  H.topLeftCorner(moved, moved).triangularView<Eigen::StrictlyLower>() =
+      H.topLeftCorner(moved, moved).transpose();
+  H.block(0, moved, moved + kNodeSize, kNodeSize).setZero();
+  H.block(moved, moved + kNodeSize, kNodeSize, rest).setZero();
+  for (int i = 0; i < moved; ++i) b[i] = b[kNodeSize + i];
+  b.segment<kNodeSize>(moved).setZero();
 }
 
 }  // namespace vir::window

@@ -31,10 +31,12 @@ class Frontal {
   int band() const { return band_; }
   int nodeOffset(int ahead) const { return kNodeSize * ahead; }
   int anchorOffset(int index) const { return kNodeSize * (band_ + 1) + kAnchorSize * index; }
-  Eigen::MatrixXd H;  ///< both halves
+  /// The upper half, and both halves of the blocks on the diagonal. The rest follows from it:
+  /// mirror().
+  Eigen::MatrixXd H;
   Eigen::VectorXd b;
 
-  /// Adds a scalar or vector residual with Jacobians for up to two blocks of columns.
+  /// Adds a scalar or vector residual with Jacobians for two blocks of columns.
   template <int Rows, int A, int B>
   void add(const Eigen::Matrix<double, Rows, 1>& r,
            const Eigen::Matrix<double, Rows, A, (A > 1 ? Eigen::RowMajor : Eigen::ColMajor)>& Ja,
@@ -44,17 +46,22 @@ class Frontal {
     H.template block<A, A>(at_a, at_a).noalias() += Ja.transpose() * Ja;
     H.template block<B, B>(at_b, at_b).noalias() += Jb.transpose() * Jb;
     const Eigen::Matrix<double, A, B> ab = Ja.transpose() * Jb;
-    H.template block<A, B>(at_a, at_b) += ab;
-    H.template block<B, A>(at_b, at_a) += ab.transpose();
+    if (at_a < at_b) {
+      H.template block<A, B>(at_a, at_b) += ab;
+    } else {
+      H.template block<B, A>(at_b, at_a) += ab.transpose();
+    }
     b.template segment<A>(at_a).noalias() += Ja.transpose() * r;
     b.template segment<B>(at_b).noalias() += Jb.transpose() * r;
   }
 
   /// Takes the first node out by a Schur complement and moves on by one node.
   void eliminateFirst(EliminatedNode* out);
+  /// Both halves of H are right after this.
+  void mirror() { H.triangularView<Eigen::StrictlyLower>() = H.transpose(); }
 
  private:
-  void moveOn();
+  void makeRoom();
   int band_;
   Eigen::VectorXd column_;
 };

@@ -86,6 +86,8 @@ struct LongWindow::Impl {
   void linkHead();
   void marginaliseOldest();
   std::vector<double> headAndAnchors() const;
+  /// What the cost depends on, and nothing that was worked out of it.
+  void takeStateOf(const Impl& other);
   void keepNodes();
   void restoreNodes();
   double cost(const std::vector<HeldRange>& head_ranges);

@@ -107,7 +107,6 @@ void LongWindow::Impl::addDifference(const LongNode& n, const HeldRange& r, Fron
   f->add<1, 5, 4>(e, Jn, 0, Jr, at_r);
   f->H.block<4, 4>(at_a, at_a) += Ja.transpose() * Ja;
   f->H.block<5, 4>(0, at_a) += Jn.transpose() * Ja;
-  f->H.block<4, 5>(at_a, 0) += Ja.transpose() * Jn;
   f->H.block<4, 4>(at_r, at_a) += Jr.transpose() * Ja;
   f->H.block<4, 4>(at_a, at_r) += Ja.transpose() * Jr;
   f->b.segment<4>(at_a) += Ja.transpose() * e;
@@ -188,6 +187,7 @@ const NormalEquations& LongWindow::eliminate() {
     s.addNode(k, &f);
     f.eliminateFirst(&s.eliminated[k]);
   }
+  f.mirror();
   s.addClaim(&f);
   s.holdFrozen(&f);
   s.holdFixedAnchors(&f);
@@ -242,6 +242,7 @@ void LongWindow::Impl::marginaliseOldest() {
   addNode(0, &f);
   EliminatedNode gone;
   f.eliminateFirst(&gone);
+  f.mirror();
   retired.push_back(std::move(nodes.front()));
   nodes.pop_front();
 

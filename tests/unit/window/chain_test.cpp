@@ -54,6 +54,7 @@ void expectAsAllAtOnce(int band) {
     for (int anchor = 0; anchor < kAnchors; ++anchor) add(0, anchor);
     f.eliminateFirst(&gone[static_cast<std::size_t>(k)]);
   }
+  f.mirror();
   // What is left: the next `band` nodes, a fresh one of zeros, the anchors.
   const int before = kNodeSize * kNodes, left = n - before, kept = kNodeSize * band;
   const Eigen::MatrixXd A = H.topLeftCorner(before, before), C = H.topRightCorner(before, left);

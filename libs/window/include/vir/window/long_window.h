@@ -8,6 +8,7 @@
 /// what the ranges say reaches the newest pose through it.
 #include <Eigen/Core>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -126,9 +127,13 @@ struct LongNode {
 
   Vec3 position() const { return {x[0], x[1], x[2]}; }
   Pose T_W_B() const;
-  /// Where the antenna was, in W, when a range was measured that this node holds.
-  Vec3 antenna(const HeldRange& range) const;
 };
+
+/// Those of `ranges`, held by `node`, that are wanted, each with its antenna's place in W [m] for
+/// `motion`, and no lever.
+void addHeldInWorld(const LongNode& node, const std::vector<HeldRange>& ranges,
+                    const std::function<bool(const HeldRange&)>& wanted,
+                    std::vector<HeldRange>* out);
 
 class LongWindow {
  public:
@@ -214,6 +219,10 @@ class LongWindow {
 
  private:
   struct Impl;
+  /// The cost when it has ended; empty, and nothing changed, if a step is not finite. `last`: the
+  /// normal equations of (head, anchors) of the last step.
+  std::optional<double> minimise(int iterations, const std::vector<HeldRange>& head_ranges,
+                                 NormalEquations* last);
   std::unique_ptr<Impl> impl_;
 };
 
