@@ -17,6 +17,8 @@ class PlaceGraph {
 
   /// One of a map: it stays where it is. Segments are told apart from those of the run.
   void remember(const PlaceKeyframe& keyframe);
+  /// That of a remembered one, as the map had it.
+  static int segmentInMap(const PlaceKeyframe& remembered) { return -1 - remembered.segment; }
   /// The next one of a run; without `look` its place is only remembered. How many loops were
   /// accepted by it. `compare`: see LoopFinder. Throws what MissionGraph::add() throws.
   long add(std::shared_ptr<const PlaceKeyframe> keyframe, const PathNode& node, bool look = true,
