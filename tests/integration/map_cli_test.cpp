@@ -137,7 +137,7 @@ TEST_F(MapCli, AMapWithoutAPlaceIsRefused) {
   EXPECT_TRUE(contains(r.outcome.text, "empty.virmap")) << r.outcome.text;
   EXPECT_TRUE(contains(r.outcome.text, "holds no place")) << r.outcome.text;
   const Outcome info = virSlam("map info " + quoted(file("empty.virmap")));
-  EXPECT_EQ(info.code, 1) << info.text;
+  EXPECT_EQ(info.code, 2) << info.text;
   EXPECT_TRUE(contains(info.text, "holds no place")) << info.text;
 }
 
@@ -188,9 +188,14 @@ TEST_F(MapCli, WhatIsWrongIsSaid) {
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
   test::writeText(file("bad.virmap"), bytes);
   Outcome outcome = virSlam("map info " + quoted(file("bad.virmap")));
-  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(outcome.code, 2);
   EXPECT_TRUE(contains(outcome.text, "bad.virmap")) << outcome.text;
   EXPECT_TRUE(contains(outcome.text, "checksum")) << outcome.text;
+  outcome = virSlam("map merge " + quoted(file("a.virmap")) + " " + quoted(file("bad.virmap")) +
+                    " --out " + quoted(file("merged.virmap")));
+  EXPECT_EQ(outcome.code, 2) << outcome.text;
+  EXPECT_TRUE(contains(outcome.text, "bad.virmap")) << outcome.text;
+  EXPECT_FALSE(std::filesystem::exists(file("merged.virmap")));
   RunResult r = run("bad", "--map " + quoted(file("bad.virmap")));
   EXPECT_EQ(r.outcome.code, 2) << r.outcome.text;
   EXPECT_TRUE(contains(r.outcome.text, "checksum")) << r.outcome.text;

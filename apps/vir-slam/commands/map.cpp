@@ -23,8 +23,7 @@ Examples:
 Exit code 1 where maps have no place in common.)";
 
 void info(const std::string& file) {
-  requireFile(file, "map");
-  const mission::MissionMap map = mission::loadMap(file);
+  const mission::MissionMap map = readMap(file);
   std::size_t points = 0;
   std::vector<Landmark> landmarks;
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
@@ -70,11 +69,11 @@ void told(const std::string& file, const mission::MergedMaps& merged) {
 
 void mergeMaps(const std::vector<std::string>& files, const std::string& out) {
   if (files.size() < 2) throw UsageError("map merge: give at least two maps");
-  for (const std::string& file : files) requireFile(file, "map");
-  mission::MissionMap map = mission::loadMap(files.front());
+  mission::MissionMap map = readMap(files.front());
   for (std::size_t i = 1; i < files.size(); ++i) {
+    const mission::MissionMap next = readMap(files[i]);
     try {
-      const mission::MergedMaps merged = mission::merge(map, mission::loadMap(files[i]), {});
+      const mission::MergedMaps merged = mission::merge(map, next, {});
       map = merged.map;
       told(files[i], merged);
     } catch (const std::runtime_error& e) {

@@ -2,11 +2,13 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <utility>
 
 #include "commands/commands.h"
 #include "output/console.h"
 #include "output/overwrite.h"
 #include "output/rendezvous_report.h"
+#include "robots/common_places.h"
 #include "robots/rendezvous_robots.h"
 #include "vir/team/meeting.h"
 
@@ -14,14 +16,15 @@ namespace vir::app {
 namespace {
 
 constexpr const char* kHelp =
-    R"(Find the transforms between the worlds of robots that ranged to each other
+    R"(Find the transforms between the worlds of robots that ranged to each other, or saw the same places
 Examples:
   vir-slam rendezvous --rawlog A=a.rawlog --rawlog B=b.rawlog --out results/ab
   vir-slam rendezvous ini/two_robots.ini --rawlog spiri:3=one.rawlog --rawlog m:5=two.rawlog
   vir-slam rendezvous ini/two_robots.ini --rawlog A=results/a --rawlog B=results/b
 NAME is followed by the robot's id as a beacon in the others' recordings; without it a single letter
 stands for its place in the alphabet (A = 0), any other name for its place in the list. In place of a
-recording the results folder of a finished `vir-slam run` can be given: it is not estimated again.)";
+recording the results folder of a finished `vir-slam run` can be given: it is not estimated again. Places
+that both have seen count where the run saved its map (--save-map).)";
 
 struct Arguments : RobotArguments {
   std::string out;
@@ -74,8 +77,10 @@ void run(const Arguments& arguments, Common& common) {
   };
   for (const std::string& line : prepared.calibration.said()) log(LogLevel::info, line);
   const auto create_solver = [&](const Log& sink) { return prepared.createSolver(sink); };
+  std::vector<team::RobotRecord> robots = runAll(prepared, folder, log, &bar);
+  const team::PlacesOfPairs places = placesInCommon(prepared, folder, robots, log);
   const team::Meeting meeting =
-      team::meet(runAll(prepared, folder, log, &bar), meetingOptions(prepared), create_solver, log);
+      team::meet(std::move(robots), meetingOptions(prepared), create_solver, log, places);
   if (interrupted()) common.exit_code = kRunFailed;
   for (const team::RobotRecord& r : meeting.robots) {
     if (r.damaged) {
@@ -110,6 +115,10 @@ void addRendezvous(CLI::App& app, Common& common) {
       ->add_option("--ranges", arguments->ranges,
                    "NAME=FILE: the recording a finished run was made from, where the run's "
                    "summary.json does not lead to it")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--map", arguments->maps,
+                   "NAME=FILE: the map of a finished run, where it was not saved into its folder")
       ->allow_extra_args(false);
   command->add_option("--out", arguments->out, "Results folder (default: results/<date-time>)");
   command

@@ -39,6 +39,10 @@ std::vector<TableRow> rowsOf(const team::PairResult& pair, const std::optional<M
     rows.push_back({"  ranges used, rejected",
                     std::to_string(s.used) + ", " + std::to_string(s.rejected), ""});
     rows.push_back({"  common anchors used", std::to_string(s.anchors_used), ""});
+    if (a.places > 0) {
+      rows.push_back({"  places seen by both, used",
+                      std::to_string(a.places) + ", " + std::to_string(s.places_used), ""});
+    }
   }
   rows.push_back(
       {"  first unique after", t.first_unique_s ? fixed(*t.first_unique_s, 1) : "-", "s"});

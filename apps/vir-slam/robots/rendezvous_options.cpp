@@ -12,6 +12,10 @@ void describe(OptionVisitor& v, RendezvousRunOptions& o) {
   v.value("settled_interval_s", o.settled_interval_s, {0.01, 1e4},
           "the same in a run or live, once the pair's transform is unique");
   v.value("use_anchors", o.use_anchors, "use the anchors that both robots know");
+  v.value(
+      "use_places", o.use_places,
+      "`vir-slam rendezvous` uses the places that both robots' images show, by the maps of their "
+      "runs");
   v.value("joint", o.joint,
           "solve both recordings together in the end, where they hold odometry poses");
 }

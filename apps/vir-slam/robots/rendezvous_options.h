@@ -13,6 +13,7 @@ struct RendezvousRunOptions {
   bool in_run = true;
   double interval_s = 0.5, settled_interval_s = 2;
   bool use_anchors = true;
+  bool use_places = true;
   bool joint = true;
 };
 

@@ -10,6 +10,7 @@
 #include "output/console.h"
 #include "output/run_folder.h"
 #include "recordings/companion.h"
+#include "robots/common_places.h"
 #include "robots/robot_recorder.h"
 #include "setup/auto_driver.h"
 #include "setup/prepared_run.h"
@@ -61,6 +62,19 @@ std::pair<std::string, std::string> named(const std::string& option, const std::
     throw UsageError(option + " " + text + ": write NAME=FILE or NAME:ID=FILE");
   }
   return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/// NAME=FILE of an option, for robots that there are.
+std::map<std::string, std::string> filesOf(const std::string& option,
+                                           const std::vector<std::string>& texts,
+                                           const std::set<std::string>& names) {
+  std::map<std::string, std::string> out;
+  for (const std::string& text : texts) {
+    const auto [name, file] = named(option, text);
+    if (names.count(name) == 0) throw UsageError(option + " " + text + ": no robot " + name);
+    out[name] = file;
+  }
+  return out;
 }
 
 /// A finished run says which recording it is of; that may have been moved since.
@@ -121,15 +135,19 @@ std::vector<RobotFile> robotFiles(const Settings& settings, const RobotArguments
                        ": give them with NAME:ID=FILE");
     }
   }
-  std::map<std::string, std::string> ranges;
-  for (const std::string& text : arguments.ranges) {
-    const auto [name, file] = named("--ranges", text);
-    if (names.count(name) == 0) throw UsageError("--ranges " + text + ": no robot " + name);
-    ranges[name] = file;
-  }
+  const auto ranges = filesOf("--ranges", arguments.ranges, names);
+  const auto maps = filesOf("--map", arguments.maps, names);
   for (RobotFile& r : robots) {
     findRecording(ranges, &r);
     requireFile(r.rawlog, "rawlog");
+    const auto map = maps.find(r.name);
+    const std::string given = map == maps.end() ? "" : map->second;
+    if (!r.finished.empty()) {
+      r.map = mapOfFinished(given, r.finished);
+    } else if (!given.empty()) {
+      throw UsageError("--map " + r.name + "=...: robot " + r.name +
+                       " is estimated here, and its map made by that");
+    }
   }
   return robots;
 }
@@ -227,10 +245,13 @@ std::string ownSettings(const Prepared& prepared, const RobotFile& robot, RunOpt
   return used.text();
 }
 
-team::RobotRecord estimatedRobot(const Prepared& prepared, const RobotFile& robot,
+team::RobotRecord estimatedRobot(const Prepared& prepared, RobotFile robot,
                                  const results::ResultsFolder& own,
                                  const runs::OfflineRunHooks& hooks) {
   team::RobotRecord record;
+  if (prepared.rendezvous.use_places) {
+    keepMap(ownSettings(prepared, robot, prepared.run), own, &robot);
+  }
   const auto settings = configured(prepared, robot, nullptr);
   const auto estimator = settings->create(hooks.log);
   RobotRecorder recorder(&record);

@@ -22,6 +22,7 @@ struct RobotFile {
   int id = 0;
   std::string rawlog;
   std::string finished;   ///< results folder of its run; empty: it is estimated here
+  std::string map;        ///< that a finished run has left; empty: none
   std::string driver;     ///< estimator; empty if finished
   Settings settings;      ///< the ini, and what `import` left beside the recording
   std::string companion;  ///< the latter's name; may be empty
@@ -45,6 +46,7 @@ struct RobotArguments {
   std::string ini;
   std::vector<std::string> rawlogs;  ///< NAME=FILE, NAME=FOLDER of a finished run; NAME:ID=...
   std::vector<std::string> ranges;   ///< NAME=FILE: the recording of a finished run
+  std::vector<std::string> maps;     ///< NAME=FILE: the map of a finished run
   std::vector<std::string> assignments;
 };
 

@@ -7,7 +7,6 @@
 
 #include "commands/commands.h"
 #include "vir/core/text.h"
-#include "vir/mission/mission_map.h"
 #include "vir/rawlog/convert.h"
 
 namespace vir::app {
@@ -34,6 +33,15 @@ std::string named(const std::string& given, const std::string& key, const Settin
 void addMapOptions(CLI::App& command, std::string* map, std::string* save_map) {
   command.add_option("--map", *map, "Map of an earlier run, in whose frame this one is to go on");
   command.add_option("--save-map", *save_map, "Map to write at the end");
+}
+
+mission::MissionMap readMap(const std::string& file) {
+  requireFile(file, "map");
+  try {
+    return mission::loadMap(file);
+  } catch (const std::runtime_error& e) {
+    throw UsageError(e.what());
+  }
 }
 
 void requireMapPlace(const std::string& file) {
@@ -80,8 +88,7 @@ void requireMapOfCamera(const std::string& rawlog, const std::string& label, Giv
     return;  // the run will say that there are no images
   }
   if (here.camera.width == 0) return;
-  const std::string other =
-      mission::cameraDifference(mission::loadMap(map).calibration.camera, here.camera);
+  const std::string other = mission::cameraDifference(readMap(map).calibration.camera, here.camera);
   if (other.empty()) return;
   throw UsageError("the map " + map + " is of another camera than " + rawlog + ": " + other +
                    ". Take a map that was made with this one, or give its calibration by "

@@ -4,6 +4,7 @@
 
 #include "setup/given_calibration.h"
 #include "vir/core/settings.h"
+#include "vir/mission/mission_map.h"
 #include "vir/roles/estimator.h"
 
 namespace CLI {
@@ -15,6 +16,10 @@ namespace vir::app {
 /// --map and --save-map.
 void addMapOptions(CLI::App& command, std::string* map, std::string* save_map);
 
+/// Throws UsageError naming the file where there is none, or one that cannot be used (damaged, of
+/// another version, without a place).
+mission::MissionMap readMap(const std::string& file);
+
 /// Throws UsageError where there is no folder for a map to be written, or a folder in its place.
 void requireMapPlace(const std::string& file);
 
@@ -25,8 +30,8 @@ void requireMapPlace(const std::string& file);
 bool takeMaps(const std::string& map, const std::string& save_map, Settings* settings);
 
 /// Throws UsageError if the map that the settings name is of another camera than the images of a
-/// recording labelled so, with what is given in place of what it says itself. Throws
-/// std::runtime_error for a map that cannot be read.
+/// recording labelled so, with what is given in place of what it says itself, or
+/// cannot be read.
 void requireMapOfCamera(const std::string& rawlog, const std::string& label, GivenCalibration given,
                         const Settings& settings);
 

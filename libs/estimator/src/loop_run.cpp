@@ -72,6 +72,7 @@ void LoopRun::begin() {
     const auto loops = worker_->open();
     loops.closer.begin(*map_);
     found_ = loops.closer.found();
+    map_->keyframes.clear();  // the closer has them, as many as it may
   } catch (const std::invalid_argument& e) {
     map_.reset();
     throw std::runtime_error(map_file_ + ": " + e.what());

@@ -38,7 +38,7 @@ struct LoopCloser::Impl {
   /// Was there a loop just before? The next metres would say the same again; but a run that has
   /// just been found in a map hardly knows where it is.
   bool pauses(const PlaceKeyframe& k) const {
-    const bool settled = loaded.keyframes.empty() || !pace.within(KeyframePace::kSearch_s);
+    const bool settled = !has_map || !pace.within(KeyframePace::kSearch_s);
     return was_found && settled && last_loop && toSeconds(k.t - last_loop->t) < kPauseS &&
            (k.T_W_B.p - last_loop->T_W_B.p).norm() < options.pause_m;
   }
@@ -57,7 +57,8 @@ struct LoopCloser::Impl {
   places::Describer describer;
   PlaceGraph places;
   KeyframePace pace;
-  MissionMap loaded;
+  MissionMap loaded;     ///< its keyframes are in `places`, as far as they are remembered
+  bool has_map = false;  ///< with a place in it
   std::uint64_t next_id = 1, first_own = 1;
   int segments_before = 0;  ///< of the map
   std::optional<StampedPose> last_loop;
@@ -87,14 +88,16 @@ void LoopCloser::begin(const MissionMap& map) {
   if (m.keyframes > 0) throw std::logic_error("LoopCloser: a map comes before all keyframes");
   const std::string other = cameraDifference(map.calibration.camera, m.calibration.camera);
   if (!other.empty()) throw std::invalid_argument("the map is of another camera: " + other);
-  m.loaded = map;
+  m.loaded.calibration = map.calibration;
+  m.loaded.anchors = map.anchors;
+  m.has_map = !map.keyframes.empty();
   for (const auto& k : map.keyframes) {
     m.segments_before = std::max(m.segments_before, k->segment + 1);
     m.places.remember(*k);
     m.next_id = k->id + 1;
   }
   m.first_own = m.next_id;
-  m.was_found = map.keyframes.empty();
+  m.was_found = !m.has_map;
 }
 
 void LoopCloser::setAnchors(const std::vector<Anchor>& in_W) {
@@ -106,7 +109,7 @@ void LoopCloser::setAnchors(const std::vector<Anchor>& in_W) {
 void LoopCloser::add(const SeenKeyframe& seen) {
   Impl& m = *impl_;
   if (!m.pace.wants(seen.estimate, m.was_found)) return;
-  if (!seen.turn_held || !m.loaded.keyframes.empty()) {
+  if (!seen.turn_held || m.has_map) {
     m.frozen.reset();
   } else if (!m.frozen) {
     m.frozen = m.places.graph().correction();
@@ -213,8 +216,7 @@ LoopRecord LoopCloser::Impl::recordOf(const Loop& loop) const {
 bool LoopCloser::solveDue() const {
   const Impl& m = *impl_;
   // The first loops of a run in a map are of images before the first pose: later ones know better.
-  const bool arriving =
-      m.new_loop && !m.loaded.keyframes.empty() && m.pace.within(KeyframePace::kSearch_s);
+  const bool arriving = m.new_loop && m.has_map && m.pace.within(KeyframePace::kSearch_s);
   return arriving || m.places.graph().solveDue();
 }
 
@@ -335,16 +337,21 @@ MissionMap LoopCloser::map(const Calibration& calibration,
                            const std::vector<Anchor>& anchors) const {
   const Impl& m = *impl_;
   MissionMap out;
-  const bool extends = !m.loaded.keyframes.empty() && m.was_found;
+  const bool extends = m.has_map && m.was_found;
   if (extends) out = m.loaded;
   out.calibration = calibration;
   for (const auto& k : m.places.finder().index().keyframes()) {
-    if (k->id < m.first_own) continue;
+    const bool own = k->id >= m.first_own;
+    if (!own && !extends) continue;
     const auto T_M_B = m.places.graph().poseOf(k->id);
     if (!T_M_B) continue;
     auto copy = std::make_shared<PlaceKeyframe>(*k);
     copy->T_W_B = *T_M_B;
-    if (extends) copy->segment += m.segments_before;
+    if (!own) {
+      copy->segment = PlaceGraph::segmentInMap(*k);
+    } else if (extends) {
+      copy->segment += m.segments_before;
+    }
     out.keyframes.push_back(std::move(copy));
   }
   out.anchors = joinAnchors(out.anchors, anchors, m.log_sink);

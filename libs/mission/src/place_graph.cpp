@@ -94,7 +94,11 @@ long PlaceGraph::add(std::shared_ptr<const PlaceKeyframe> k, const PathNode& nod
     return priorOf(older, newer);
   };
   places::PlaceIndex::Allowed allowed;
-  if (T_M_W_) allowed = [this, k](const PlaceKeyframe& older) { return inReach(older, *k); };
+  if (T_M_W_) {
+    allowed = [this, k](const PlaceKeyframe& older) { return inReach(older, *k); };
+  } else if (map_only_) {
+    allowed = [](const PlaceKeyframe& older) { return older.segment < 0; };
+  }
   long accepted = 0;
   const bool arrives = !graph_.joined();
   for (Loop loop : finder_.add(k, prior, allowed, compare)) {

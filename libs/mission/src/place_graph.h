@@ -17,10 +17,14 @@ class PlaceGraph {
 
   /// One of a map: it stays where it is. Segments are told apart from those of the run.
   void remember(const PlaceKeyframe& keyframe);
+  /// That of a remembered one, as the map had it.
+  static int segmentInMap(const PlaceKeyframe& remembered) { return -1 - remembered.segment; }
   /// The next one of a run; without `look` its place is only remembered. How many loops were
   /// accepted by it. `compare`: see LoopFinder. Throws what MissionGraph::add() throws.
   long add(std::shared_ptr<const PlaceKeyframe> keyframe, const PathNode& node, bool look = true,
            const places::LoopFinder::Compare& compare = {});
+  /// Second visits of the run's own places are of no interest, until told otherwise.
+  void lookInMapOnly(bool only) { map_only_ = only; }
   /// What is known of anchors in the map and in the run, as long as nothing ties the two.
   void setAnchors(const std::vector<Anchor>& in_M, const std::vector<Anchor>& in_W);
   /// Loops of the last add() that the anchors contradict.
@@ -44,7 +48,7 @@ class PlaceGraph {
   std::vector<Loop> against_anchors_;
   places::LoopFinder finder_;
   MissionGraph graph_;
-  bool looked_ = false;
+  bool looked_ = false, map_only_ = false;
 };
 
 }  // namespace vir::mission

@@ -52,6 +52,8 @@ Json pairJson(const team::PairTransform& pair) {
   out["ranges_used"] = a.solutions.empty() ? 0 : a.solutions[0].used;
   out["ranges_rejected"] = rejected + a.ignored;
   out["anchors_used"] = a.solutions.empty() ? 0 : a.solutions[0].anchors_used;
+  out["places"] = a.places;
+  out["places_used"] = a.solutions.empty() ? 0 : a.solutions[0].places_used;
   out["first_unique_s"] = pair.first_unique_s ? Json(*pair.first_unique_s) : Json(nullptr);
   out["joint"] = pair.joint;
   return out;

@@ -81,12 +81,17 @@ Mat3x4 pointJacobian(const Vec3& rotated_p) {
 
 EvidenceCost::EvidenceCost(const std::vector<MutualRange>& ranges,
                            const std::vector<SharedAnchor>& anchors,
-                           const TransformOptions& options, double position_share)
+                           const TransformOptions& options, double position_share,
+                           const std::optional<SharedPlaces>& places)
     : ranges_(ranges),
       anchors_(anchors),
       options_(options),
       position_share_(position_share),
       drift_(options.drift_m_per_sqrt_s > 0 || options.drift_rad_per_sqrt_s > 0) {
+  if (places) {
+    const TimeNs newest = ranges.empty() ? places->until : ranges.back().t;
+    places_ = PlacesCost(*places, options, toSeconds(newest - places->until));
+  }
   steps_.reserve(ranges.size());
   for (std::size_t k = 0; k < ranges.size(); ++k) {
     const bool newest = k + 1 == ranges.size();
@@ -177,7 +182,7 @@ double EvidenceCost::pass(const Vec4& x, Mat4* H, Vec4* g,
     H->setZero();
     g->setZero();
   }
-  double cost = addAnchors(x, R, H, g);
+  double cost = addAnchors(x, R, H, g) + places_.add(x, H, g);
   if (ranges_.empty()) return cost;
   LogSum variances, tails;
   SharedErrors<kStates, kColumns> errors;

@@ -1,8 +1,10 @@
 #pragma once
 /// -2 log likelihood of a transform, given mutual ranges and common anchors.
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "places_cost.h"
 #include "vir/team/find_transform.h"
 
 namespace vir::team {
@@ -32,7 +34,8 @@ class EvidenceCost {
   /// Keeps references to the first three. Of the standard deviations that are said of positions
   /// `position_share` is taken as true.
   EvidenceCost(const std::vector<MutualRange>& ranges, const std::vector<SharedAnchor>& anchors,
-               const TransformOptions& options, double position_share = 1);
+               const TransformOptions& options, double position_share = 1,
+               const std::optional<SharedPlaces>& places = {});
 
   double operator()(const Vec4& x) const;
   /// Gauss-Newton: information `H`, gradient `g` of half the cost.
@@ -41,6 +44,7 @@ class EvidenceCost {
   /// Squared Mahalanobis distance of an anchor's two positions.
   double anchorChi2(const SharedAnchor& anchor, const Vec4& x) const;
   int anchorsUsed(const Vec4& x) const;
+  const PlacesCost& places() const { return places_; }
 
   std::size_t size() const { return ranges_.size(); }
   const std::vector<MutualRange>& ranges() const { return ranges_; }
@@ -71,6 +75,7 @@ class EvidenceCost {
   const std::vector<SharedAnchor>& anchors_;
   const TransformOptions& options_;
   const double position_share_;
+  PlacesCost places_;
   struct Step {
     double phi_position, phi_range, dt_s;  ///< to the range after it
     bool exact;                            ///< positions without covariance

@@ -30,10 +30,11 @@ bool exact(const std::vector<MutualRange>& ranges) {
 std::vector<Reading> readAll(const std::vector<MutualRange>& ranges,
                              const std::vector<SharedAnchor>& anchors,
                              const TransformOptions& options,
-                             const std::vector<WorldTransform>& hints) {
+                             const std::vector<WorldTransform>& hints,
+                             const std::optional<SharedPlaces>& places) {
   std::vector<Reading> readings;
   for (const double share : kPositionShares) {
-    const Evidence evidence(ranges, anchors, options, share);
+    const Evidence evidence(ranges, anchors, options, share, places);
     std::vector<WorldTransform> all_hints = hints;
     for (const Reading& r : readings) {
       for (const TransformSolution& s : r.answer.solutions) all_hints.push_back(s.T_A_B);
@@ -109,11 +110,12 @@ TransformAnswer agreed(const Evidence& evidence, const std::vector<Reading>& rea
 TransformAnswer findTransform(const std::vector<MutualRange>& ranges,
                               const std::vector<SharedAnchor>& anchors,
                               const TransformOptions& options,
-                              const std::vector<WorldTransform>& hints) {
+                              const std::vector<WorldTransform>& hints,
+                              const std::optional<SharedPlaces>& places) {
   options.validate();
-  const std::vector<Reading> readings = readAll(ranges, anchors, options, hints);
+  const std::vector<Reading> readings = readAll(ranges, anchors, options, hints, places);
   if (readings.size() == 1) return readings.front().answer;
-  return agreed(Evidence(ranges, anchors, options), readings);
+  return agreed(Evidence(ranges, anchors, options, 1, places), readings);
 }
 
 }  // namespace vir::team

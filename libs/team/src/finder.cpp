@@ -42,19 +42,21 @@ class Finder {
       : options_(evidence.options), measured_(evidence.options), evidence_(evidence) {
     answer_.ranges = static_cast<int>(evidence_.ranges.size());
     answer_.ignored = static_cast<int>(offered - evidence_.ranges.size());
+    answer_.places = evidence_.places ? evidence_.places->places : 0;
     answer_.needed_margin = -2 * std::log(options_.false_alarm);
     answer_.margin = std::numeric_limits<double>::infinity();
   }
 
   TransformAnswer run(const std::vector<WorldTransform>& hints) {
-    if (evidence_.ranges.empty()) return refuse("no mutual range yet");
     const int n = static_cast<int>(evidence_.ranges.size());
-    if (evidence_.anchors.empty() && n < options_.min_ranges_without_anchor) {
+    if (n == 0 && !evidence_.places) return refuse("no mutual range yet");
+    if (evidence_.anchors.empty() && !evidence_.places && n < options_.min_ranges_without_anchor) {
       return refuse(std::to_string(n) + " of the " +
                     std::to_string(options_.min_ranges_without_anchor) +
                     " mutual ranges that are needed without a common anchor");
     }
-    modes_ = searchModes(evidence_, hints, answer_.needed_margin);
+    modes_ = n == 0 ? std::vector<Mode>{byPlaces(evidence_)}
+                    : searchModes(evidence_, hints, answer_.needed_margin);
     if (modes_.empty()) return refuse("nothing to start from");
     formAnswer();
     return answer_;
@@ -103,8 +105,7 @@ class Finder {
     TransformOptions tried = options_;
     for (int i = 0; i <= kSteps; ++i) {
       tried.slow_share = options_.slow_share * i / kSteps;
-      costs[i] =
-          EvidenceCost(evidence_.ranges, evidence_.anchors, tried, evidence_.position_share)(x);
+      costs[i] = evidence_.cost(evidence_.ranges, tried)(x);
     }
     const double limit = *std::min_element(costs, costs + kSteps + 1) + kLessLikely;
     int i = kSteps;
@@ -120,9 +121,7 @@ class Finder {
       return C;
     }
     const std::vector<MutualRange> few = thinned(evidence_.ranges, options_.max_search_ranges);
-    return exploredCovariance(
-        EvidenceCost(few, evidence_.anchors, measured_, evidence_.position_share), x, C,
-        evidence_.middleOfB(), lever);
+    return exploredCovariance(evidence_.cost(few, measured_), x, C, evidence_.middleOfB(), lever);
   }
 
   /// A height that is hardly known is told by its mean, not by the end of a ridge.
@@ -130,7 +129,7 @@ class Finder {
     const double sigma = std::sqrt(s->covariance(3, 3));
     if (!(sigma > kLookedAt)) return;
     const std::vector<MutualRange> few = thinned(evidence_.ranges, options_.max_search_ranges);
-    const EvidenceCost cost(few, evidence_.anchors, measured_, evidence_.position_share);
+    const EvidenceCost cost = evidence_.cost(few, measured_);
     const HeightMean mean = heightMean(cost, x, sigma);
     const double moved = mean.x[3] - x[3];
     Vec4 level = mean.x;
@@ -151,8 +150,7 @@ class Finder {
     const double factor = scatterOf(innovations);
     answer_.variance_factor = factor;
     measured_.slow_share = measuredSlowShare(modes_.front().x);
-    const EvidenceCost measured(evidence_.ranges, evidence_.anchors, measured_,
-                                evidence_.position_share);
+    const EvidenceCost measured = evidence_.cost(evidence_.ranges, measured_);
     if (measured_.slow_share < options_.slow_share) {
       descend(measured, &modes_.front().x, {20, 1e-6});
       modes_.front().cost = cost(modes_.front().x);
@@ -161,14 +159,17 @@ class Finder {
       if (answer_.solutions.size() >= kMostModes) break;
       TransformSolution s;
       s.T_A_B = fromVector(m.x);
-      s.cost = m.cost / factor;
+      // How the ranges scatter tells nothing of the places.
+      const double of_places = cost.places().add(m.x, nullptr, nullptr);
+      s.cost = (m.cost - of_places) / factor + of_places;
+      s.places_used = cost.places().used(m.x) ? answer_.places : 0;
       const Fit fit = fitOf(cost.innovations(m.x), options_);
       s.used = fit.used;
       s.rejected = fit.rejected;
       s.too_short = fit.too_short;
       s.anchors_used = cost.anchorsUsed(m.x);
       s.covariance = gaussNewtonCovariance(measured, m.x);
-      if (answer_.solutions.empty()) {
+      if (answer_.solutions.empty() && answer_.ranges > 0) {
         s.covariance = explored(s.covariance, m.x);
         averageHeight(m.x, &s);
       }
@@ -179,6 +180,11 @@ class Finder {
     for (std::size_t i = 1; i < answer_.solutions.size(); ++i) {
       answer_.margin =
           std::min(answer_.margin, answer_.solutions[i].cost - answer_.solutions.front().cost);
+    }
+    // With so few ranges nobody has looked where the worlds lie if the places only look alike.
+    const TransformSolution& best = answer_.solutions.front();
+    if (best.places_used > 0 && answer_.ranges < options_.min_ranges_without_anchor) {
+      answer_.margin = std::min(answer_.margin, marginOfPlaces(cost, toVector(best.T_A_B)));
     }
     decide(cost);
   }
@@ -291,7 +297,7 @@ class Finder {
                        " too short): outliers, or another robot's";
       return;
     }
-    const bool anchored = best.anchors_used > 0;
+    const bool anchored = best.anchors_used > 0 || best.places_used > 0;
     if (!anchored && !evidence_.anchors.empty() &&
         answer_.ranges < options_.min_ranges_without_anchor) {
       answer_.status = TransformStatus::inconsistent;
@@ -305,7 +311,7 @@ class Finder {
       return;
     }
     // As many measurements as unknowns prove nothing, even where the two yaws coincide.
-    const bool proved = answer_.ranges + 3 * best.anchors_used > 4;
+    const bool proved = best.places_used > 0 || answer_.ranges + 3 * best.anchors_used > 4;
     if (answer_.margin >= answer_.needed_margin && proved) {
       answer_.status = TransformStatus::unique;
       answer_.solutions.resize(1);
@@ -318,6 +324,10 @@ class Finder {
     if (proved) {
       std::snprintf(text, sizeof text, "two transforms fit (cost differs by %.1f of %.1f)",
                     answer_.margin, answer_.needed_margin);
+    }
+    if (best.places_used > 0 && answer_.solutions.size() == 1) {
+      std::snprintf(text, sizeof text, "the %d places that both have seen fit the rest badly",
+                    answer_.places);
     }
     answer_.reason = geometry.reason.empty() ? text : geometry.reason;
   }
@@ -332,7 +342,7 @@ class Finder {
   }
 
   GeometryProblem geometryOf(const TransformSolution& best, const EvidenceCost& cost) const {
-    if (best.anchors_used > 1) return {};  // a baseline of their own
+    if (best.anchors_used > 1 || best.places_used > 0) return {};  // a baseline of their own
     GeometryProblem problem;
     for (const SharedAnchor& a : evidence_.anchors) {
       const bool used = cost.anchorChi2(a, toVector(best.T_A_B)) < options_.anchor_chi2;

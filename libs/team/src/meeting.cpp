@@ -32,15 +32,29 @@ void tellOfRanges(const MutualRanges& ranges, const RobotRecord& a, const RobotR
   }
 }
 
+void tellOfPlaces(const PairResult& pair, const LogSink& log) {
+  const TransformAnswer& answer = pair.transform.answer;
+  if (answer.places == 0 || answer.solutions.empty()) return;
+  if (answer.solutions.front().places_used > 0) return;
+  vir::log(log, LogLevel::warning,
+           std::to_string(answer.places) + " places that " + pair.transform.to + " and " +
+               pair.transform.from +
+               " seem to have seen both contradict the ranges: not used, they may only look alike");
+}
+
 std::vector<PairResult> findPairs(const std::vector<RobotRecord>& robots,
                                   const MeetingOptions& options,
-                                  const PairSolverFactory& create_solver, const LogSink& log) {
+                                  const PairSolverFactory& create_solver, const LogSink& log,
+                                  const PlacesOfPairs& places) {
   std::vector<PairResult> pairs;
   for (std::size_t i = 0; i < robots.size(); ++i) {
     for (std::size_t j = i + 1; j < robots.size(); ++j) {
       const auto solver = create_solver(log);
-      pairs.push_back(
-          playPair(robots[i], robots[j], solver.get(), options.interval_s, options.use_anchors));
+      const auto seen = places.find({robots[i].name, robots[j].name});
+      pairs.push_back(playPair(
+          robots[i], robots[j], solver.get(), {options.interval_s, options.use_anchors},
+          seen == places.end() ? std::nullopt : std::optional<SharedPlaces>(seen->second)));
+      tellOfPlaces(pairs.back(), log);
       tellOfRanges(pairs.back().ranges, robots[i], robots[j], log);
     }
   }
@@ -50,10 +64,11 @@ std::vector<PairResult> findPairs(const std::vector<RobotRecord>& robots,
 }  // namespace
 
 Meeting meet(std::vector<RobotRecord> robots, const MeetingOptions& options,
-             const PairSolverFactory& create_solver, const LogSink& log) {
+             const PairSolverFactory& create_solver, const LogSink& log,
+             const PlacesOfPairs& places) {
   Meeting out;
   out.robots = std::move(robots);
-  out.pairs = findPairs(out.robots, options, create_solver, log);
+  out.pairs = findPairs(out.robots, options, create_solver, log, places);
   const std::vector<TransformEdge> edges = edgesOf(out.pairs);
   out.map = merge(out.robots, edges);
   for (const TransformLoop& loop : out.map.loops) {

@@ -1,5 +1,6 @@
 #include "mode_search.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -40,6 +41,17 @@ bool usable(const SharedAnchor& a) {
   return within(a.p_A, kFarthest) && within(a.p_B, kFarthest) &&
          within(a.cov_A, kFarthest * kFarthest) && within(a.cov_B, kFarthest * kFarthest);
 }
+
+bool usable(const SharedPlaces& s) {
+  if (s.places < 1 || !std::isfinite(s.T_A_B.yaw_rad) || !within(s.T_A_B.t_m, kFarthest) ||
+      !within(s.centre_B, kFarthest) || !within(s.covariance, kFarthest * kFarthest)) {
+    return false;
+  }
+  const Eigen::SelfAdjointEigenSolver<Mat4> eigen(s.covariance, Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()[0] > kFinest * kFinest;
+}
+
+double square(double v) { return v * v; }
 
 constexpr double kLevel = 0.02;  // [m]; a robot that rises by less stays on a floor
 constexpr double kOneSided = 3;  // sigmas off the floor from which an anchor's side is known
@@ -118,9 +130,10 @@ class Search {
   void search(const std::vector<WorldTransform>& hints) {
     const std::vector<MutualRange> few =
         thinned(evidence_.ranges, evidence_.options.max_search_ranges);
-    const EvidenceCost cost(few, evidence_.anchors, evidence_.options, evidence_.position_share);
+    const EvidenceCost cost = evidence_.cost(few, evidence_.options);
     std::vector<Vec4> starts;
     for (const WorldTransform& hint : hints) starts.push_back(toVector(hint));
+    if (evidence_.places) starts.push_back(toVector(evidence_.places->T_A_B));
     refine(cost, starts);
     if (!evidence_.anchors.empty()) refine(cost, startsThroughAnchors(cost));
     if (static_cast<int>(few.size()) >= evidence_.options.min_ranges_without_anchor) {
@@ -188,8 +201,9 @@ class Search {
 
 Evidence::Evidence(const std::vector<MutualRange>& all_ranges,
                    const std::vector<SharedAnchor>& all_anchors, const TransformOptions& how,
-                   double share_of_positions)
+                   double share_of_positions, const std::optional<SharedPlaces>& shared_places)
     : options(how), position_share(share_of_positions) {
+  if (shared_places && usable(*shared_places)) places = shared_places;
   for (const MutualRange& m : all_ranges) {
     if (usable(m)) ranges.push_back(m);
   }
@@ -209,13 +223,18 @@ Evidence::Evidence(const std::vector<MutualRange>& all_ranges,
 double Evidence::apart(const Vec4& a, const Vec4& b) const {
   const WorldTransform Ta = fromVector(a), Tb = fromVector(b);
   double most = 0;
-  for (const std::size_t k : {std::size_t{0}, ranges.size() / 2, ranges.size() - 1}) {
-    most = std::max(most, (Ta * ranges[k].p_B - Tb * ranges[k].p_B).norm());
+  std::vector<Vec3> at;
+  if (ranges.empty()) {
+    at = {middleOfB()};
+  } else {
+    at = {ranges.front().p_B, ranges[ranges.size() / 2].p_B, ranges.back().p_B};
   }
+  for (const Vec3& p_B : at) most = std::max(most, (Ta * p_B - Tb * p_B).norm());
   return std::max(most, std::abs(wrapAngle(a[0] - b[0])) * options.same_solution_m);
 }
 
 Vec3 Evidence::middleOfB() const {
+  if (ranges.empty()) return places ? places->centre_B : Vec3(Vec3::Zero());
   Vec3 sum = Vec3::Zero();
   for (const MutualRange& m : ranges) sum += m.p_B;
   return sum / static_cast<double>(ranges.size());
@@ -243,6 +262,23 @@ bool plausible(const Fit& fit, const TransformOptions& options) {
   if (fit.used < options.min_inlier_share * n) return false;
   return fit.too_short <= std::max(1.0, options.max_short_share * n) &&
          !(n <= 2 && fit.rejected > 0);
+}
+
+Mode byPlaces(const Evidence& evidence) {
+  Mode mode{0, toVector(evidence.places->T_A_B)};
+  mode.cost = descend(evidence.cost(), &mode.x, {40, kExact});
+  return mode;
+}
+
+double marginOfPlaces(const EvidenceCost& cost, const Vec4& x) {
+  // At best everything else would fit without a residual.
+  const double most = square(cost.options().gate_sigma);
+  double squares = cost.places().chi2(x);
+  for (const Innovation& i : cost.innovations(x)) squares += std::min(square(i.whitened), most);
+  for (const SharedAnchor& a : cost.anchors()) {
+    squares += std::min(cost.anchorChi2(a, x), cost.options().anchor_chi2);
+  }
+  return cost.options().places_chi2 - squares;
 }
 
 std::vector<Mode> searchModes(const Evidence& evidence, const std::vector<WorldTransform>& hints,

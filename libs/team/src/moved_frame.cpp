@@ -14,6 +14,12 @@ void moveA(const WorldTransform& T_new_A, SharedAnchor* anchor) {
   anchor->cov_A = R * anchor->cov_A * R.transpose();
 }
 
+void moveA(const WorldTransform& T_new_A, SharedPlaces* places) {
+  places->T_A_B = T_new_A * places->T_A_B;
+  places->T_A_B.yaw_rad = wrapAngle(places->T_A_B.yaw_rad);
+  places->covariance = movedCovariance(T_new_A, places->covariance);
+}
+
 Eigen::Matrix4d movedCovariance(const WorldTransform& T_new_A, const Eigen::Matrix4d& covariance) {
   Eigen::Matrix4d J = Eigen::Matrix4d::Identity();
   J.bottomRightCorner<3, 3>() = rotZ(T_new_A.yaw_rad);

@@ -7,6 +7,7 @@ namespace vir::team {
 
 void moveA(const WorldTransform& T_new_A, MutualRange* range);
 void moveA(const WorldTransform& T_new_A, SharedAnchor* anchor);
+void moveA(const WorldTransform& T_new_A, SharedPlaces* places);
 void moveA(const WorldTransform& T_new_A, TransformAnswer* answer);
 /// Of (yaw, x, y, z) of a T_A_B.
 Eigen::Matrix4d movedCovariance(const WorldTransform& T_new_A, const Eigen::Matrix4d& covariance);

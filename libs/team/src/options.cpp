@@ -36,6 +36,8 @@ void describe(OptionVisitor& v, TransformOptions& o) {
           "the same for ranges that are too short: no obstacle explains these");
   v.value("anchor_chi2", o.anchor_chi2, {1.0, 1e6},
           "squared sigmas beyond which a common anchor is taken as wrong");
+  v.value("places_chi2", o.places_chi2, {1.0, 1e6},
+          "the same for places that both robots' images show: beyond, they only look alike");
   v.value("max_search_ranges", o.max_search_ranges, {10, 100000},
           "of all ranges, so many are used for finding where to start");
   v.value("max_global_evaluations", o.max_global_evaluations, {30, 10000000},

@@ -95,13 +95,15 @@ std::vector<SharedAnchor> sharedAnchors(const RobotRecord& a, const RobotRecord&
 }
 
 PairResult playPair(const RobotRecord& a, const RobotRecord& b, PairSolver* solver,
-                    double interval_s, bool use_anchors) {
+                    const PairOptions& options, const std::optional<SharedPlaces>& places) {
   PairResult out;
   out.transform.from = b.name;
   out.transform.to = a.name;
   out.ranges = mutualRanges(a, b);
   const auto& list = out.ranges.list;
+  out.places = places;
   if (list.empty()) {
+    solver->setPlaces(places);
     out.transform.answer = solver->answer();
     return out;
   }
@@ -111,8 +113,9 @@ PairResult playPair(const RobotRecord& a, const RobotRecord& b, PairSolver* solv
     const TimeNs t = list[i].range.t;
     solver->add(list[i].range, list[i].segment_A, list[i].segment_B);
     if (t < due && i + 1 < list.size()) continue;
-    due = t + fromSeconds(interval_s);
-    if (use_anchors) solver->setAnchors(sharedAnchors(a, b, t));
+    due = t + fromSeconds(options.interval_s);
+    if (places && (t >= places->since || i + 1 == list.size())) solver->setPlaces(places);
+    if (options.use_anchors) solver->setAnchors(sharedAnchors(a, b, t));
     PairMoment moment{toSeconds(t - first), solver->answer()};
     if (moment.answer.status == TransformStatus::unique && !out.transform.first_unique_s) {
       out.transform.first_unique_s = moment.since_first_s;

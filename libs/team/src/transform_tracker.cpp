@@ -55,6 +55,7 @@ void TransformTracker::add(const MutualRange& range, int segment_A, int segment_
 void TransformTracker::moveA(const WorldTransform& T_new_A) {
   for (MutualRange& range : ranges_) team::moveA(T_new_A, &range);
   for (SharedAnchor& anchor : anchors_) team::moveA(T_new_A, &anchor);
+  if (places_) team::moveA(T_new_A, &*places_);
   for (WorldTransform& hint : hints_) hint = T_new_A * hint;
   if (!decided_) return;
   decided_->T = T_new_A * decided_->T;
@@ -67,7 +68,7 @@ bool TransformTracker::stillDecided(const TransformAnswer& answer) const {
   if (!decided_ || !open || answer.solutions.empty()) return false;
   // Still what it was, as far as that was known.
   const WorldTransform& best = answer.solutions[0].T_A_B;
-  const Vec3& p_B = ranges_.back().p_B;
+  const Vec3& p_B = ranges_.empty() ? places_->centre_B : ranges_.back().p_B;
   const Mat3x4 J = pointJacobian(rotZ(decided_->T.yaw_rad) * p_B);
   const Mat3 C = J * decided_->covariance * J.transpose();
   const double yaw_sigma = std::sqrt(std::max(0.0, decided_->covariance(0, 0)));
@@ -79,8 +80,15 @@ bool TransformTracker::stillDecided(const TransformAnswer& answer) const {
          apart.norm() < std::max(options_.transform.same_solution_m, known_m);
 }
 
+std::optional<SharedPlaces> TransformTracker::placesNow() const {
+  if (!places_ || seen_ == 0) return places_;
+  const bool now = places_->segment_A == segment_A_ && places_->segment_B == segment_B_;
+  return now ? places_ : std::nullopt;
+}
+
 TransformAnswer TransformTracker::answer() {
-  TransformAnswer answer = findTransform(ranges_, anchors_, options_.transform, hints_);
+  TransformAnswer answer =
+      findTransform(ranges_, anchors_, options_.transform, hints_, placesNow());
   if (stillDecided(answer)) {
     answer.status = TransformStatus::unique;
     answer.reason.clear();

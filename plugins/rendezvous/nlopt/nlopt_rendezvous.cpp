@@ -19,6 +19,10 @@ void NloptRendezvous::setAnchors(const std::vector<team::SharedAnchor>& anchors)
   tracker_.setAnchors(anchors);
 }
 
+void NloptRendezvous::setPlaces(const std::optional<SharedPlaces>& places) {
+  tracker_.setPlaces(places);
+}
+
 void NloptRendezvous::moveA(const team::WorldTransform& T_new_A) { tracker_.moveA(T_new_A); }
 
 team::TransformAnswer NloptRendezvous::answer() { return tracker_.answer(); }

@@ -14,6 +14,7 @@ class NloptRendezvous final : public roles::Rendezvous {
   void start(const LogSink& log) override;
   void add(const team::MutualRange& range, int segment_A, int segment_B) override;
   void setAnchors(const std::vector<team::SharedAnchor>& anchors) override;
+  void setPlaces(const std::optional<SharedPlaces>& places) override;
   void moveA(const team::WorldTransform& T_new_A) override;
   team::TransformAnswer answer() override;
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "rendered_places.h"
 #include "vir/camera/camera_model.h"
@@ -239,6 +240,36 @@ TEST(LoopCloser, ARunIsFoundInAMap) {
   const MergedMaps merged = merge(map, alone.map(cameraOf(), {}), {});
   EXPECT_EQ(merged.map.keyframes.size(), 2u * kVisit);
   EXPECT_LT((merged.map.keyframes.back()->T_W_B.p - onTheWay(kVisit - 1, 0.2).p).norm(), 0.1);
+}
+
+/// A map that is extended again and again stays as large as the setting allows. What goes are
+/// second looks from where others look, old and new: the whole way stays covered.
+TEST(LoopCloser, AMapIsBoundedByWhatIsRedundant) {
+  LoopOptions few;
+  few.index.max_keyframes = 20;
+  MissionMap map;
+  for (int run = 0; run < 4; ++run) {
+    Robot robot;
+    LoopCloser closer(few, cameraOf());
+    if (run > 0) closer.begin(map);
+    robot.visit(&closer, run == 0 ? Pose() : Pose(Quat(rotZ(0.5)), Vec3(run, 5, 0)), 100.0 * run,
+                0.01, 0.02 * run);
+    EXPECT_TRUE(closer.found()) << run;
+    closer.solve({}, true);
+    map = closer.map(cameraOf(), {});
+    ASSERT_LE(map.keyframes.size(), 20u) << run;
+    ASSERT_GE(map.keyframes.size(), 14u) << run;
+    for (int k = 0; k < kVisit; ++k) {
+      double nearest = 100;
+      for (const auto& kept : map.keyframes) {
+        nearest = std::min(nearest, (kept->T_W_B.p - onTheWay(k).p).norm());
+      }
+      EXPECT_LT(nearest, 0.7) << "run " << run << ", " << k;
+    }
+    int of_the_first = 0;
+    for (const auto& kept : map.keyframes) of_the_first += kept->segment == 0 ? 1 : 0;
+    EXPECT_GE(of_the_first, 4) << run << ": the oldest are not what goes";
+  }
 }
 
 /// Anchors that map and run know: they fit, and the run is found; they contradict, and it is not.

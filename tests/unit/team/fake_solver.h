@@ -2,6 +2,7 @@
 /// A solver that notes what it is given and answers what the test wants.
 #include <deque>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "vir/team/peer_tracker.h"
@@ -16,6 +17,7 @@ struct Given {
 struct SolverNotes {
   std::vector<Given> given;
   std::vector<team::SharedAnchor> anchors;  ///< as last set
+  std::optional<SharedPlaces> places;       ///< as last set
   std::vector<team::WorldTransform> moved;
   int asked = 0;
   team::TransformStatus status = team::TransformStatus::degenerate;
@@ -32,6 +34,7 @@ class FakeSolver final : public team::PairSolver {
   void setAnchors(const std::vector<team::SharedAnchor>& anchors) override {
     notes_->anchors = anchors;
   }
+  void setPlaces(const std::optional<SharedPlaces>& places) override { notes_->places = places; }
   void moveA(const team::WorldTransform& T_new_A) override { notes_->moved.push_back(T_new_A); }
   team::TransformAnswer answer() override {
     ++notes_->asked;

@@ -134,7 +134,7 @@ TEST(PlayPair, AsksEveryIntervalAndInTheEnd) {
   test::SolverNotes notes;
   notes.status = TransformStatus::unique;
   test::FakeSolver solver(&notes);
-  const PairResult pair = playPair(a, b, &solver, 0.4, true);
+  const PairResult pair = playPair(a, b, &solver, {0.4, true});
   EXPECT_EQ(pair.transform.from, "B");
   EXPECT_EQ(pair.transform.to, "A");
   EXPECT_EQ(notes.given.size(), 10u);
@@ -150,7 +150,7 @@ TEST(PlayPair, AsksEveryIntervalAndInTheEnd) {
 TEST(PlayPair, WithoutARangeItSaysWhatTheSolverSays) {
   test::SolverNotes notes;
   test::FakeSolver solver(&notes);
-  const PairResult pair = playPair(robot("A", 0, 0), robot("B", 1, 5), &solver, 0.5, true);
+  const PairResult pair = playPair(robot("A", 0, 0), robot("B", 1, 5), &solver, {0.5, true});
   EXPECT_TRUE(pair.history.empty());
   EXPECT_EQ(pair.transform.answer.status, TransformStatus::degenerate);
   EXPECT_EQ(pair.transform.answer.reason, "the test says so");

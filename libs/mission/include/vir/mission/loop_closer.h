@@ -125,6 +125,7 @@ class LoopCloser {
   /// Corners with a known distance, in M.
   std::vector<Landmark> landmarks() const;
   /// The map that was loaded and what this run adds to it; this run alone where it was not found.
+  /// As many keyframes as `PlaceIndexOptions::max_keyframes` allows, without what others show.
   /// `anchors`: in M.
   MissionMap map(const Calibration& calibration, const std::vector<Anchor>& anchors) const;
 

@@ -30,6 +30,7 @@ struct TransformSolution {
   int used = 0, rejected = 0;  ///< ranges
   int too_short = 0;           ///< of the rejected: no obstacle explains these
   int anchors_used = 0;        ///< the others contradict the ranges
+  int places_used = 0;         ///< seen by both; 0 also where they only look alike
 };
 
 struct TransformAnswer {
@@ -40,6 +41,7 @@ struct TransformAnswer {
   std::vector<TransformSolution> solutions;
   int ranges = 0;   ///< that could be used at all
   int ignored = 0;  ///< not finite, not positive, without a sigma
+  int places = 0;   ///< that both robots' images show
   /// Cost of the best other solution less that of the best; infinite if there is no other.
   double margin = 0;
   double needed_margin = 0;    ///< what is asked for by `false_alarm`
@@ -65,6 +67,7 @@ struct TransformOptions {
   double min_inlier_share = 0.5;
   double max_short_share = 0.1;  ///< outliers that are too short: no obstacle explains them
   double anchor_chi2 = 30;       ///< an anchor that is farther off is taken as wrong
+  double places_chi2 = 30;       ///< places that are farther off are taken as such that look alike
   int max_search_ranges = 80;    ///< of all ranges, for finding where to start
   int max_global_evaluations = 3000;
   int polish_evaluations = 40;
@@ -86,9 +89,11 @@ void describe(OptionVisitor& v, TransformOptions& o);
 /// any other. This bounds the rate of wrong decisions even when the question is asked again after
 /// every range, as long as the error model holds; errors that stay (of ranges and of positions) are
 /// part of the model. `hints` are further solutions to start from, e.g. those found before.
+/// `places`: what both have seen is evidence as the rest is; no range is needed then.
 TransformAnswer findTransform(const std::vector<MutualRange>& ranges,
                               const std::vector<SharedAnchor>& anchors,
                               const TransformOptions& options,
-                              const std::vector<WorldTransform>& hints = {});
+                              const std::vector<WorldTransform>& hints = {},
+                              const std::optional<SharedPlaces>& places = {});
 
 }  // namespace vir::team

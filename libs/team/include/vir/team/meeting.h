@@ -1,5 +1,8 @@
 #pragma once
 /// Robots whose recordings are at hand: pair by pair, around loops, and all together.
+#include <map>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "vir/core/log.h"
@@ -22,9 +25,13 @@ struct Meeting {
   MergedMap map;
 };
 
+/// What the images of two robots have in common, by (name of A, name of B), A named first.
+using PlacesOfPairs = std::map<std::pair<std::string, std::string>, SharedPlaces>;
+
 /// Names and ids of `robots` must differ. What could not be used, and loops that do not close, are
 /// told to `log`.
 Meeting meet(std::vector<RobotRecord> robots, const MeetingOptions& options,
-             const PairSolverFactory& create_solver, const LogSink& log);
+             const PairSolverFactory& create_solver, const LogSink& log,
+             const PlacesOfPairs& places = {});
 
 }  // namespace vir::team

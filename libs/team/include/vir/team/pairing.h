@@ -1,5 +1,6 @@
 #pragma once
 /// Two robots that met: their mutual ranges, played to a solver as they came in.
+#include <optional>
 #include <vector>
 
 #include "vir/team/pair_solver.h"
@@ -46,10 +47,17 @@ struct PairResult {
   PairTransform transform;  ///< p_A = T p_B
   std::vector<PairMoment> history;
   MutualRanges ranges;
+  std::optional<SharedPlaces> places = {};  ///< that both have seen
 };
 
-/// Asks `solver` every `interval_s`, and at the last range.
+struct PairOptions {
+  double interval_s = 0.5;  ///< between two answers
+  bool use_anchors = true;  ///< those that both robots know
+};
+
+/// Asks `solver` every `interval_s`, and at the last range. `places` are told once the first of
+/// them had been seen by both.
 PairResult playPair(const RobotRecord& a, const RobotRecord& b, PairSolver* solver,
-                    double interval_s, bool use_anchors);
+                    const PairOptions& options, const std::optional<SharedPlaces>& places = {});
 
 }  // namespace vir::team

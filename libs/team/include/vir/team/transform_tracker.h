@@ -28,6 +28,9 @@ class TransformTracker {
   void add(const MutualRange& range, int segment_A = 0, int segment_B = 0);
   /// All anchors that both know, as believed now; replaces what was set before.
   void setAnchors(const std::vector<SharedAnchor>& anchors) { anchors_ = anchors; }
+  /// What both have seen, as known now; replaces what was set before. Of other segments than those
+  /// of the newest range it says nothing.
+  void setPlaces(const std::optional<SharedPlaces>& places) { places_ = places; }
   /// A's poses go on in another frame, to which `T_new_A` takes all that is known.
   void moveA(const WorldTransform& T_new_A);
   /// A sequential test decides when the evidence first suffices: what was `unique` stays so, also
@@ -41,10 +44,12 @@ class TransformTracker {
 
  private:
   bool stillDecided(const TransformAnswer& answer) const;
+  std::optional<SharedPlaces> placesNow() const;
 
   TransformTrackerOptions options_;
   std::vector<MutualRange> ranges_;
   std::vector<SharedAnchor> anchors_;
+  std::optional<SharedPlaces> places_;
   std::vector<WorldTransform> hints_;
   struct Decided {
     WorldTransform T;

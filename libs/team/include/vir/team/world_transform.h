@@ -7,6 +7,7 @@
 #include "vir/core/time.h"
 #include "vir/geometry/level_transform.h"
 #include "vir/geometry/pose.h"
+#include "vir/types/shared_places.h"
 
 namespace vir::team {
 
