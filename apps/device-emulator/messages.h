@@ -23,6 +23,12 @@ struct RangeMessage {
   std::vector<RangeItem> items;
 };
 
+/// What another node has sent, of at most 1024 bytes.
+struct DataMessage {
+  int own_id = 0, sender = 0;
+  std::string bytes;
+};
+
 struct ImuMessage {
   TimeNs device_time = 0;
   unsigned sequence = 0;
@@ -36,6 +42,7 @@ std::string encodeTrek1000(const RangeMessage& m);    ///< ids 0 to 7; mm
 std::string encodeAtRange(const RangeMessage& m);     ///< up to 8 ranges; cm
 std::string encodeQm33(const RangeMessage& m);        ///< cm
 std::string encodeNlink(const RangeMessage& m);       ///< NodeFrame3, ids up to 255; mm
+std::string encodeNlinkData(const DataMessage& m);    ///< NodeFrame0
 std::string encodeArduino(const RangeMessage& m);     ///< a line per range; mm
 std::string encodeJson(const RangeMessage& m);        ///< a line per range; um
 

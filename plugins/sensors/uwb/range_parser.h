@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "line_assembler.h"
@@ -41,6 +42,12 @@ struct ParserCounters {
   ParserCounters& operator+=(const ParserCounters& o);
 };
 
+/// What another node has sent beside its ranges.
+struct NodeData {
+  std::int64_t sender = 0;  ///< id of its radio
+  std::vector<std::uint8_t> bytes;
+};
+
 /// A range outside is not handed out [m].
 struct RangeLimits {
   double min_m = 0.05;
@@ -68,6 +75,8 @@ class RangeParser {
   /// True if device_time is known to be the time of the range (documented, in known units).
   virtual bool clockTrusted() const { return false; }
   virtual const ParserCounters& counters() const { return counters_; }
+  /// What other nodes have sent, of the bytes fed since the last call.
+  virtual std::vector<NodeData> takeData() { return std::exchange(data_, {}); }
 
  protected:
   /// Hands out or counts one range of a valid message.
@@ -75,6 +84,7 @@ class RangeParser {
 
   RangeLimits limits_;
   ParserCounters counters_;
+  std::vector<NodeData> data_;
 };
 
 /// Protocols that are lines of text.
