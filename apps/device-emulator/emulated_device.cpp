@@ -142,6 +142,9 @@ void EmulatedRadio::play(TimeNs t, const RangeItem& range, double now_s) {
   m.items = {range};
   std::string text;
   try {
+    if (range.reference && options().protocol != "json") {
+      throw std::invalid_argument("only json has differences");
+    }
     text = encode_(m);
   } catch (const std::invalid_argument&) {
     ++counts_.refused;

@@ -3,6 +3,7 @@
 /// (plugins/sensors/uwb, plugins/sensors/serial_imu), against which they are tested.
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,8 @@ namespace vir::emulator {
 struct RangeItem {
   std::int64_t id = 0;
   double range_m = 0;
+  /// Set: a difference (TDoA), the range to `id` less that to this anchor.
+  std::optional<std::int64_t> reference = std::nullopt;
 };
 
 /// Ranges measured together.
@@ -44,7 +47,7 @@ std::string encodeQm33(const RangeMessage& m);        ///< cm
 std::string encodeNlink(const RangeMessage& m);       ///< NodeFrame3, ids up to 255; mm
 std::string encodeNlinkData(const DataMessage& m);    ///< NodeFrame0
 std::string encodeArduino(const RangeMessage& m);     ///< a line per range; mm
-std::string encodeJson(const RangeMessage& m);        ///< a line per range; um
+std::string encodeJson(const RangeMessage& m);        ///< a line per range or difference; um
 
 std::string encodeImuText(const ImuMessage& m);
 std::string encodeImuBinary(const ImuMessage& m);

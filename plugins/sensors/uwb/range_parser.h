@@ -16,8 +16,10 @@
 namespace vir::uwb {
 
 struct RangeReading {
-  std::int64_t responder = 0;         ///< the other end's id, as the device numbers it
-  std::optional<std::int64_t> own;    ///< id of the tag that measured, where it is told
+  std::int64_t responder = 0;       ///< the other end's id, as the device numbers it
+  std::optional<std::int64_t> own;  ///< id of the tag that measured, where it is told
+  /// Set: a difference (TDoA), the range to the responder less that to this anchor, either sign.
+  std::optional<std::int64_t> reference;
   double range_m = 0;                 ///< as measured: no bias is taken off
   std::optional<double> rssi_dbm;     ///< received power
   std::optional<double> fp_rssi_dbm;  ///< power of the first path
@@ -79,7 +81,7 @@ class RangeParser {
   virtual std::vector<NodeData> takeData() { return std::exchange(data_, {}); }
 
  protected:
-  /// Hands out or counts one range of a valid message.
+  /// Hands out or counts one range, or difference of ranges, of a valid message.
   void give(const RangeReading& reading, std::vector<RangeReading>* out);
 
   RangeLimits limits_;

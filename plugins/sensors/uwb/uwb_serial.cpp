@@ -13,6 +13,7 @@
 #include "vir/core/settings.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/range_differences.h"
 
 namespace vir {
 
@@ -203,12 +204,29 @@ void UwbSerial::emit(const uwb::RangeReading& reading, TimeNs arrival) {
   const TimeNs t = stampOf(reading, arrival);
   const std::optional<std::string> label = labelOf(reading.responder);
   if (!label) return;
+  if (reading.reference) return emitDifference(reading, *label, t);
   const std::vector<double>& antenna = options_.antenna_m;
   const Range range{t, static_cast<std::uint64_t>(reading.responder), reading.range_m,
                     options_.std_error_m, Vec3(antenna[0], antenna[1], antenna[2])};
   ++(*label == rawlog::kPeerLabel ? given_.peer_ranges : given_.ranges);
   appendObservation(rawlog::toObservation(
       range, *label, rawlog::RadioReach{options_.limits.min_m, options_.limits.max_m}));
+}
+
+void UwbSerial::emitDifference(const uwb::RangeReading& reading, const std::string& label,
+                               TimeNs t) {
+  const std::optional<std::string> of_reference = labelOf(*reading.reference);
+  if (!of_reference) return;
+  // Where a robot is nobody knows well enough to take it for an anchor.
+  if (label == rawlog::kPeerLabel || *of_reference == rawlog::kPeerLabel) {
+    ++given_.differences_to_peers;
+    return;
+  }
+  const std::vector<double>& antenna = options_.antenna_m;
+  ++given_.differences;
+  appendObservation(rawlog::differenceObservation(
+      {t, static_cast<std::uint64_t>(reading.responder), reading.range_m, options_.std_error_m,
+       Vec3(antenna[0], antenna[1], antenna[2]), static_cast<std::uint64_t>(*reading.reference)}));
 }
 
 std::vector<std::pair<std::string, long>> UwbSerial::counters() const {
@@ -220,7 +238,9 @@ std::vector<std::pair<std::string, long>> UwbSerial::counters() const {
              {"ranges", given_.ranges},
              {"unknown_id_taken_as_anchor", given_.unknown_id_kept}},
             &out);
-  addCounts({{"data_of_strangers", given_.data_of_strangers},
+  addCounts({{"differences", given_.differences},
+             {"differences_to_peers_dropped", given_.differences_to_peers},
+             {"data_of_strangers", given_.data_of_strangers},
              {"not_told", given_.not_told},
              {"told", given_.told}},
             &out);

@@ -44,6 +44,7 @@ class UwbSerial : public DeviceSensor {
   /// What became of the ranges behind the parser.
   struct Given {
     long ranges = 0, peer_ranges = 0;
+    long differences = 0, differences_to_peers = 0;
     long told = 0, not_told = 0, data_of_strangers = 0;
     long id_too_large = 0, other_tag = 0, unknown_id_dropped = 0, unknown_id_kept = 0;
   };
@@ -52,6 +53,7 @@ class UwbSerial : public DeviceSensor {
   void noteProtocol();
   void hear(const uwb::NodeData& data, TimeNs arrival);
   void emit(const uwb::RangeReading& reading, TimeNs arrival);
+  void emitDifference(const uwb::RangeReading& reading, const std::string& label, TimeNs t);
   std::optional<std::string> labelOf(std::int64_t id);
   TimeNs stampOf(const uwb::RangeReading& reading, TimeNs arrival);
 
