@@ -8,7 +8,6 @@ namespace {
 
 constexpr double kSettleS = 0.1;               // for a reader to set up and flush its port
 constexpr std::size_t kMostPending = 1 << 16;  // bytes that a slow reader leaves waiting
-constexpr int kOwnId = 9;
 
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
@@ -117,17 +116,35 @@ EmulatedRadio::EmulatedRadio(const DeviceOptions& options)
     throw std::invalid_argument("no radio protocol is called " + options.protocol +
                                 "; there are: " + joined(rangeProtocols()));
   }
+  if (options.air.folder.empty()) return;
+  if (options.protocol != "nlink") {
+    throw std::invalid_argument("only radios with protocol nlink carry data over --air");
+  }
+  air_ = std::make_unique<EmulatedAir>(options.air, options.own_id);
+}
+
+void EmulatedRadio::service(TimeNs t, double now_s) {
+  EmulatedDevice::service(t, now_s);
+  if (!air_) return;
+  for (const AirPacket& packet : air_->take()) {
+    ++counts_.messages;
+    ++data_in_;
+    send(encodeNlinkData({options().own_id, packet.sender, packet.bytes}), now_s);
+  }
 }
 
 void EmulatedRadio::play(TimeNs t, const RangeItem& range, double now_s) {
   ++counts_.messages;
   RangeMessage m;
   m.device_time = deviceTime(t);
-  m.own_id = kOwnId;
+  m.own_id = options().own_id;
   m.sequence = sequence_++;
   m.items = {range};
   std::string text;
   try {
+    if (range.reference && options().protocol != "json") {
+      throw std::invalid_argument("only json has differences");
+    }
     text = encode_(m);
   } catch (const std::invalid_argument&) {
     ++counts_.refused;
@@ -142,6 +159,11 @@ void EmulatedRadio::play(TimeNs t, const RangeItem& range, double now_s) {
 }
 
 void EmulatedRadio::hear(const std::string& bytes, double now_s) {
+  if (air_) {
+    ++data_out_;
+    air_->send(bytes);
+    return;
+  }
   if (options().protocol != "dwm1001_tlv") return EmulatedDevice::hear(bytes, now_s);
   for (const char c : bytes) {
     const bool asked = last_byte_ == '\x0C' && c == '\0';

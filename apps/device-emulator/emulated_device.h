@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "emulated_air.h"
 #include "messages.h"
 #include "pty_port.h"
 #include "vir/core/random.h"
@@ -24,6 +25,8 @@ struct DeviceOptions {
   std::string link;
   double clock_offset_s = 1000, clock_drift_ppm = 0;  ///< of the device against the recording
   bool shell = false;                                 ///< a DWM1001 that is silent until told `lec`
+  int own_id = 9;                                     ///< of a radio
+  AirOptions air;                                     ///< between radios that carry data (nlink)
   FaultOptions faults;
 };
 
@@ -51,7 +54,7 @@ class EmulatedDevice {
   bool heard(double now_s);
   /// Sends what waits, hears what the reader says, pulls out and plugs in: call it often. `t` =
   /// recorded time since the start.
-  void service(TimeNs t, double now_s);
+  virtual void service(TimeNs t, double now_s);
   const PtyPort& port() const { return port_; }
   const DeviceOptions& options() const { return options_; }
   const DeviceCounts& counts() const { return counts_; }
@@ -83,8 +86,12 @@ class EmulatedRadio : public EmulatedDevice {
   /// Throws std::invalid_argument for an unknown protocol.
   explicit EmulatedRadio(const DeviceOptions& options);
   void play(TimeNs t, const RangeItem& range, double now_s);
+  void service(TimeNs t, double now_s) override;
   /// Ranges kept for a binary DWM1001 that nobody asks.
   long unasked() const { return static_cast<long>(waiting_.size()); }
+  /// Packets of its reader that went on the air, and packets of others that came from there.
+  long dataOut() const { return data_out_; }
+  long dataIn() const { return data_in_; }
 
  protected:
   void hear(const std::string& bytes, double now_s) override;
@@ -93,6 +100,8 @@ class EmulatedRadio : public EmulatedDevice {
   RangeEncoder encode_;
   unsigned sequence_ = 0;
   std::deque<RangeItem> waiting_;
+  std::unique_ptr<EmulatedAir> air_;
+  long data_out_ = 0, data_in_ = 0;
   char last_byte_ = 0;
 };
 

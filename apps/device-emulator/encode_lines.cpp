@@ -17,6 +17,13 @@ std::string encodeArduino(const RangeMessage& m) {
 std::string encodeJson(const RangeMessage& m) {
   std::string out;
   for (const RangeItem& item : m.items) {
+    if (item.reference) {
+      out += printed("{\"utime\":%lld,\"uid\":%d,\"ouid\":%lld,\"ruid\":%lld,\"tdoa\":[%.6f]}\n",
+                     static_cast<long long>(m.device_time / 1000), m.own_id,
+                     static_cast<long long>(item.id), static_cast<long long>(*item.reference),
+                     item.range_m);
+      continue;
+    }
     out += printed("{\"utime\":%lld,\"uid\":%d,\"ouid\":%lld,\"raz\":[%.6f],\"rssi\":[-79.3]}\n",
                    static_cast<long long>(m.device_time / 1000), m.own_id,
                    static_cast<long long>(item.id), item.range_m);

@@ -2,6 +2,15 @@
 #include "wire.h"
 
 namespace vir::emulator {
+namespace {
+
+void seal(std::string* frame) {
+  unsigned sum = 0;
+  for (const char c : *frame) sum += static_cast<unsigned char>(c);
+  put(frame, sum, 1);
+}
+
+}  // namespace
 
 std::string encodeNlink(const RangeMessage& m) {
   require(m.items.size() <= 255, "a NodeFrame3 holds at most 255 nodes");
@@ -23,9 +32,24 @@ std::string encodeNlink(const RangeMessage& m) {
     put(&out, 160, 1);
     put(&out, 156, 1);
   }
-  unsigned sum = 0;
-  for (const char c : out) sum += static_cast<unsigned char>(c);
-  put(&out, sum, 1);
+  seal(&out);
+  return out;
+}
+
+std::string encodeNlinkData(const DataMessage& m) {
+  require(m.bytes.size() <= 1024, "a node sends at most 1024 bytes at once");
+  require(m.sender >= 0 && m.sender < 256, "LinkTrack ids of NodeFrame0 go to 255");
+  std::string out("\x55\x02", 2);
+  put(&out, 11 + 4 + m.bytes.size() + 1, 2);
+  put(&out, 2, 1);
+  put(&out, static_cast<std::uint64_t>(m.own_id), 1);
+  put(&out, 0, 4);
+  put(&out, 1, 1);
+  put(&out, 2, 1);
+  put(&out, static_cast<std::uint64_t>(m.sender), 1);
+  put(&out, m.bytes.size(), 2);
+  out += m.bytes;
+  seal(&out);
   return out;
 }
 

@@ -45,6 +45,7 @@ class Emulator {
     if (!a.imu.empty()) {
       DeviceOptions o = deviceOptions(a, a.imu);
       o.shell = false;
+      o.air = {};
       imu_ = std::make_unique<EmulatedImu>(o);
     }
     for (EmulatedDevice* d :
@@ -95,6 +96,10 @@ class Emulator {
                     c.unheard + (d == radio_.get() ? radio_->unasked() : 0), c.unplugged, c.refused,
                     c.overrun, c.garbage_bytes, c.unplugs);
       text += line;
+    }
+    if (radio_ && !radio_->options().air.folder.empty()) {
+      text += ",\n  \"air\": {\"data_out\": " + std::to_string(radio_->dataOut()) +
+              ", \"data_in\": " + std::to_string(radio_->dataIn()) + "}";
     }
     return text + "\n}\n";
   }
@@ -175,6 +180,16 @@ void declare(CLI::App* app, Arguments* a) {
       ->capture_default_str();
   app->add_option("--linger", a->linger_s, "Seconds that the ports stay after the last message")
       ->capture_default_str();
+  app->add_option("--own-id", a->device.own_id, "Id of the radio (nlink)")
+      ->check(CLI::Range(0, 255))
+      ->capture_default_str();
+  app->add_option("--air", a->device.air.folder,
+                  "Folder where emulated radios meet (nlink): what a program writes to one comes "
+                  "out of the others");
+  app->add_option("--air-lost", a->device.air.lost, "Share of it that is lost")
+      ->check(CLI::Range(0.0, 1.0));
+  app->add_option("--air-damaged", a->device.air.damaged, "Share of it that has a byte changed")
+      ->check(CLI::Range(0.0, 1.0));
   app->add_flag("--shell", a->device.shell, "The radio is silent until told `lec` (DWM1001)");
   app->add_option("--clock-offset", a->device.clock_offset_s, "Device time at the start [s]");
   app->add_option("--clock-drift", a->device.clock_drift_ppm, "Device clock fast by [ppm]");

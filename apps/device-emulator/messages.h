@@ -3,6 +3,7 @@
 /// (plugins/sensors/uwb, plugins/sensors/serial_imu), against which they are tested.
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,8 @@ namespace vir::emulator {
 struct RangeItem {
   std::int64_t id = 0;
   double range_m = 0;
+  /// Set: a difference (TDoA), the range to `id` less that to this anchor.
+  std::optional<std::int64_t> reference = std::nullopt;
 };
 
 /// Ranges measured together.
@@ -21,6 +24,12 @@ struct RangeMessage {
   int own_id = 0;
   unsigned sequence = 0;
   std::vector<RangeItem> items;
+};
+
+/// What another node has sent, of at most 1024 bytes.
+struct DataMessage {
+  int own_id = 0, sender = 0;
+  std::string bytes;
 };
 
 struct ImuMessage {
@@ -36,8 +45,9 @@ std::string encodeTrek1000(const RangeMessage& m);    ///< ids 0 to 7; mm
 std::string encodeAtRange(const RangeMessage& m);     ///< up to 8 ranges; cm
 std::string encodeQm33(const RangeMessage& m);        ///< cm
 std::string encodeNlink(const RangeMessage& m);       ///< NodeFrame3, ids up to 255; mm
+std::string encodeNlinkData(const DataMessage& m);    ///< NodeFrame0
 std::string encodeArduino(const RangeMessage& m);     ///< a line per range; mm
-std::string encodeJson(const RangeMessage& m);        ///< a line per range; um
+std::string encodeJson(const RangeMessage& m);        ///< a line per range or difference; um
 
 std::string encodeImuText(const ImuMessage& m);
 std::string encodeImuBinary(const ImuMessage& m);

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "vir/rawlog/convert.h"
+#include "vir/rawlog/range_differences.h"
 #include "vir/rawlog/rawlog_reader.h"
 
 namespace vir::emulator {
@@ -16,9 +17,13 @@ ImuMessage messageOf(const ImuSample& s) {
   return m;
 }
 
+std::int64_t idOf(std::uint64_t anchor) { return static_cast<std::int32_t>(anchor); }
+
 RangeItem itemOf(const Range& r) {
   // The radio's number, which MRPT keeps as 32 bits with a sign.
-  return {static_cast<std::int32_t>(r.anchor), r.range_m};
+  RangeItem item{idOf(r.anchor), r.range_m};
+  if (r.reference) item.reference = idOf(*r.reference);
+  return item;
 }
 
 }  // namespace
@@ -32,9 +37,15 @@ std::vector<Event> readRecording(const std::string& rawlog, const RecordingLabel
       const auto sample = rawlog::imuSampleOf(*observation);
       if (sample) events.push_back({sample->t, messageOf(*sample)});
     }
-    if (std::find(labels.ranges.begin(), labels.ranges.end(), label) == labels.ranges.end()) {
-      continue;
+    const auto asked = [&](const std::string& name) {
+      return std::find(labels.ranges.begin(), labels.ranges.end(), name) != labels.ranges.end();
+    };
+    if (asked(rawlog::differencesName())) {
+      for (const Range& r : rawlog::rangeDifferencesOf(*observation)) {
+        events.push_back({r.t, itemOf(r)});
+      }
     }
+    if (!asked(label)) continue;
     for (const Range& r : rawlog::rangesOf(*observation)) events.push_back({r.t, itemOf(r)});
   }
   if (events.empty()) {

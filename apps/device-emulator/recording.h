@@ -14,7 +14,8 @@ struct Event {
 };
 
 struct RecordingLabels {
-  std::vector<std::string> ranges = {rawlog::kRangeLabel, rawlog::kPeerLabel};
+  std::vector<std::string> ranges = {rawlog::kRangeLabel, rawlog::kPeerLabel,
+                                     rawlog::differencesName()};
   std::string imu = rawlog::kImuLabel;
 };
 

@@ -1,6 +1,7 @@
 /// Differences of ranges (TDoA), from the simulation to a trajectory in the survey's frame.
 #include <gtest/gtest.h>
 
+#include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -132,6 +133,36 @@ TEST_F(Tdoa, TheRawlogTellsThemFromRanges) {
   o = test::virSlam("check " + quoted(at("flight.rawlog")));
   EXPECT_TRUE(contains(o.text, "TDOA:132")) << o.text;
   EXPECT_TRUE(contains(o.text, "--anchors")) << o.text;
+}
+
+/// From a radio on a pseudo-terminal, while recording, to an estimate in the survey's frame.
+TEST_F(Tdoa, LiveFromADevice) {
+  const long start_s = static_cast<long>(time(nullptr)) + 3;
+  const std::string started = std::to_string(start_s), radio = at("radio");
+  test::writeText(at("live.ini"),
+                  "[Recording]\nestimate = true\n[Estimator]\ndriver = odometry\n"
+                  "[wheels]\ndriver = RawlogReplay\nprocess_rate = 200\nlabels = ODOM GT\n"
+                  "clock = keep\nstamps = now\nrawlog = flight.rawlog\nstart_at_s = " +
+                      started +
+                      "\n[tag]\ndriver = UwbSerial\nprocess_rate = 500\nprotocol = json\n"
+                      "anchor_ids = 0x84 7 5 12\nantenna_m = 0.03 0 0.08\nport = " +
+                      radio + "\n");
+  const std::string call =
+      quoted(test::buildDir() + "/bin/vir-device-emulator") + " " + quoted(at("flight.rawlog")) +
+      " --no-wait --start-at " + started + " --uwb json=" + radio + " > " + quoted(at("sent")) +
+      " & radio=$!; for i in 1 2 3 4 5 6 7 8 9; do [ -e " + quoted(radio) +
+      " ] || sleep 0.1; done; " + quoted(test::buildDir() + "/bin/vir-slam") + " record " +
+      quoted(at("live.ini")) + " --out " + quoted(at("live.rawlog")) + " --results " +
+      quoted(at("live")) + " --duration-s 33 --set " +
+      quoted("Ranges.surveyed_anchors=" + at("anchors.csv")) + "; code=$?; kill $radio; exit $code";
+  const test::Outcome o = test::shell(call);
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_TRUE(contains(o.text, "tag: differences ")) << o.text;
+  EXPECT_FALSE(contains(o.text, "corrupt")) << o.text;
+  const auto summary = summaryOf("live");
+  EXPECT_EQ(summary["survey"]["status"], "found") << summary["survey"];
+  EXPECT_GT(summary["counters"]["ranges_accepted"], 500) << summary["counters"];
+  EXPECT_LT(summary["ate_posyaw_m"], 0.15);
 }
 
 }  // namespace

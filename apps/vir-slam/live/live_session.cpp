@@ -13,6 +13,7 @@
 #include "live/foxglove_stream.h"
 #include "live/live_view.h"
 #include "live/pose_stream.h"
+#include "live/radio_team.h"
 #include "live/ros_stream.h"
 #include "output/console.h"
 #include "recordings/check_observer.h"
@@ -114,6 +115,7 @@ class LiveSession final : public results::RunObserver {
     });
     if (team_) hooks.observers.push_back(team_.get());
     if (ros_) hooks.observers.push_back(ros_.get());
+    hooks.observers.push_back(&to_sensors_);
     hooks.observers.push_back(this);
     hooks.observers.push_back(&check_observer_);
     if (foxglove_) hooks.observers.push_back(foxglove_.get());
@@ -149,11 +151,11 @@ class LiveSession final : public results::RunObserver {
   /// What sensors and other robots say.
   std::vector<live::Arrival> take(TimeNs timeout) {
     std::vector<live::Arrival> arrivals = acquisition_.take(timeout);
-    if (!team_) return arrivals;
-    team_->note(arrivals);
-    for (live::Arrival& a : team_->receive(sensors_)) {
-      arrivals.push_back(std::move(a));
+    if (team_) {
+      team_->note(arrivals);
+      for (live::Arrival& a : team_->receive(sensors_)) arrivals.push_back(std::move(a));
     }
+    heard_ |= setApart(plan_.peers.label(), sensors_, &arrivals);
     return arrivals;
   }
 
@@ -231,9 +233,7 @@ class LiveSession final : public results::RunObserver {
       if (a.sensor < sensors_) check_.add(*a.observation);  // not what other robots tell
     }
     if (estimation_) estimation_->add(arrivals);
-    drawn([&] {
-      for (const live::Arrival& a : arrivals) view_->setObservation(a.observation);
-    });
+    for (const live::Arrival& a : arrivals) drawn([&] { view_->setObservation(a.observation); });
     recorder_->add(arrivals);
   }
 
@@ -243,7 +243,7 @@ class LiveSession final : public results::RunObserver {
       if (sensors[i].state != live::SensorState::running) recorder_->setEnded(i);
     }
     // What the other robots tell is put in its place while the order of time waits anyway.
-    if (!team_) recorder_->setEnded(sensors_);
+    if (!team_ && !heard_) recorder_->setEnded(sensors_);
   }
 
   /// What waits is in memory only.
@@ -362,6 +362,7 @@ class LiveSession final : public results::RunObserver {
   RecordingCheck check_{RecordingCheck::Depth::brief};
   CheckObserver check_observer_{check_, Settings::fromText(plan_.usedIni(), "used.ini")};
   live::Acquisition acquisition_;
+  StateToSensors to_sensors_{&acquisition_};
   const std::size_t sensors_;
   std::optional<results::ResultsFolder> folder_;
   std::unique_ptr<live::LineServer> server_;
@@ -376,7 +377,7 @@ class LiveSession final : public results::RunObserver {
   std::unique_ptr<live::LiveEstimation> estimation_;
   std::unique_ptr<live::LiveRecorder> recorder_;
   SteadyClock::time_point started_;
-  bool said_behind_ = false;
+  bool said_behind_ = false, heard_ = false;
 };
 
 }  // namespace

@@ -57,6 +57,7 @@ class Acquisition::Sensor {
     status_.driver = section_.driver;
     try {
       device_ = create();  // wrong settings are found before anything is started
+      wants_states_ = device_->live() != nullptr && device_->live()->wantsStates();
     } catch (const roles::PluginError&) {
       throw;
     } catch (const std::exception& e) {
@@ -93,6 +94,11 @@ class Acquisition::Sensor {
   }
 
   bool optional() const { return section_.optional; }
+  bool wantsStates() const { return wants_states_; }
+  void tell(const StateEstimate& estimate, std::vector<Anchor> anchors) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    to_tell_.emplace(estimate, std::move(anchors));
+  }
   bool ended() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return status_.state == SensorState::ended;
@@ -167,6 +173,7 @@ class Acquisition::Sensor {
   void listen() {
     roles::LiveSource* live = device_->live();
     if (live == nullptr) return;
+    if (const auto news = takeNews()) live->tell(news->first, news->second);
     const bool there = live->connected();
     for (const roles::SensorMessage& m : live->takeMessages()) say(m.level, m.text);
     if (there != connected_) setState(there ? SensorState::running : SensorState::waiting);
@@ -177,6 +184,13 @@ class Acquisition::Sensor {
     auto counters = live->counters();
     const std::lock_guard<std::mutex> lock(mutex_);
     status_.counters = std::move(counters);
+  }
+
+  using News = std::pair<StateEstimate, std::vector<Anchor>>;
+  std::optional<News> takeNews() {
+    if (!wants_states_) return std::nullopt;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(to_tell_, std::nullopt);
   }
 
   /// Hands over what the driver has.
@@ -297,7 +311,7 @@ class Acquisition::Sensor {
   Acquisition* owner_;
   std::size_t index_;
   roles::SensorSection section_;
-  bool keeps_stamps_;
+  bool keeps_stamps_, wants_states_ = false;
   mrpt::config::CConfigFileMemory config_;
   std::string image_folder_;
   std::unique_ptr<roles::Sensor> device_;
@@ -309,6 +323,7 @@ class Acquisition::Sensor {
   bool said_whole_ = false;  // of the thread
   SteadyClock::time_point counted_;
   SensorStatus status_;
+  std::optional<News> to_tell_;
   std::thread thread_;
 };
 
@@ -319,9 +334,8 @@ Acquisition::Acquisition(const Settings& settings, const std::string& image_fold
     sensors_.push_back(
         std::make_unique<Sensor>(this, sensors_.size(), settings, section, image_folder));
   }
-  if (sensors_.empty()) {
-    throw SettingsError({settings.name(), 0}, "", "", "no section with a driver: no sensor");
-  }
+  if (!sensors_.empty()) return;
+  throw SettingsError({settings.name(), 0}, "", "", "no section with a driver: no sensor");
 }
 
 Acquisition::~Acquisition() { stop(); }
@@ -364,6 +378,13 @@ std::vector<Arrival> Acquisition::take(TimeNs timeout) {
 bool Acquisition::ended() const {
   return std::all_of(sensors_.begin(), sensors_.end(),
                      [](const auto& sensor) { return sensor->ended(); });
+}
+
+void Acquisition::tell(const StateEstimate& estimate,
+                       const std::function<std::vector<Anchor>()>& anchors) {
+  for (const auto& sensor : sensors_) {
+    if (sensor->wantsStates()) sensor->tell(estimate, anchors());
+  }
 }
 
 void Acquisition::stop() {

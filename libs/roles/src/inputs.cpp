@@ -54,6 +54,7 @@ bool matches(const EstimatorInput& input, const mrpt::obs::CObservation& observa
 
 bool takes(const std::vector<EstimatorInput>& inputs, const mrpt::obs::CObservation& observation) {
   return rawlog::isDeployedAnchorLabel(observation.sensorLabel) ||
+         rawlog::differenceReferenceOf(observation.sensorLabel).has_value() ||
          std::any_of(inputs.begin(), inputs.end(),
                      [&](const EstimatorInput& input) { return matches(input, observation); });
 }

@@ -234,9 +234,10 @@ void PeerInbox::tell(const PeerReport& r, ReportDecision decision, std::optional
   const auto known = senders_.find(r.robot);
   switch (decision) {
     case ReportDecision::own_number:
-      once(&told_own_number_, "another robot of the team says that it is number " +
-                                  std::to_string(r.robot) +
-                                  ", which this one is: give each its own (Dds.robot)");
+      once(&told_own_number_,
+           "another robot of the team says that it is number " + std::to_string(r.robot) +
+               ", which this one is: give each its own (Dds.robot, or own_id of the "
+               "radio)");
       break;
     case ReportDecision::other_version:
       once(&told_version_, robot + " speaks version " + std::to_string(r.version) +
@@ -244,9 +245,10 @@ void PeerInbox::tell(const PeerReport& r, ReportDecision decision, std::optional
                                std::to_string(kPeerReportVersion) + ": not listened to");
       break;
     case ReportDecision::same_number:
-      once(&known->second.told_number,
-           "two robots of the team say that they are number " + std::to_string(r.robot) +
-               ": the one that was heard first is listened to (give each its own Dds.robot)");
+      once(&known->second.told_number, "two robots of the team say that they are number " +
+                                           std::to_string(r.robot) +
+                                           ": the one that was heard first is listened to (give "
+                                           "each its own Dds.robot, or own_id of the radio)");
       break;
     case ReportDecision::other_clock:
     case ReportDecision::late: {

@@ -64,6 +64,10 @@ std::size_t AutoParser::buffered() const {
   return sum;
 }
 
+std::vector<NodeData> AutoParser::takeData() {
+  return chosen_ != nullptr ? chosen_->takeData() : std::vector<NodeData>();
+}
+
 const ParserCounters& AutoParser::counters() const {
   sum_ = past_;
   if (chosen_ != nullptr) sum_ += chosen_->counters();

@@ -22,6 +22,7 @@ class AutoParser : public RangeParser {
   bool clockTrusted() const override { return chosen_ != nullptr && chosen_->clockTrusted(); }
   /// Of the protocols chosen so far; bytes that none recognised count as skipped.
   const ParserCounters& counters() const override;
+  std::vector<NodeData> takeData() override;
 
  private:
   void startSearch();

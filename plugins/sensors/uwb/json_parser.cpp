@@ -48,15 +48,18 @@ bool firstNumber(const json& object, const char* key, std::optional<double>* val
 
 LineRangeParser::Verdict JsonParser::parseLine(std::string_view line,
                                                std::vector<RangeReading>* out) {
-  const bool torn = line.find("\"raz\"") != line.npos;
+  const bool torn = line.find("\"raz\"") != line.npos || line.find("\"tdoa\"") != line.npos;
   if (line.front() != '{') return torn ? Verdict::corrupt : Verdict::other;
   json object;
   if (!parseObject(line, &object)) return Verdict::corrupt;
-  if (object.find("raz") == object.end()) return Verdict::ignored;
+  const bool difference = object.contains("tdoa");
+  if (!difference && !object.contains("raz")) return Verdict::ignored;
+  if (difference && object.contains("raz")) return Verdict::corrupt;
   RangeReading reading;
   std::int64_t own = 0, microseconds = 0;
   std::optional<double> range_m, los;
-  if (!wholeNumber(object, "ouid", &reading.responder) || !firstNumber(object, "raz", &range_m) ||
+  if (!wholeNumber(object, "ouid", &reading.responder) ||
+      !firstNumber(object, difference ? "tdoa" : "raz", &range_m) ||
       !firstNumber(object, "los", &los) || !firstNumber(object, "rssi", &reading.rssi_dbm)) {
     return Verdict::corrupt;
   }
@@ -69,6 +72,13 @@ LineRangeParser::Verdict JsonParser::parseLine(std::string_view line,
       return Verdict::corrupt;
     }
     reading.device_time = microseconds * 1000;
+  }
+  if (difference) {
+    std::int64_t reference = 0;
+    if (!wholeNumber(object, "ruid", &reference) || reference == reading.responder) {
+      return Verdict::corrupt;
+    }
+    if (range_m) reading.reference = reference;  // else it was not measured
   }
   if (los) reading.line_of_sight = *los > 0.5;
   reading.range_m = range_m.value_or(0);

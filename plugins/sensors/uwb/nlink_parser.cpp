@@ -7,7 +7,8 @@ namespace vir::uwb {
 namespace {
 
 constexpr std::uint8_t kHead = 0x55;
-constexpr std::uint8_t kTagFrame0 = 0x01;
+constexpr std::uint8_t kTagFrame0 = 0x01, kNodeFrame0 = 0x02;
+constexpr std::size_t kDataFixed = 11, kDataCount = 10, kDataNode = 4, kLongestDataFrame = 2048;
 constexpr std::size_t kTagFrameSize = 128, kTagDistances = 22, kTagFloats = 46, kTagLocalTime = 108;
 constexpr int kTagFloatCount = 6;  // gyro and accelerometer
 constexpr std::uint8_t kHighestRole = 15;
@@ -82,6 +83,7 @@ FrameRangeParser::Look NlinkParser::look(const std::uint8_t* bytes, std::size_t 
     const bool good = sumIsRight(bytes, kTagFrameSize) && tagFrameIsSane(bytes);
     return {good ? Outcome::frame : Outcome::corrupt, kTagFrameSize};
   }
+  if (bytes[1] == kNodeFrame0) return lookAtData(bytes, size);
   const Layout* l = layoutOf(bytes[1]);
   if (l == nullptr) return {Outcome::none, 0};
   if (size < 4) return {Outcome::need_more, 0};
@@ -95,6 +97,35 @@ FrameRangeParser::Look NlinkParser::look(const std::uint8_t* bytes, std::size_t 
   if (size < length) return {Outcome::need_more, 0};
   const bool good = sumIsRight(bytes, length) && rolesAreSane(bytes, *l);
   return {good ? Outcome::frame : Outcome::corrupt, length};
+}
+
+FrameRangeParser::Look NlinkParser::lookAtData(const std::uint8_t* bytes, std::size_t size) {
+  if (size < 4) return {Outcome::need_more, 0};
+  const std::size_t length = u16At(bytes + 2);
+  if (length < kDataFixed + 1 || length > kLongestDataFrame) return {Outcome::corrupt, 0};
+  if (size < kDataFixed) return {Outcome::need_more, 0};
+  if (bytes[4] > kHighestRole) return {Outcome::corrupt, 0};
+  // Node by node as they come, so that a damaged length is seen as soon as it can be.
+  std::size_t at = kDataFixed;
+  for (std::size_t i = 0; i < bytes[kDataCount]; ++i) {
+    if (at + kDataNode + 1 > length) return {Outcome::corrupt, 0};
+    if (size < at + kDataNode) return {Outcome::need_more, 0};
+    if (bytes[at] > kHighestRole) return {Outcome::corrupt, 0};
+    at += kDataNode + u16At(bytes + at + 2);
+  }
+  if (at + 1 != length) return {Outcome::corrupt, 0};
+  if (size < length) return {Outcome::need_more, 0};
+  return {sumIsRight(bytes, length) ? Outcome::frame : Outcome::corrupt, length};
+}
+
+void NlinkParser::parseDataFrame(const std::uint8_t* bytes) {
+  std::size_t at = kDataFixed;
+  for (std::size_t i = 0; i < bytes[kDataCount]; ++i) {
+    const std::uint8_t* node = bytes + at;
+    const std::size_t length = u16At(node + 2);
+    data_.push_back({node[1], {node + kDataNode, node + kDataNode + length}});
+    at += kDataNode + length;
+  }
 }
 
 void NlinkParser::parseTagFrame(const std::uint8_t* bytes, std::vector<RangeReading>* out) {
@@ -112,6 +143,7 @@ void NlinkParser::parseFrame(const std::uint8_t* bytes, std::size_t,
                              std::vector<RangeReading>* out) {
   ++counters_.messages;
   if (bytes[1] == kTagFrame0) return parseTagFrame(bytes, out);
+  if (bytes[1] == kNodeFrame0) return parseDataFrame(bytes);
   const Layout& l = *layoutOf(bytes[1]);
   for (std::size_t i = 0; i < bytes[l.count]; ++i) {
     const std::uint8_t* node = bytes + l.fixed + i * l.node;

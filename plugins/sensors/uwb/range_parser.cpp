@@ -20,9 +20,11 @@ ParserCounters& ParserCounters::operator+=(const ParserCounters& o) {
 }
 
 void RangeParser::give(const RangeReading& reading, std::vector<RangeReading>* out) {
-  if (reading.range_m == 0) {
+  // A difference may be 0, and is no longer than a range.
+  const double least_m = reading.reference ? -limits_.max_m : limits_.min_m;
+  if (reading.range_m == 0 && !reading.reference) {
     ++counters_.failed;
-  } else if (!(reading.range_m >= limits_.min_m && reading.range_m <= limits_.max_m)) {
+  } else if (!(reading.range_m >= least_m && reading.range_m <= limits_.max_m)) {
     ++counters_.implausible;
   } else {
     ++counters_.ranges;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "line_assembler.h"
@@ -15,8 +16,10 @@
 namespace vir::uwb {
 
 struct RangeReading {
-  std::int64_t responder = 0;         ///< the other end's id, as the device numbers it
-  std::optional<std::int64_t> own;    ///< id of the tag that measured, where it is told
+  std::int64_t responder = 0;       ///< the other end's id, as the device numbers it
+  std::optional<std::int64_t> own;  ///< id of the tag that measured, where it is told
+  /// Set: a difference (TDoA), the range to the responder less that to this anchor, either sign.
+  std::optional<std::int64_t> reference;
   double range_m = 0;                 ///< as measured: no bias is taken off
   std::optional<double> rssi_dbm;     ///< received power
   std::optional<double> fp_rssi_dbm;  ///< power of the first path
@@ -39,6 +42,12 @@ struct ParserCounters {
   std::uint64_t skipped_bytes = 0;  ///< between binary frames
 
   ParserCounters& operator+=(const ParserCounters& o);
+};
+
+/// What another node has sent beside its ranges.
+struct NodeData {
+  std::int64_t sender = 0;  ///< id of its radio
+  std::vector<std::uint8_t> bytes;
 };
 
 /// A range outside is not handed out [m].
@@ -68,13 +77,16 @@ class RangeParser {
   /// True if device_time is known to be the time of the range (documented, in known units).
   virtual bool clockTrusted() const { return false; }
   virtual const ParserCounters& counters() const { return counters_; }
+  /// What other nodes have sent, of the bytes fed since the last call.
+  virtual std::vector<NodeData> takeData() { return std::exchange(data_, {}); }
 
  protected:
-  /// Hands out or counts one range of a valid message.
+  /// Hands out or counts one range, or difference of ranges, of a valid message.
   void give(const RangeReading& reading, std::vector<RangeReading>* out);
 
   RangeLimits limits_;
   ParserCounters counters_;
+  std::vector<NodeData> data_;
 };
 
 /// Protocols that are lines of text.

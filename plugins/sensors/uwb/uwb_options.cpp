@@ -29,6 +29,9 @@ void describe(OptionVisitor& v, UwbOptions& o) {
   v.value("latency_s", o.latency_s, {0, 10}, "taken off every stamp: from measuring to arrival");
   v.value("dialogue", o.dialogue, "ask a silent DWM1001 for its ranges");
   v.value("poll_hz", o.poll_hz, {0.1, 200}, "how often dwm1001_tlv is asked");
+  v.value("tell_hz", o.tell_hz, {0, 50},
+          "how often this robot's position goes to the others as data of the radio (nlink, with "
+          "own_id; while estimating); 0 = never");
   v.value("silence_s", o.source.silence_s, {0, 3600},
           "report when nothing comes for so long (TCP: connect again); 0 = never");
 }

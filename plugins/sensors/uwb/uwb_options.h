@@ -24,6 +24,7 @@ struct UwbOptions {
   double latency_s = 0;
   bool dialogue = true;
   double poll_hz = 10;
+  double tell_hz = 0;  ///< 0 = tells the other robots nothing
 };
 
 void describe(OptionVisitor& v, UwbOptions& o);

@@ -4,12 +4,16 @@
 //
 #include <mrpt/config/CConfigFileBase.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
+#include <mrpt/obs/CObservationRobotPose.h>
 
+#include <random>
 #include <stdexcept>
 
+#include "vir/core/resource_usage.h"
 #include "vir/core/settings.h"
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/range_differences.h"
 
 namespace vir {
 
@@ -26,6 +30,15 @@ void UwbSerial::loadConfig_sensorSpecific(const mrpt::config::CConfigFileBase& c
   readIds(section);
   if (options_.limits.min_m >= options_.limits.max_m) {
     throw SettingsError({"ini", 0}, section, "min_range_m", "must be below max_range_m");
+  }
+  if (options_.tell_hz > 0 && options_.protocol != "nlink") {
+    throw SettingsError({"ini", 0}, section, "tell_hz",
+                        "only a radio with protocol = nlink carries data to other robots");
+  }
+  if (options_.tell_hz > 0 && (options_.own_id < 0 || options_.own_id > 255)) {
+    throw SettingsError({"ini", 0}, section, "own_id",
+                        "must be this radio's id (0 to 255) with tell_hz: the others know the "
+                        "robot by it");
   }
 }
 
@@ -54,6 +67,18 @@ void UwbSerial::begin() {
   }
   dwm1001_.restart();
   given_ = {};
+  std::optional<std::uint16_t> own;
+  if (options_.own_id >= 0 && options_.own_id <= UINT16_MAX) {
+    own = static_cast<std::uint16_t>(options_.own_id);
+  }
+  inbox_ = std::make_unique<team::RadioInbox>(
+      own, [this](LogLevel level, const std::string& text) { reports_.say(level, text); });
+  teller_.reset();
+  if (options_.tell_hz > 0) {
+    const std::vector<double>& antenna = options_.antenna_m;
+    teller_ = std::make_unique<team::RadioTeller>(*own, std::random_device()(), options_.tell_hz,
+                                                  Vec3(antenna[0], antenna[1], antenna[2]));
+  }
   last_device_time_.reset();
   protocol_ = parser_->name();
   choices_ = parser_->choices();
@@ -61,6 +86,7 @@ void UwbSerial::begin() {
 
 void UwbSerial::forgetHalfMessages() {
   parser_->reset();
+  inbox_->forgetHalfMessages();
   dwm1001_.restart();
 }
 
@@ -70,6 +96,33 @@ void UwbSerial::take(const std::uint8_t* bytes, std::size_t size, TimeNs arrival
   parser_->feed(bytes, size, &readings_);
   noteProtocol();
   for (const uwb::RangeReading& reading : readings_) emit(reading, arrival);
+  for (const uwb::NodeData& data : parser_->takeData()) hear(data, arrival);
+}
+
+void UwbSerial::tell(const StateEstimate& estimate, const std::vector<Anchor>& anchors) {
+  if (!teller_ || !connected()) return;
+  const auto packet = teller_->tell(estimate, anchors);
+  if (!packet) return;
+  ++(source().write(packet->data(), packet->size()) ? given_.told : given_.not_told);
+}
+
+void UwbSerial::hear(const uwb::NodeData& data, TimeNs arrival) {
+  if (data.sender == options_.own_id) return;  // an echo
+  if (peers_.count(data.sender) == 0) {
+    ++given_.data_of_strangers;
+    reports_.once("data " + std::to_string(data.sender), LogLevel::info,
+                  "radio " + std::to_string(data.sender) +
+                      ", which is not in peer_ids, sends data: not listened to");
+    return;
+  }
+  const auto heard =
+      inbox_->add(data.sender, data.bytes.data(), data.bytes.size(), arrival, wallSeconds());
+  for (const team::HeardReport& report : heard) {
+    appendObservation(rawlog::toObservation(report.pose, rawlog::kPeerLabel));
+    for (const PeerBroadcast& anchor : report.anchors) {
+      appendObservation(rawlog::toObservation(anchor, rawlog::kPeerLabel));
+    }
+  }
 }
 
 void UwbSerial::noteProtocol() {
@@ -151,12 +204,29 @@ void UwbSerial::emit(const uwb::RangeReading& reading, TimeNs arrival) {
   const TimeNs t = stampOf(reading, arrival);
   const std::optional<std::string> label = labelOf(reading.responder);
   if (!label) return;
+  if (reading.reference) return emitDifference(reading, *label, t);
   const std::vector<double>& antenna = options_.antenna_m;
   const Range range{t, static_cast<std::uint64_t>(reading.responder), reading.range_m,
                     options_.std_error_m, Vec3(antenna[0], antenna[1], antenna[2])};
   ++(*label == rawlog::kPeerLabel ? given_.peer_ranges : given_.ranges);
   appendObservation(rawlog::toObservation(
       range, *label, rawlog::RadioReach{options_.limits.min_m, options_.limits.max_m}));
+}
+
+void UwbSerial::emitDifference(const uwb::RangeReading& reading, const std::string& label,
+                               TimeNs t) {
+  const std::optional<std::string> of_reference = labelOf(*reading.reference);
+  if (!of_reference) return;
+  // Where a robot is nobody knows well enough to take it for an anchor.
+  if (label == rawlog::kPeerLabel || *of_reference == rawlog::kPeerLabel) {
+    ++given_.differences_to_peers;
+    return;
+  }
+  const std::vector<double>& antenna = options_.antenna_m;
+  ++given_.differences;
+  appendObservation(rawlog::differenceObservation(
+      {t, static_cast<std::uint64_t>(reading.responder), reading.range_m, options_.std_error_m,
+       Vec3(antenna[0], antenna[1], antenna[2]), static_cast<std::uint64_t>(*reading.reference)}));
 }
 
 std::vector<std::pair<std::string, long>> UwbSerial::counters() const {
@@ -168,7 +238,14 @@ std::vector<std::pair<std::string, long>> UwbSerial::counters() const {
              {"ranges", given_.ranges},
              {"unknown_id_taken_as_anchor", given_.unknown_id_kept}},
             &out);
+  addCounts({{"differences", given_.differences},
+             {"differences_to_peers_dropped", given_.differences_to_peers},
+             {"data_of_strangers", given_.data_of_strangers},
+             {"not_told", given_.not_told},
+             {"told", given_.told}},
+            &out);
   if (!parser_) return out;
+  for (const auto& [name, count] : inbox_->counters()) out.emplace_back("heard_" + name, count);
   const uwb::ParserCounters& c = parser_->counters();
   addCounts({{"messages", c.messages},
              {"failed_measurements", c.failed},

@@ -3,14 +3,19 @@
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/obs/CObservationBeaconRanges.h>
 #include <mrpt/obs/CObservationIMU.h>
+#include <mrpt/obs/CObservationRobotPose.h>
 
 #include <chrono>
 #include <future>
+#include <map>
 #include <regex>
 #include <thread>
 
+#include "vir/core/host_clock.h"
+#include "vir/rawlog/convert.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_writer.h"
+#include "vir/roles/live_source.h"
 #include "vir/roles/plugin_loader.h"
 #include "vir/roles/sensor_registry.h"
 #include "vir_test_paths.h"
@@ -203,6 +208,82 @@ TEST_F(DeviceEmulator, WrongUse) {
   EXPECT_EQ(emulate("nothing.rawlog --uwb dwm1001").get().code, 1);
   EXPECT_EQ(emulate(recording(1) + " --uwb morse").get().code, 2);
   EXPECT_EQ(emulate(recording(1) + " --uwb json --wait 0.2").get().code, 1);
+  EXPECT_EQ(emulate(recording(1) + " --uwb json --air " + link("air")).get().code, 2);
+  EXPECT_EQ(emulate(recording(1) + " --uwb nlink --own-id 256").get().code, 2);
+  const std::string no_folder = recording(1);
+  EXPECT_EQ(emulate(no_folder + " --uwb nlink --air " + no_folder).get().code, 1);
+}
+
+/// Two radios, each a process of its own: what the driver of one writes comes out of the other.
+TEST_F(DeviceEmulator, RadiosCarryWhatRobotsTell) {
+  const std::string rawlog = recording(3);
+  std::vector<std::future<test::Outcome>> radios;
+  std::vector<CGenericSensor::Ptr> drivers;
+  for (const int id : {4, 5}) {
+    const std::string name = link(id == 4 ? "four" : "five");
+    radios.push_back(emulate(rawlog + " --linger 0.5 --own-id " + std::to_string(id) + " --air " +
+                             link("air") + " --uwb nlink=" + name));
+  }
+  for (const int id : {4, 5}) {
+    const std::string name = link(id == 4 ? "four" : "five");
+    drivers.push_back(sensor("UwbSerial", "port = " + name +
+                                              "\nprotocol = nlink\nown_id = " + std::to_string(id) +
+                                              "\npeer_ids = " + std::to_string(9 - id) +
+                                              "\ntell_hz = 20\nantenna_m = 0 0 0.5"));
+  }
+  auto* four = dynamic_cast<roles::LiveSource*>(drivers[0].get());
+  auto* five = dynamic_cast<roles::LiveSource*>(drivers[1].get());
+  EXPECT_TRUE(four->wantsStates());
+  StateEstimate e;
+  e.valid = true;
+  e.covariance = 0.01 * Eigen::Matrix<double, 6, 6>::Identity();
+  e.state.T_W_B.p = Vec3(1, 2, 3);
+  std::vector<PeerPose> heard;
+  while (!over(radios[0]) || !over(radios[1])) {
+    e.state.t = hostNow();
+    four->tell(e, {});
+    for (const auto& driver : drivers) driver->doProcess();
+    drivers[0]->getObservations();
+    for (const auto& [t, object] : drivers[1]->getObservations()) {
+      const auto o = std::dynamic_pointer_cast<mrpt::obs::CObservation>(object);
+      if (const auto pose = o ? rawlog::peerPoseOf(*o, "PEER") : std::nullopt) {
+        heard.push_back(*pose);
+      }
+    }
+  }
+  for (auto& radio : radios) EXPECT_EQ(radio.get().code, 0);
+  EXPECT_GT(heard.size(), 20u);
+  for (const PeerPose& pose : heard) {
+    EXPECT_EQ(pose.peer, 4);
+    EXPECT_LT((pose.T_W_B.p - Vec3(1, 2, 3.5)).norm(), 1e-4);
+  }
+  std::map<std::string, long> counts;
+  for (const auto& [name, n] : five->counters()) counts[name] = n;
+  EXPECT_EQ(counts["heard_accepted"], static_cast<long>(heard.size()));
+  EXPECT_EQ(counts["heard_damaged"], 0);
+}
+
+TEST_F(DeviceEmulator, OnlyARadioThatCarriesDataCanTell) {
+  const std::pair<std::string, std::string> wrong[] = {
+      {"protocol = json\nown_id = 3\ntell_hz = 5", "tell_hz: only a radio with protocol = nlink"},
+      {"protocol = auto\nown_id = 3\ntell_hz = 5", "tell_hz: only a radio with protocol = nlink"},
+      {"protocol = nlink\ntell_hz = 5", "own_id: must be this radio's id"},
+      {"protocol = nlink\nown_id = 256\ntell_hz = 5", "own_id: must be this radio's id"},
+      {"protocol = nlink\nown_id = 3\ntell_hz = 51", "tell_hz"},
+      {"protocol = nlink\nown_id = 3\ntell_hz = x", "tell_hz"}};
+  for (const auto& [ini, message] : wrong) {
+    const auto s = roles::createSensor("UwbSerial");
+    std::string said;
+    try {
+      s->loadConfig(
+          mrpt::config::CConfigFileMemory("[s]\ndriver = UwbSerial\nprocess_rate = 100\nport = " +
+                                          link("none") + "\n" + ini + "\n"),
+          "s");
+    } catch (const std::exception& e) {
+      said = e.what();
+    }
+    EXPECT_NE(said.find(message), std::string::npos) << ini << ": " << said;
+  }
 }
 
 }  // namespace

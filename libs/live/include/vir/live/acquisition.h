@@ -14,6 +14,8 @@
 #include "vir/core/log.h"
 #include "vir/core/settings.h"
 #include "vir/core/time.h"
+#include "vir/types/anchor.h"
+#include "vir/types/state.h"
 
 namespace vir::live {
 
@@ -77,6 +79,9 @@ class Acquisition {
   /// Ends the threads; take() gives what is left afterwards.
   void stop();
   std::vector<SensorStatus> sensors() const;
+  /// For sensors that carry to others what this robot estimates (LiveSource::tell()); `anchors` as
+  /// believed now, asked only where there are such. Any thread.
+  void tell(const StateEstimate& estimate, const std::function<std::vector<Anchor>()>& anchors);
 
  private:
   class Sensor;

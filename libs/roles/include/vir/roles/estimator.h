@@ -39,7 +39,8 @@ struct EstimatorInput {
 
 /// Is `observation` of this input, by label and class?
 bool matches(const EstimatorInput& input, const mrpt::obs::CObservation& observation);
-/// Does any of `inputs` match, or is it an anchor put down by the robot (label `ANCHOR:<id>`)?
+/// Does any of `inputs` match, or is it of an anchor put down by the robot (label `ANCHOR:<id>`),
+/// or a difference of ranges (`TDOA:<id>`)?
 bool takes(const std::vector<EstimatorInput>& inputs, const mrpt::obs::CObservation& observation);
 /// Is it of a camera beside the first among the inputs? States are of images of the first.
 bool isOfFurtherCamera(const std::vector<EstimatorInput>& inputs,

@@ -5,6 +5,8 @@
 
 #include "vir/core/log.h"
 #include "vir/core/options.h"
+#include "vir/types/anchor.h"
+#include "vir/types/state.h"
 
 namespace vir::roles {
 
@@ -27,6 +29,10 @@ class LiveSource {
   /// What happened since the last call, one line each: unplugged, back again, protocol recognised,
   /// an unknown id, ... The same lines go to the sensor's mrpt::system::COutputLogger.
   virtual std::vector<SensorMessage> takeMessages() = 0;
+  /// Does it carry to others what this robot estimates? Settled once its settings are read.
+  virtual bool wantsStates() const { return false; }
+  /// The newest state and the anchors as believed then.
+  virtual void tell(const StateEstimate& /*estimate*/, const std::vector<Anchor>& /*anchors*/) {}
 };
 
 }  // namespace vir::roles
