@@ -11,6 +11,7 @@
 #include "vir/rawlog/convert.h"
 #include "vir/rawlog/gray_image.h"
 #include "vir/rawlog/labels.h"
+#include "vir/rawlog/mrpt_error.h"
 #include "vir/rawlog/mrpt_time.h"
 #include "vir/rawlog/rawlog_reader.h"
 
@@ -178,7 +179,8 @@ team::PlacesOfPairs placesInCommon(const Prepared& prepared, const results::Resu
         out[{a.name, b.name}] = tie.shared;
       } catch (const std::exception& e) {
         vir::log(log, LogLevel::warning,
-                 "places of " + a.name + " and " + b.name + " cannot be compared: " + e.what());
+                 "places of " + a.name + " and " + b.name +
+                     " cannot be compared: " + rawlog::withoutStackTrace(e));
       }
     }
   }
