@@ -24,6 +24,19 @@ bool biasIsReal(const ranging::AnchorInitialization& found, double calibrated_si
          std::abs(best.bias_m) > kRealBias * calibrated_sigma;
 }
 
+/// -2 log of the likelihood ratio of two kinds of boards that takes back what was said.
+constexpr double kCalibratedAfterAll = 2;
+
+/// Is a bias that was estimated as an uncalibrated board's rather that of a calibrated one?
+bool looksCalibrated(double bias_m, double variance, double calibrated_sigma,
+                     double uncalibrated_sigma) {
+  const auto cost = [&](double sigma) {
+    const double all = variance + sigma * sigma;
+    return bias_m * bias_m / all + std::log(all);
+  };
+  return cost(uncalibrated_sigma) - cost(calibrated_sigma) > kCalibratedAfterAll;
+}
+
 }  // namespace
 
 ranging::AnchorInitialization RangeLayer::Impl::solveEitherWay(
@@ -48,7 +61,7 @@ void RangeLayer::Impl::searchForBias(const AnchorTrack& a, Located* located,
 /// sees no way back. So the held ranges are asked now and then, until they have said what it is: in
 /// the image after the keyframe, which has the time, for the next keyframe to act on.
 bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, const Held& held) {
-  if (a->uncalibrated || located->bias_known) return false;
+  if (located->bias_known || (a->uncalibrated && a->tied)) return false;
   window::AnchorNode& state = *window->anchor(a->key());
   if (state.fixed || !mayBeUncalibrated()) return false;
   if (located->bias_due) searchForBias(*a, located, held);
@@ -63,11 +76,14 @@ bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, co
   const ranging::AnchorInitialization found = *std::exchange(located->bias_search, std::nullopt);
   if (!isUsable(found)) return false;
   const ranging::AnchorSolution& best = found.solutions.front();
-  if (!biasIsReal(found, options.bias_sigma_m)) {
-    located->bias_known = std::sqrt(best.covariance(3, 3)) < kBiasKnown * options.bias_sigma_m;
+  const bool known = std::sqrt(best.covariance(3, 3)) < kBiasKnown * options.bias_sigma_m;
+  const bool real = biasIsReal(found, options.bias_sigma_m);
+  if (!real || a->uncalibrated) {
+    located->bias_known = known;
+    if (!real && a->uncalibrated) reconsider(t, a, &state);
     return false;
   }
-  a->uncalibrated = true;
+  a->uncalibrated = a->told_uncalibrated = true;
   state.prior_information(3, 3) = 1 / (biasSigma(true) * biasSigma(true));
   state.x[3] = best.bias_m;
   warn("anchor " + std::to_string(a->id) + " at " + elapsed.text(t) + ": its ranges are " +
@@ -75,6 +91,20 @@ bool RangeLayer::Impl::decideBias(TimeNs t, AnchorTrack* a, Located* located, co
        (best.bias_m > 0 ? "long" : "short") + ": an uncalibrated board; the bias is estimated");
   moveTo(t, a, located, best.p_W);
   return true;
+}
+
+/// What the first ranges said, as from behind an obstacle, the later ones need not. The window
+/// knows the bias better than a fresh search does, whose path is free to bend.
+void RangeLayer::Impl::reconsider(TimeNs t, AnchorTrack* a, window::AnchorNode* state) {
+  const int column = window->columnOf(a->key());
+  if (column < 0) return;
+  const double variance = window->jointCovariance()(column + 3, column + 3);
+  if (!looksCalibrated(state->x[3], variance, biasSigma(false), biasSigma(true))) return;
+  a->uncalibrated = false;
+  state->prior_information(3, 3) = 1 / (biasSigma(false) * biasSigma(false));
+  if (!std::exchange(a->told_uncalibrated, false)) return;
+  warn("anchor " + std::to_string(a->id) + " at " + elapsed.text(t) +
+       ": its ranges are right after all: its board is a calibrated one");
 }
 
 void RangeLayer::betweenKeyframes(const Held& held) {

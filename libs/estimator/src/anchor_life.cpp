@@ -122,6 +122,12 @@ bool RangeLayer::Impl::tryToFind(TimeNs t, AnchorTrack* a, Collecting* collectin
   collecting->tried_with = n;
   const ranging::AnchorInitialization found = solveEitherWay(a, ranges);
   a->advice = found.advice;
+  // What comes at rest is averaged: waiting brings nothing that the search does not have.
+  if (!a->prior && static_cast<int>(ranges.size()) < options.min_ranges) {
+    a->advice = "move further: " + std::to_string(n) + " ranges so far, but from " +
+                std::to_string(ranges.size()) + " of the " + std::to_string(options.min_ranges) +
+                " places that are needed";
+  }
   collecting->candidates.clear();
   if (found.geometry != ranging::AnchorGeometry::inconsistent) {
     for (const ranging::AnchorSolution& s : found.solutions)
@@ -236,8 +242,11 @@ void RangeLayer::Impl::giveUp(TimeNs t, AnchorTrack* a, bool trusted) {
   a->former_evidence = 0;
   a->generation = ++a->generations;
   a->state = Collecting{true, 0};
+  a->advice = std::string("move sideways: it ") +
+              (trusted ? "has been moved" : "is not where it seemed to be") +
+              ", and is being found anew";
   a->prior.reset();
-  a->uncalibrated = false;
+  a->uncalibrated = a->told_uncalibrated = false;
   a->left_survey = a->left_survey || (a->tied && trusted);
   a->tied = false;
   a->used = a->rejected = 0;

@@ -65,6 +65,7 @@ struct AnchorTrack {
   double former_evidence = 0;
   /// Its board turned out to be uncalibrated: its bias is as free as such a board's.
   bool uncalibrated = false;
+  bool told_uncalibrated = false;  ///< somebody was told so
 
   /// The survey holds it in place; and it must not, since it was moved away from there.
   bool tied = false, left_survey = false;

@@ -86,6 +86,7 @@ struct RangeLayer::Impl {
   }
   bool mayBeUncalibrated() const { return biasSigma(true) > biasSigma(false); }
   void searchForBias(const AnchorTrack& a, Located* located, const Held& held) const;
+  void reconsider(TimeNs t, AnchorTrack* a, window::AnchorNode* state);
   bool decideBias(TimeNs t, AnchorTrack* a, Located* located, const Held& held);
   bool tryToFind(TimeNs t, AnchorTrack* a, Collecting* collecting, const Held& held);
   void adopt(TimeNs t, AnchorTrack* a, const ranging::AnchorInitialization& found);
