@@ -342,7 +342,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   summariseRanges(summary);
   summary->loops = loops_->finish(estimator.loops());
   writeKeyframes(estimator.keyframes());
-  const std::vector<Landmark> landmarks = estimator.landmarks();
+  std::vector<Landmark> landmarks = estimator.landmarks();
   writeLandmarks(landmarks);
   summary->poses = static_cast<long>(trajectory_.size());
   summary->path_m = path_m_;
@@ -364,11 +364,14 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   evaluateInto(summary);
   writePictures(anchors, landmarks, *summary);
   if (trajectory_.empty()) return;
-  SceneRobot robot{"", evaluation::figureColor(0), Pose(), trajectory_, anchors, landmarks};
+  // After hours these are many megabytes: none is there twice.
+  std::vector<SceneRobot> robots(1);
+  SceneRobot& robot = robots.front();
+  robot = {"", evaluation::figureColor(0), Pose(), trajectory_, anchors, std::move(landmarks)};
   if (evaluation_) robot.truth = evaluation::inWorldOfEstimate(truth_, *evaluation_);
   robot.camera = summary->calibration;
   robot.loops = loops_->records();
-  writeScene(folder_.file("scene.3Dscene"), {robot});
+  writeScene(folder_.file("scene.3Dscene"), robots);
 }
 
 void RunRecorder::writePictures(const std::vector<Anchor>& anchors,
