@@ -107,7 +107,9 @@ bool Patch::sample(const cv::Mat& image, const PatchWarp& warp, Eigen::VectorXf*
 bool Patch::align(const cv::Mat& image, const AlignOptions& options, PatchWarp* warp) const {
   if (empty()) return false;
   const Vec2 start = warp->c;
-  Eigen::VectorXf now(values_.size());
+  // A hundred patches per image, some iterations each: memory is kept, one for each thread.
+  thread_local Eigen::VectorXf now, difference;
+  now.resize(values_.size());
   double last_step = 0.0;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     if (!sample(image, *warp, &now)) return false;
@@ -115,7 +117,8 @@ bool Patch::align(const cv::Mat& image, const AlignOptions& options, PatchWarp* 
     const float norm = now.norm();
     if (!(norm > 1.0f)) return false;
     now *= norm_ / norm;
-    const Eigen::Matrix<double, 8, 1> g = (jacobian_.transpose() * (now - values_)).cast<double>();
+    difference = now - values_;
+    const Eigen::Matrix<double, 8, 1> g = (jacobian_.transpose() * difference).cast<double>();
     const Eigen::Matrix<double, 8, 1> d = inverse_ * g;
     Eigen::Matrix2d delta;
     delta << 1.0 + d[2], d[3], d[4], 1.0 + d[5];
