@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <utility>
-#include <iterator>
 #include <limits>
 #include <utility>
 
