@@ -6,7 +6,7 @@
 #     --keep DIR       work there and leave recording, results and log, and take the flight that is there already
 #                      (default: a folder that is removed)
 #     --images         images of 752x480 instead of tracks (some 100 MB a minute, and half a minute to render)
-#     --calm           nothing goes wrong: what the latency is
+#     --calm           nothing goes wrong: what the latency is (memory rises with --images: by the places)
 # A flight is simulated (tracks, IMU, ranges); vir-device-emulator plays IMU and radio on pseudo-terminals, with a
 # clock 200 ppm off, garbage and damaged bytes, and pulls both out for 1.5 s. Besides, each minute the host's clock
 # is set, 60 clients that do not read come to the stream, and the program is stopped for 0.3 s.

@@ -364,8 +364,7 @@ void RunRecorder::onEnd(const roles::Estimator& estimator, RunSummary* summary) 
   evaluateInto(summary);
   writePictures(anchors, landmarks, *summary);
   if (trajectory_.empty()) return;
-  // After hours these are many megabytes: none is there twice.
-  std::vector<SceneRobot> robots(1);
+  std::vector<SceneRobot> robots(1);  // after hours of many megabytes: none is there twice
   SceneRobot& robot = robots.front();
   robot = {"", evaluation::figureColor(0), Pose(), trajectory_, anchors, std::move(landmarks)};
   if (evaluation_) robot.truth = evaluation::inWorldOfEstimate(truth_, *evaluation_);
