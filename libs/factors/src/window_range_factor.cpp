@@ -12,7 +12,7 @@ HeadingChange::HeadingChange(const Quat& q_O_B, const std::optional<Quat>& was_O
   const Mat3 M = (q_O_B * was_O_B->conjugate()).toRotationMatrix();
   const double a = M(1, 0) - M(0, 1), b = M(0, 0) + M(1, 1), n = a * a + b * b;
   if (!(n > 0)) return;
-  yaw = std::atan2(a, b);  // nearestYaw(M)
+  yaw = nearestYaw(M);
   const Row3 by_turn_O((a * M(2, 1) - b * M(2, 0)) / n, -(a * M(2, 0) + b * M(2, 1)) / n, 1);
   by_turn = by_turn_O * q_O_B.toRotationMatrix();
 }
